@@ -1,0 +1,197 @@
+//! How a state moves: one control interval ([`Dynamics`]) or one instant ([`VectorField`]).
+
+use std::sync::Arc;
+
+use crate::Rng;
+
+/// A step that left the finite numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the model diverged: state {index} is not finite after the step")]
+pub struct Diverged {
+    /// The first state that is not finite.
+    pub index: usize,
+}
+
+impl Diverged {
+    /// `Ok` if every state in `next` is finite.
+    ///
+    /// # Errors
+    /// [`Diverged`] with the first index that is NaN or infinite.
+    pub fn check(next: &[f64]) -> Result<(), Self> {
+        match next.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(index) => Err(Self { index }),
+        }
+    }
+}
+
+/// x' = F(x, u): one control interval with the control u held.
+pub trait Dynamics: Send + Sync {
+    /// Writes the next state. `x` and `next` have n values, `u` has k; `rng` is for stochastic systems only.
+    ///
+    /// # Errors
+    /// [`Diverged`] if a state is not finite afterwards.
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged>;
+}
+
+impl<D: Dynamics + ?Sized> Dynamics for &D {
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        (**self).step(x, u, rng, next)
+    }
+}
+
+impl<D: Dynamics + ?Sized> Dynamics for Arc<D> {
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        (**self).step(x, u, rng, next)
+    }
+}
+
+/// ẋ = f(x, u) in continuous time.
+pub trait VectorField: Send + Sync {
+    /// Writes ẋ (n values) at state `x` (n) and control `u` (k).
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]);
+}
+
+impl<V: VectorField + ?Sized> VectorField for &V {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        (**self).eval(x, u, x_dot);
+    }
+}
+
+/// How a [`VectorField`] is stepped through one control interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheme {
+    /// x' = x + h f(x, u): first order.
+    Euler,
+    /// The classical Runge–Kutta scheme of fourth order in `substeps` equal parts.
+    Rk4 {
+        /// Number of equal parts of the interval, at least 1.
+        substeps: usize,
+    },
+}
+
+/// A vector field with its control held for `dt` \[s\]: a [`Dynamics`].
+#[derive(Debug, Clone)]
+pub struct Held<V> {
+    field: V,
+    scheme: Scheme,
+    dt: f64,
+}
+
+impl<V: VectorField> Held<V> {
+    /// Steps `field` by `dt` \[s\] with `scheme`.
+    pub fn new(field: V, scheme: Scheme, dt: f64) -> Self {
+        Self { field, scheme, dt }
+    }
+
+    /// The vector field that is stepped.
+    pub fn field(&self) -> &V {
+        &self.field
+    }
+}
+
+/// States held on the stack during a step; larger systems fall back to the heap.
+const STACK_STATES: usize = 16;
+
+impl<V: VectorField> Dynamics for Held<V> {
+    fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        let n = x.len();
+        let mut stack = [0.0; 6 * STACK_STATES];
+        let mut heap = Vec::new();
+        let buffer = if n <= STACK_STATES {
+            &mut stack[..6 * n]
+        } else {
+            heap.resize(6 * n, 0.0);
+            &mut heap[..]
+        };
+        next.copy_from_slice(x);
+        match self.scheme {
+            Scheme::Euler => {
+                let x_dot = &mut buffer[..n];
+                self.field.eval(x, u, x_dot);
+                axpy(self.dt, x_dot, next);
+            }
+            Scheme::Rk4 { substeps } => {
+                let h = self.dt / substeps as f64;
+                for _ in 0..substeps {
+                    rk4(&self.field, h, u, next, buffer);
+                }
+            }
+        }
+        Diverged::check(next)
+    }
+}
+
+/// y ← y + a x.
+fn axpy(a: f64, x: &[f64], y: &mut [f64]) {
+    for (y, x) in y.iter_mut().zip(x) {
+        *y += a * x;
+    }
+}
+
+/// One classical Runge–Kutta step of length h, in place; `buffer` holds 6 n values.
+fn rk4<V: VectorField>(field: &V, h: f64, u: &[f64], x: &mut [f64], buffer: &mut [f64]) {
+    let n = x.len();
+    let (k, rest) = buffer.split_at_mut(4 * n);
+    let (stage, _) = rest.split_at_mut(n);
+    for s in 0..4 {
+        stage.copy_from_slice(x);
+        if s > 0 {
+            let fraction = if s == 3 { h } else { 0.5 * h };
+            axpy(fraction, &k[(s - 1) * n..s * n], stage);
+        }
+        field.eval(stage, u, &mut k[s * n..(s + 1) * n]);
+    }
+    for i in 0..n {
+        x[i] += h / 6.0 * (k[i] + 2.0 * k[n + i] + 2.0 * k[2 * n + i] + k[3 * n + i]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Seed;
+
+    struct Oscillator;
+    impl VectorField for Oscillator {
+        fn eval(&self, x: &[f64], _u: &[f64], x_dot: &mut [f64]) {
+            x_dot[0] = x[1];
+            x_dot[1] = -x[0];
+        }
+    }
+
+    fn error_after_one_second(scheme: Scheme, steps: usize) -> f64 {
+        let held = Held::new(Oscillator, scheme, 1.0 / steps as f64);
+        let mut rng = Seed::new(0).numpy();
+        let (mut x, mut next) = ([1.0, 0.0], [0.0; 2]);
+        for _ in 0..steps {
+            held.step(&x, &[], &mut rng, &mut next).expect("an oscillator stays finite");
+            x = next;
+        }
+        (x[0] - 1_f64.cos()).hypot(x[1] + 1_f64.sin())
+    }
+
+    #[test]
+    fn schemes_converge_at_their_order() {
+        for (scheme, order) in
+            [(Scheme::Euler, 1.0), (Scheme::Rk4 { substeps: 1 }, 4.0), (Scheme::Rk4 { substeps: 3 }, 4.0)]
+        {
+            let ratio = error_after_one_second(scheme, 20) / error_after_one_second(scheme, 40);
+            assert!((ratio.log2() - order).abs() < 0.2, "{scheme:?}: measured order {}", ratio.log2());
+        }
+    }
+
+    #[test]
+    fn a_step_out_of_the_finite_numbers_is_named() {
+        struct Explodes;
+        impl VectorField for Explodes {
+            fn eval(&self, _x: &[f64], _u: &[f64], x_dot: &mut [f64]) {
+                x_dot.copy_from_slice(&[0.0, f64::INFINITY]);
+            }
+        }
+        let held = Held::new(Explodes, Scheme::Euler, 0.1);
+        let mut next = [0.0; 2];
+        let step = held.step(&[0.0, 0.0], &[], &mut Seed::new(0).numpy(), &mut next);
+        assert_eq!(step, Err(Diverged { index: 1 }));
+    }
+}

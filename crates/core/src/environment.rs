@@ -1,0 +1,76 @@
+//! A system that can be acted on, one control interval at a time.
+
+use crate::{Diverged, Rng, Spec};
+
+/// What a step led to besides the new observation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outcome {
+    /// Reward of the step.
+    pub reward: f64,
+    /// The task ended for good: no value comes after.
+    pub terminated: bool,
+    /// The time limit was reached: the episode stops, its value does not.
+    pub truncated: bool,
+}
+
+/// Why a step could not be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum EnvError {
+    /// The episode is over, or none was begun.
+    #[error("the environment must be reset before it can step")]
+    NeedsReset,
+    /// The action is not one of the action space's.
+    #[error("action {action:?} is not in the action space")]
+    NotAnAction {
+        /// The action that was asked for.
+        action: Vec<f64>,
+    },
+    /// The simulation left the finite numbers.
+    #[error(transparent)]
+    Diverged(#[from] Diverged),
+    /// The system behind the environment failed.
+    #[error("the system failed: {reason}")]
+    System {
+        /// What the system reported.
+        reason: String,
+    },
+}
+
+/// A system with a task on it, true or imagined.
+///
+/// After [`reset`](Self::reset) and after every [`step`](Self::step) that ends neither way, the environment can step.
+pub trait Environment: Send {
+    /// Names, bounds, time step, horizon.
+    fn spec(&self) -> &Spec;
+
+    /// What the sensors show now.
+    fn observation(&self) -> &[f64];
+
+    /// Begins an episode in a start state drawn from the task.
+    ///
+    /// # Errors
+    /// [`EnvError::System`] if the system behind it fails.
+    fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError>;
+
+    /// Applies `action` for one control interval.
+    ///
+    /// # Errors
+    /// [`EnvError::NeedsReset`] after an episode's end, [`EnvError::NotAnAction`], [`EnvError::Diverged`].
+    fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError>;
+}
+
+impl<E: Environment + ?Sized> Environment for Box<E> {
+    fn spec(&self) -> &Spec {
+        (**self).spec()
+    }
+    fn observation(&self) -> &[f64] {
+        (**self).observation()
+    }
+    fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
+        (**self).reset(rng)
+    }
+    fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
+        (**self).step(action, rng)
+    }
+}

@@ -1,0 +1,59 @@
+//! What a run tells those who watch it.
+
+use std::io;
+
+use crate::{Dataset, Losses};
+
+/// A fact about a run, as it happens.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// Real data came in; `data` holds all of it so far.
+    Collected {
+        /// All real data so far.
+        data: &'a Dataset,
+    },
+    /// A model was fitted to `rows` real steps.
+    Fitted {
+        /// Real steps the model was fitted to.
+        rows: usize,
+    },
+    /// The agent was updated.
+    Updated {
+        /// Updates so far.
+        updates: u64,
+        /// Updates after which training stops at the latest.
+        max_updates: u64,
+        /// Steps imagined so far.
+        model_steps: u64,
+        /// Imagined rollouts cut because the model diverged.
+        diverged: u64,
+        /// Imagined rollouts ended because they left the region the model is trusted in.
+        left_region: u64,
+        /// Losses of the last update.
+        losses: Losses,
+    },
+    /// The policy was tried in the model.
+    Imagined {
+        /// Updates so far.
+        updates: u64,
+        /// Mean return in the model.
+        mean_return: f64,
+        /// The best such mean so far, this one included.
+        best_return: f64,
+    },
+    /// The policy was evaluated on the real system, after everything else.
+    Evaluated {
+        /// Return of every episode.
+        returns: &'a [f64],
+    },
+}
+
+/// Someone who watches a run: a recorder, a progress bar.
+pub trait Observer {
+    /// Takes notice of `event`.
+    ///
+    /// # Errors
+    /// What went wrong in writing it down; the run ends with it.
+    fn on(&mut self, event: &Event<'_>) -> io::Result<()>;
+}

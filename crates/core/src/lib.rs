@@ -1,0 +1,41 @@
+//! The nouns of sindyna: everything two crates need in order to meet without knowing each other.
+//!
+//! Data flows one way, `Environment → Dataset → DynamicsLearner → Simulated → Agent`, and each of those words
+//! is a type or a trait here. Read [`Spec`], [`Dynamics`], [`Task`], [`Environment`], [`DynamicsLearner`],
+//! [`Policy`] and [`Agent`] in that order and you know what every other crate implements.
+//!
+//! Two spaces are never mixed. The *state* x (f64, an angle is an angle) is where dynamics, reward and
+//! termination live. The *observation* o is what sensors show (cosines, float32 rounding) and what policies see.
+//! Likewise the *action* is what an agent chose and the *control* u what the system received.
+//!
+//! Not here: any physics, any regression, any network, any file, clock or terminal.
+
+mod bounds;
+mod dataset;
+mod dynamics;
+mod environment;
+mod event;
+mod learner;
+mod policy;
+mod region;
+mod replay;
+mod seed;
+mod sensors;
+mod simulated;
+mod spec;
+mod task;
+
+pub use bounds::Bounded;
+pub use dataset::{Dataset, DatasetError, End, Rollout};
+pub use dynamics::{Diverged, Dynamics, Held, Scheme, VectorField};
+pub use environment::{EnvError, Environment, Outcome};
+pub use event::{Event, Observer};
+pub use learner::{DynamicsLearner, FitError, NoModel};
+pub use policy::{Agent, AgentError, Explorer, Losses, Mode, Policy};
+pub use region::Region;
+pub use replay::{Batch, Replay, Transition};
+pub use seed::{Rng, Seed};
+pub use sensors::{Observe, Sensors};
+pub use simulated::Simulated;
+pub use spec::{Channel, Kind, Precision, Space, Spec};
+pub use task::Task;

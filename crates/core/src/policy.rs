@@ -1,0 +1,88 @@
+//! Who chooses actions, and who learns to.
+
+use ndarray::{ArrayView2, ArrayViewMut2};
+
+use crate::{Batch, Dataset, Rng};
+
+/// Whether to look for something new or to do what is best.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mode {
+    /// Draw from the policy's distribution.
+    Explore,
+    /// The policy's best action; draws no random number.
+    Exploit,
+}
+
+/// A map from observations to actions.
+pub trait Policy: Send + Sync {
+    /// Writes the actions (B, action values) for `observations` (B, m), in the units of the action space.
+    fn act_batch(&self, observations: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, actions: ArrayViewMut2<'_, f64>);
+
+    /// [`Self::act_batch`] for a single observation.
+    fn act(&self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]) {
+        let observations = ArrayView2::from_shape((1, observation.len()), observation).expect("a slice is one row");
+        let width = action.len();
+        let actions = ArrayViewMut2::from_shape((1, width), action).expect("a slice is one row");
+        self.act_batch(observations, mode, rng, actions);
+    }
+}
+
+/// What one update reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Losses {
+    /// Loss of the critics.
+    pub critic: f64,
+    /// Loss of the actor.
+    pub actor: f64,
+    /// Entropy weight after the update.
+    pub temperature: f64,
+    /// Mean entropy estimate −E\[log π\] over the batch \[nat\].
+    pub entropy: f64,
+}
+
+/// Why an update was refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AgentError {
+    /// The batch does not fit the agent.
+    #[error("batch has {got} {what}, expected {expected}")]
+    Shape {
+        /// What is counted.
+        what: &'static str,
+        /// Number wanted.
+        expected: usize,
+        /// Number found.
+        got: usize,
+    },
+    /// A loss is no longer finite; the parameters are not to be used.
+    #[error("{what} is {value} after {updates} updates: training diverged")]
+    NotFinite {
+        /// Which loss.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// Updates made so far.
+        updates: u64,
+    },
+}
+
+/// A policy that improves from batches of transitions.
+pub trait Agent: Policy {
+    /// The policy alone, without what only learning needs.
+    type Frozen: Policy + Clone;
+
+    /// One update on `batch`.
+    ///
+    /// # Errors
+    /// [`AgentError`] if the batch does not fit, or a loss is not finite.
+    fn update(&mut self, batch: &Batch, rng: &mut Rng) -> Result<Losses, AgentError>;
+
+    /// A copy of the policy as it is now.
+    fn frozen(&self) -> Self::Frozen;
+}
+
+/// Chooses the actions of the warm-up rollouts, before any policy is worth following.
+pub trait Explorer: Send {
+    /// Writes the next action, given all that was recorded so far.
+    fn next(&mut self, so_far: &Dataset, rng: &mut Rng, action: &mut [f64]);
+}

@@ -1,0 +1,169 @@
+//! Transitions kept for replay.
+
+use ndarray::{Array1, Array2};
+use rand::RngExt as _;
+
+use crate::Rng;
+
+/// One step of experience, borrowed.
+#[derive(Debug, Clone, Copy)]
+pub struct Transition<'a> {
+    /// Observation before the step (m).
+    pub observation: &'a [f64],
+    /// Action chosen.
+    pub action: &'a [f64],
+    /// Reward of the step.
+    pub reward: f64,
+    /// Observation after the step (m).
+    pub next_observation: &'a [f64],
+    /// The task ended for good; a truncated step is *not* marked here, so that its value bootstraps.
+    pub terminated: bool,
+}
+
+/// B transitions drawn for one update.
+#[derive(Debug, Clone)]
+pub struct Batch {
+    /// Observations before the step (B, m).
+    pub observations: Array2<f64>,
+    /// Actions chosen (B, action values).
+    pub actions: Array2<f64>,
+    /// Rewards (B).
+    pub rewards: Array1<f64>,
+    /// Observations after the step (B, m).
+    pub next_observations: Array2<f64>,
+    /// 1 where the task ended for good, else 0 (B).
+    pub terminated: Array1<f64>,
+}
+
+impl Batch {
+    /// A batch of `size` zero rows, to be filled by [`Replay::sample_into`].
+    #[must_use]
+    pub fn zeros(size: usize, observation_dim: usize, action_dim: usize) -> Self {
+        Self {
+            observations: Array2::zeros((size, observation_dim)),
+            actions: Array2::zeros((size, action_dim)),
+            rewards: Array1::zeros(size),
+            next_observations: Array2::zeros((size, observation_dim)),
+            terminated: Array1::zeros(size),
+        }
+    }
+
+    /// Number of transitions B.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rewards.len()
+    }
+
+    /// Whether there is nothing in it.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rewards.is_empty()
+    }
+}
+
+/// A ring of the newest transitions, all of one width.
+#[derive(Debug, Clone)]
+pub struct Replay {
+    capacity: usize,
+    observation_dim: usize,
+    action_dim: usize,
+    /// Each row: observation, action, reward, next observation, terminated.
+    rows: Vec<f64>,
+    width: usize,
+    pushed: usize,
+}
+
+impl Replay {
+    /// Room for `capacity` transitions (at least one).
+    #[must_use]
+    pub fn new(capacity: usize, observation_dim: usize, action_dim: usize) -> Self {
+        let width = 2 * observation_dim + action_dim + 2;
+        Self { capacity: capacity.max(1), observation_dim, action_dim, rows: Vec::new(), width, pushed: 0 }
+    }
+
+    /// Keeps a transition; the oldest one makes room when the ring is full.
+    pub fn push(&mut self, t: Transition<'_>) {
+        let row = t.observation.iter().chain(t.action).chain([&t.reward]).chain(t.next_observation);
+        let row = row.copied().chain([f64::from(u8::from(t.terminated))]);
+        let slot = self.pushed % self.capacity * self.width;
+        if slot == self.rows.len() {
+            self.rows.extend(row);
+        } else {
+            for (kept, value) in self.rows[slot..slot + self.width].iter_mut().zip(row) {
+                *kept = value;
+            }
+        }
+        self.pushed += 1;
+    }
+
+    /// Transitions kept now.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.pushed.min(self.capacity)
+    }
+
+    /// Whether nothing is kept.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pushed == 0
+    }
+
+    /// Fills `batch` with transitions drawn uniformly, with replacement. Leaves it as it is when nothing is kept.
+    pub fn sample_into(&self, batch: &mut Batch, rng: &mut Rng) {
+        if self.is_empty() {
+            return;
+        }
+        let (m, k) = (self.observation_dim, self.action_dim);
+        for b in 0..batch.len() {
+            let slot = rng.random_range(0..self.len()) * self.width;
+            let row = &self.rows[slot..slot + self.width];
+            fill(&mut batch.observations, b, &row[..m]);
+            fill(&mut batch.actions, b, &row[m..m + k]);
+            batch.rewards[b] = row[m + k];
+            fill(&mut batch.next_observations, b, &row[m + k + 1..2 * m + k + 1]);
+            batch.terminated[b] = row[2 * m + k + 1];
+        }
+    }
+}
+
+fn fill(rows: &mut Array2<f64>, index: usize, values: &[f64]) {
+    for (slot, value) in rows.row_mut(index).iter_mut().zip(values) {
+        *slot = *value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Seed;
+
+    #[test]
+    fn the_ring_keeps_the_newest_and_draws_them_evenly() {
+        let mut replay = Replay::new(4, 1, 1);
+        for i in 0..6 {
+            let v = f64::from(i);
+            replay.push(Transition {
+                observation: &[v],
+                action: &[10.0 * v],
+                reward: -v,
+                next_observation: &[v + 1.0],
+                terminated: i == 5,
+            });
+        }
+        assert_eq!(replay.len(), 4);
+        let mut batch = Batch::zeros(4000, 1, 1);
+        replay.sample_into(&mut batch, &mut Seed::new(3).numpy());
+        let mut counts = [0; 6];
+        for b in 0..batch.len() {
+            let v = batch.observations[[b, 0]];
+            counts[v as usize] += 1;
+            assert_eq!(batch.actions[[b, 0]], 10.0 * v);
+            assert_eq!(batch.rewards[b], -v);
+            assert_eq!(batch.next_observations[[b, 0]], v + 1.0);
+            assert_eq!(batch.terminated[b], f64::from(u8::from(v == 5.0)));
+        }
+        assert_eq!(counts[..2], [0, 0], "the two oldest made room");
+        // 1000 expected, standard deviation 27.
+        assert!(counts[2..].iter().all(|c| (870..1130).contains(c)), "{counts:?}");
+    }
+}

@@ -1,0 +1,185 @@
+//! Dynamics, a task and sensors make an environment.
+
+use crate::{Dynamics, EnvError, Environment, Observe, Outcome, Rng, Spec, Task};
+
+/// An [`Environment`] in the computer: the true system and the learned one are this same type.
+#[derive(Debug, Clone)]
+pub struct Simulated<D, T, H> {
+    dynamics: D,
+    task: T,
+    sensors: H,
+    state: Vec<f64>,
+    next: Vec<f64>,
+    control: Vec<f64>,
+    observation: Vec<f64>,
+    steps: usize,
+    running: bool,
+}
+
+impl<D: Dynamics, T: Task, H: Observe> Simulated<D, T, H> {
+    /// Puts `task` on `dynamics`, seen through `sensors`. The first call must be a reset.
+    pub fn new(dynamics: D, task: T, sensors: H) -> Self {
+        let spec = task.spec();
+        let (n, k, m) = (spec.state_dim(), spec.control_dim(), spec.observation_dim());
+        Self {
+            dynamics,
+            task,
+            sensors,
+            state: vec![0.0; n],
+            next: vec![0.0; n],
+            control: vec![0.0; k],
+            observation: vec![0.0; m],
+            steps: 0,
+            running: false,
+        }
+    }
+
+    /// The state x (n).
+    pub fn state(&self) -> &[f64] {
+        &self.state
+    }
+
+    /// The control u (k) the last step applied.
+    pub fn control(&self) -> &[f64] {
+        &self.control
+    }
+
+    /// The task on this system.
+    pub fn task(&self) -> &T {
+        &self.task
+    }
+
+    /// Begins an episode in state `x` (n).
+    pub fn reset_to(&mut self, x: &[f64], rng: &mut Rng) {
+        self.state.copy_from_slice(x);
+        self.begin(rng);
+    }
+
+    fn begin(&mut self, rng: &mut Rng) {
+        self.steps = 0;
+        self.running = true;
+        self.sensors.observe(&self.state, rng, &mut self.observation);
+    }
+}
+
+impl<D: Dynamics, T: Task, H: Observe> Environment for Simulated<D, T, H> {
+    fn spec(&self) -> &Spec {
+        self.task.spec()
+    }
+
+    fn observation(&self) -> &[f64] {
+        &self.observation
+    }
+
+    fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
+        self.task.initial(rng, &mut self.state);
+        self.begin(rng);
+        Ok(())
+    }
+
+    fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
+        if !self.running {
+            return Err(EnvError::NeedsReset);
+        }
+        if !self.task.spec().action_space.control_into(action, &mut self.control) {
+            return Err(EnvError::NotAnAction { action: action.to_vec() });
+        }
+        if let Err(diverged) = self.dynamics.step(&self.state, &self.control, rng, &mut self.next) {
+            self.running = false;
+            return Err(diverged.into());
+        }
+        let reward = self.task.reward(&self.state, action, &self.control, &self.next);
+        std::mem::swap(&mut self.state, &mut self.next);
+        self.sensors.observe(&self.state, rng, &mut self.observation);
+        self.steps += 1;
+        let terminated = self.task.terminated(&self.state);
+        let truncated = self.steps >= self.task.spec().max_steps;
+        self.running = !(terminated || truncated);
+        Ok(Outcome { reward, terminated, truncated })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Channel, Diverged, Kind, Precision, Seed, Sensors, Space};
+
+    /// x' = x + u, ends beyond 1, reward −x² of the state before the step.
+    struct Walk(Spec);
+
+    impl Walk {
+        fn new() -> Self {
+            Self(Spec {
+                name: "walk".into(),
+                state: vec![Channel::new("x", "m", Kind::Plain, 1.0)],
+                observation: vec![Channel::new("x", "m", Kind::Plain, 1.0)],
+                control: vec![Channel::new("u", "m", Kind::Plain, 1.0)],
+                action_space: Space::Box { low: vec![-0.5], high: vec![0.5] },
+                precision: Precision::F32,
+                dt: 1.0,
+                max_steps: 4,
+                solved_at: None,
+            })
+        }
+    }
+
+    impl Task for Walk {
+        fn spec(&self) -> &Spec {
+            &self.0
+        }
+        fn initial(&self, _rng: &mut Rng, x: &mut [f64]) {
+            x[0] = 0.1;
+        }
+        fn reward(&self, x: &[f64], _action: &[f64], _u: &[f64], _next: &[f64]) -> f64 {
+            -x[0] * x[0]
+        }
+        fn terminated(&self, next: &[f64]) -> bool {
+            next[0] > 1.0
+        }
+    }
+
+    struct Add;
+    impl Dynamics for Add {
+        fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+            next[0] = x[0] + u[0];
+            Diverged::check(next)
+        }
+    }
+
+    fn walk() -> (Simulated<Add, Walk, Sensors>, Rng) {
+        let task = Walk::new();
+        let sensors = Sensors::new(task.spec()).expect("the observation names the state");
+        (Simulated::new(Add, task, sensors), Seed::new(0).numpy())
+    }
+
+    #[test]
+    fn a_step_needs_a_reset_and_a_real_action() {
+        let (mut env, mut rng) = walk();
+        assert_eq!(env.step(&[0.0], &mut rng), Err(EnvError::NeedsReset));
+        env.reset(&mut rng).expect("a simulation resets");
+        assert!(matches!(env.step(&[f64::NAN], &mut rng), Err(EnvError::NotAnAction { .. })));
+    }
+
+    #[test]
+    fn the_time_limit_truncates_and_the_task_terminates() {
+        let (mut env, mut rng) = walk();
+        env.reset(&mut rng).expect("a simulation resets");
+        let ends: Vec<_> = (0..4).map(|_| env.step(&[0.0], &mut rng).expect("still running")).collect();
+        assert_eq!(ends.iter().filter(|o| o.truncated).count(), 1);
+        assert!(ends[3].truncated && !ends[3].terminated);
+
+        env.reset_to(&[0.9], &mut rng);
+        let outcome = env.step(&[9.0], &mut rng).expect("still running");
+        assert!(outcome.terminated && !outcome.truncated);
+        assert!((outcome.reward + 0.81).abs() < 1e-15, "the reward is of the state before the step");
+        assert!((env.state()[0] - 1.4).abs() < 1e-15, "the control is the clipped action");
+    }
+
+    #[test]
+    fn observations_are_rounded_and_the_state_is_not() {
+        let (mut env, mut rng) = walk();
+        env.reset(&mut rng).expect("a simulation resets");
+        assert_eq!(env.observation(), [f64::from(0.1_f32)]);
+        assert_eq!(env.state(), [0.1]);
+    }
+}

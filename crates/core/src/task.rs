@@ -1,0 +1,51 @@
+//! What is to be achieved, and what the agent is told about it.
+
+use std::sync::Arc;
+
+use crate::{Rng, Spec};
+
+/// Start states, reward and termination: the part of a problem the agent is allowed to know (Arora et al. 2022, §3:
+/// "known reward function"). Nothing about walls, friction or motion belongs here.
+pub trait Task: Send + Sync {
+    /// Names, bounds, time step, horizon.
+    fn spec(&self) -> &Spec;
+
+    /// Draws a start state into `x` (n).
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]);
+
+    /// Reward of the step from `x` (n) under `action` (control `u`) to `next` (n).
+    fn reward(&self, x: &[f64], action: &[f64], u: &[f64], next: &[f64]) -> f64;
+
+    /// Whether arriving in `next` (n) ends the episode for good.
+    fn terminated(&self, next: &[f64]) -> bool;
+}
+
+impl<T: Task + ?Sized> Task for &T {
+    fn spec(&self) -> &Spec {
+        (**self).spec()
+    }
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+        (**self).initial(rng, x);
+    }
+    fn reward(&self, x: &[f64], action: &[f64], u: &[f64], next: &[f64]) -> f64 {
+        (**self).reward(x, action, u, next)
+    }
+    fn terminated(&self, next: &[f64]) -> bool {
+        (**self).terminated(next)
+    }
+}
+
+impl<T: Task + ?Sized> Task for Arc<T> {
+    fn spec(&self) -> &Spec {
+        (**self).spec()
+    }
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+        (**self).initial(rng, x);
+    }
+    fn reward(&self, x: &[f64], action: &[f64], u: &[f64], next: &[f64]) -> f64 {
+        (**self).reward(x, action, u, next)
+    }
+    fn terminated(&self, next: &[f64]) -> bool {
+        (**self).terminated(next)
+    }
+}

@@ -1,0 +1,2 @@
+//! The `sindyna` command.
+fn main() {}
