@@ -1,0 +1,104 @@
+//! A torque-driven pendulum, to be swung up and held (Gymnasium's `Pendulum-v1`).
+
+use std::f64::consts::{PI, TAU};
+
+use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task};
+
+use crate::float32::{is_float32, rounded_if};
+use crate::system::{Card, System};
+use crate::uniform::uniform;
+
+/// Acceleration of gravity \[m/s²\].
+const GRAVITY: f64 = 10.0;
+/// Mass of the rod \[kg\].
+const MASS: f64 = 1.0;
+/// Length of the rod \[m\].
+const LENGTH: f64 = 1.0;
+/// Largest torque either way \[N·m\].
+const MAX_TORQUE: f64 = 2.0;
+/// Largest angular velocity either way \[rad/s\].
+const MAX_SPEED: f64 = 8.0;
+/// Control interval \[s\].
+const DT: f64 = 0.05;
+
+pub(crate) fn system() -> System {
+    let card = Card {
+        name: "pendulum",
+        gymnasium_id: "Pendulum-v1",
+        summary: "swing a pendulum up with a motor too weak to lift it, and hold it there",
+        true_equations: &["θ̇ = ω", "ω̇ = 15 sin θ + 3 u"],
+    };
+    let spec = spec(card.name);
+    System::new(card, PendulumTask { spec }, Pendulum)
+}
+
+fn spec(name: &str) -> Spec {
+    let rate = || Channel::new("ω", "rad/s", Kind::RateOf(0), MAX_SPEED).within(-MAX_SPEED, MAX_SPEED);
+    Spec {
+        name: name.into(),
+        state: vec![Channel::new("θ", "rad", Kind::Angle, 1.0), rate()],
+        observation: vec![
+            Channel::new("cos θ", "", Kind::CosOf(0), 1.0).within(-1.0, 1.0),
+            Channel::new("sin θ", "", Kind::SinOf(0), 1.0).within(-1.0, 1.0),
+            rate(),
+        ],
+        control: vec![Channel::new("u", "N·m", Kind::Plain, MAX_TORQUE).within(-MAX_TORQUE, MAX_TORQUE)],
+        action_space: Space::Box { low: vec![-MAX_TORQUE], high: vec![MAX_TORQUE] },
+        precision: Precision::F32,
+        dt: DT,
+        max_steps: 200,
+        // Gymnasium names no threshold; this one is ours: the best known policies average about −150.
+        solved_at: Some(-180.0),
+    }
+}
+
+/// A rod on a pivot, θ = 0 upright: ω̇ = 3g/(2l) sin θ + 3/(m l²) u, with |ω| limited.
+///
+/// Stepped semi-implicitly: ω' = clip(ω + ω̇ Δt), θ' = θ + ω' Δt. The angle is never wrapped.
+///
+/// # References
+/// Gymnasium 1.4, `gymnasium/envs/classic_control/pendulum.py`.
+struct Pendulum;
+
+impl Dynamics for Pendulum {
+    fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        let (angle, rate, torque) = (x[0], x[1], u[0]);
+        let push = rounded_if(is_float32(torque), 3.0 / (MASS * LENGTH * LENGTH) * torque);
+        let acceleration = 3.0 * GRAVITY / (2.0 * LENGTH) * angle.sin() + push;
+        next[1] = (rate + acceleration * DT).clamp(-MAX_SPEED, MAX_SPEED);
+        next[0] = angle + next[1] * DT;
+        Diverged::check(next)
+    }
+}
+
+/// Upright, still and without effort: r = −(θ² + 0.1 ω² + 0.001 u²) of the state before the step, θ in [−π, π).
+struct PendulumTask {
+    spec: Spec,
+}
+
+impl Task for PendulumTask {
+    fn spec(&self) -> &Spec {
+        &self.spec
+    }
+
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+        x[0] = uniform(-PI, PI, rng);
+        x[1] = uniform(-1.0, 1.0, rng);
+    }
+
+    fn reward(&self, x: &[f64], _action: &[f64], u: &[f64], _next: &[f64]) -> f64 {
+        let (angle, rate, torque) = (wrapped(x[0]), x[1], u[0]);
+        let narrow = is_float32(torque);
+        let effort = rounded_if(narrow, rounded_if(narrow, 0.001) * rounded_if(narrow, torque * torque));
+        -(angle * angle + 0.1 * (rate * rate) + effort)
+    }
+
+    fn terminated(&self, _next: &[f64]) -> bool {
+        false
+    }
+}
+
+/// The same angle in [−π, π).
+fn wrapped(angle: f64) -> f64 {
+    (angle + PI).rem_euclid(TAU) - PI
+}

@@ -1,0 +1,108 @@
+//! What there is to train on.
+
+use std::sync::Arc;
+
+use sindyna_core::{Dynamics, Sensors, Simulated, Spec, Task};
+
+use crate::pendulum;
+
+/// A true system with the task on it.
+#[derive(Clone)]
+pub struct System {
+    name: &'static str,
+    gymnasium_id: &'static str,
+    summary: &'static str,
+    true_equations: &'static [&'static str],
+    task: Arc<dyn Task>,
+    dynamics: Arc<dyn Dynamics>,
+    sensors: Sensors,
+}
+
+/// What is said about a system besides its two parts.
+pub(crate) struct Card {
+    pub(crate) name: &'static str,
+    pub(crate) gymnasium_id: &'static str,
+    pub(crate) summary: &'static str,
+    pub(crate) true_equations: &'static [&'static str],
+}
+
+impl System {
+    pub(crate) fn new(card: Card, task: impl Task + 'static, dynamics: impl Dynamics + 'static) -> Self {
+        let sensors = Sensors::new(task.spec()).expect("every observation of our specs names a state");
+        Self {
+            name: card.name,
+            gymnasium_id: card.gymnasium_id,
+            summary: card.summary,
+            true_equations: card.true_equations,
+            task: Arc::new(task),
+            dynamics: Arc::new(dynamics),
+            sensors,
+        }
+    }
+
+    /// Name of the task, such as `pendulum`.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Gymnasium's name for it, such as `Pendulum-v1`.
+    #[must_use]
+    pub fn gymnasium_id(&self) -> &'static str {
+        self.gymnasium_id
+    }
+
+    /// What is to be done, in one line.
+    #[must_use]
+    pub fn summary(&self) -> &'static str {
+        self.summary
+    }
+
+    /// The equations of motion, in the channel names of [`Self::spec`]; between walls and limits.
+    #[must_use]
+    pub fn true_equations(&self) -> &'static [&'static str] {
+        self.true_equations
+    }
+
+    /// What is declared about the system.
+    #[must_use]
+    pub fn spec(&self) -> &Spec {
+        self.task.spec()
+    }
+
+    /// The task: all the agent may know.
+    #[must_use]
+    pub fn task(&self) -> Arc<dyn Task> {
+        Arc::clone(&self.task)
+    }
+
+    /// The true dynamics: what is to be learned.
+    #[must_use]
+    pub fn dynamics(&self) -> Arc<dyn Dynamics> {
+        Arc::clone(&self.dynamics)
+    }
+
+    /// The sensors the spec declares.
+    #[must_use]
+    pub fn sensors(&self) -> Sensors {
+        self.sensors.clone()
+    }
+
+    /// The real system: task and true dynamics together. The first call must be a reset.
+    #[must_use]
+    pub fn environment(&self) -> Simulated<Arc<dyn Dynamics>, Arc<dyn Task>, Sensors> {
+        Simulated::new(self.dynamics(), self.task(), self.sensors())
+    }
+}
+
+/// Every system there is.
+#[must_use]
+pub fn systems() -> Vec<System> {
+    vec![pendulum::system()]
+}
+
+/// The system called `name`, in our words or by its Gymnasium id.
+#[must_use]
+pub fn find(name: &str) -> Option<System> {
+    systems().into_iter().find(|s| s.name == name || s.gymnasium_id == name)
+}
