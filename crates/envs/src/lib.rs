@@ -21,7 +21,10 @@
 //! # References
 //! Towers et al. (2024), Gymnasium: a standard interface for reinforcement learning environments, arXiv:2407.17032.
 
+mod cart_pole;
 mod float32;
+mod inverted_pendulum;
+mod mountain_car;
 mod pendulum;
 mod system;
 mod uniform;

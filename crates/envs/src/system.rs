@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use sindyna_core::{Dynamics, Sensors, Simulated, Spec, Task};
 
-use crate::pendulum;
+use crate::{cart_pole, inverted_pendulum, mountain_car, pendulum};
 
 /// A true system with the task on it.
 #[derive(Clone)]
@@ -98,7 +98,7 @@ impl System {
 /// Every system there is.
 #[must_use]
 pub fn systems() -> Vec<System> {
-    vec![pendulum::system()]
+    vec![cart_pole::system(), mountain_car::system(), pendulum::system(), inverted_pendulum::system()]
 }
 
 /// The system called `name`, in our words or by its Gymnasium id.
