@@ -17,6 +17,8 @@ pub enum Event<'a> {
     Fitted {
         /// Real steps the model was fitted to.
         rows: usize,
+        /// The model in lines a person reads.
+        description: &'a [String],
     },
     /// The agent was updated.
     Updated {

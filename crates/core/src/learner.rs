@@ -51,6 +51,11 @@ pub trait DynamicsLearner: Send + Sync {
         previous: Option<&Self::Model>,
         rng: &mut Rng,
     ) -> Result<Option<Self::Model>, FitError>;
+
+    /// The model in lines a person reads; nothing for models nobody can read.
+    fn describe(&self, _model: &Self::Model) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// No model at all: learning from real data only.

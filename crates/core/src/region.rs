@@ -2,7 +2,7 @@
 
 use rand::RngExt as _;
 
-use crate::{Channel, Kind, Rng};
+use crate::{Channel, Dataset, Kind, Rng, Spec};
 
 /// A box in state space: the declared bounds where a channel has them, else the larger of its typical magnitude and
 /// what the data reached. Angles without bounds are free.
@@ -16,21 +16,20 @@ pub struct Region {
 }
 
 impl Region {
-    /// The region of `channels` (n) around the visited `states` (rows of n values).
-    pub fn new<'a>(channels: &[Channel], states: impl IntoIterator<Item = &'a [f64]>) -> Self {
-        let mut reach: Vec<f64> = channels.iter().map(|c| c.scale).collect();
-        for x in states {
-            for (r, v) in reach.iter_mut().zip(x) {
-                *r = r.max(v.abs());
+    /// The region of the system `spec` declares, around what was observed in `data`.
+    #[must_use]
+    pub fn around(spec: &Spec, data: &Dataset) -> Self {
+        let limits = spec.state.iter().map(|channel| {
+            if channel.is_bounded() {
+                return channel.bounds;
             }
-        }
-        let limits = channels.iter().zip(&reach).map(|(c, &r)| match c.kind {
-            _ if c.is_bounded() => c.bounds,
-            Kind::Angle => (-std::f64::consts::PI, std::f64::consts::PI),
-            _ => (c.bounds.0.max(-r), c.bounds.1.min(r)),
+            if turns_freely(spec, channel) {
+                return (-std::f64::consts::PI, std::f64::consts::PI);
+            }
+            let reach = reach(spec, data, &channel.name).max(channel.scale);
+            (channel.bounds.0.max(-reach), channel.bounds.1.min(reach))
         });
-        let free = channels.iter().map(|c| c.kind == Kind::Angle && !c.is_bounded()).collect();
-        Self { limits: limits.collect(), free }
+        Self { limits: limits.collect(), free: spec.state.iter().map(|c| turns_freely(spec, c)).collect() }
     }
 
     /// Whether `x` (n) lies inside, borders included.
@@ -47,27 +46,52 @@ impl Region {
     }
 }
 
+/// An angle without bounds that is seen only through its cosine and sine: one turn of it is all there is.
+fn turns_freely(spec: &Spec, channel: &Channel) -> bool {
+    let shown = spec.observation.iter().any(|o| o.name == channel.name);
+    channel.kind == Kind::Angle && !channel.is_bounded() && !shown
+}
+
+/// The largest magnitude observed on the channel `name`; 0 if it is not observed.
+fn reach(spec: &Spec, data: &Dataset, name: &str) -> f64 {
+    let Some(column) = spec.observation.iter().position(|o| o.name == name) else { return 0.0 };
+    let seen = data.rollouts().flat_map(|r| r.observations.column(column).to_vec());
+    seen.fold(0.0, |largest, v| largest.max(v.abs()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Seed;
+    use crate::{Precision, Seed, Space};
 
     #[test]
     fn declared_bounds_win_and_data_widen_the_rest() {
-        let channels = [
-            Channel::new("x", "m", Kind::Plain, 1.0),
-            Channel::new("v", "m/s", Kind::RateOf(0), 1.0).within(-0.07, 0.07),
-            Channel::new("θ", "rad", Kind::Angle, 1.0),
-        ];
-        let region = Region::new(&channels, [[-2.5, 5.0, 0.0].as_slice()]);
-        assert!(region.contains(&[2.4, 0.07, 40.0]), "2.5 m was visited and angles are free");
+        let x = Channel::new("x", "m", Kind::Plain, 1.0);
+        let v = Channel::new("v", "m/s", Kind::RateOf(0), 1.0).within(-0.07, 0.07);
+        let angle = Channel::new("θ", "rad", Kind::Angle, 1.0);
+        let cosine = Channel::new("cos θ", "", Kind::CosOf(2), 1.0);
+        let spec = Spec {
+            name: "any".into(),
+            state: vec![x.clone(), v.clone(), angle],
+            observation: vec![x, v, cosine],
+            control: vec![],
+            action_space: Space::Box { low: vec![], high: vec![] },
+            precision: Precision::F64,
+            dt: 0.1,
+            max_steps: 10,
+            solved_at: None,
+        };
+        let mut data = Dataset::new(3, 0, 0, 0.1);
+        data.begin(&[-2.5, 5.0, 0.0]).expect("finite");
+        let region = Region::around(&spec, &data);
+        assert!(region.contains(&[2.4, 0.07, 40.0]), "2.5 m was visited and hidden angles are free");
         assert!(!region.contains(&[2.6, 0.0, 0.0]));
         assert!(!region.contains(&[0.0, 0.08, 0.0]));
-        let mut x = [0.0; 3];
+        let mut drawn = [0.0; 3];
         let mut rng = Seed::new(1).numpy();
         for _ in 0..100 {
-            region.sample(&mut rng, &mut x);
-            assert!(region.contains(&x) && x[2].abs() <= std::f64::consts::PI);
+            region.sample(&mut rng, &mut drawn);
+            assert!(region.contains(&drawn) && drawn[2].abs() <= std::f64::consts::PI);
         }
     }
 }

@@ -1,1 +1,23 @@
-//! (being built)
+//! Algorithm 1 of Arora, da Silva and Moss (2022): collect a little real data, identify, improve a policy inside the
+//! identified model, and check it on the real system.
+//!
+//! This crate depends on [`sindyna_core`] and nothing else of ours, so the loop cannot know whether its model is a
+//! handful of equations, a neural ensemble, or none.
+//!
+//! Not here: names, files, clocks, terminals; what a model or an agent is made of.
+
+mod algorithm;
+mod collect;
+mod evaluate;
+mod explore;
+mod imagine;
+mod improve;
+mod optimality;
+mod schedule;
+
+pub use algorithm::{Dyna, DynaError, Learned};
+pub use evaluate::evaluate;
+pub use explore::{Alternating, Uniform};
+pub use imagine::Imagined;
+pub use optimality::Optimality;
+pub use schedule::{Rollouts, Schedule};

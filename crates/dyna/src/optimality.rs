@@ -1,0 +1,104 @@
+//! When to stop improving: the rule behind "while π is not optimal" of Algorithm 1.
+
+/// A policy is optimal in the model when `patience` trials in a row gained less than `tolerance` over the best so
+/// far, and that best reaches `target` where one is declared. After `max_updates` training ends in any case.
+///
+/// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Optimality {
+    /// Updates between two trials.
+    pub trial_every: u64,
+    /// Start states of a trial.
+    pub trial_episodes: usize,
+    /// Trials without gain that end training.
+    pub patience: usize,
+    /// What counts as a gain, as a share of the best return's magnitude.
+    pub tolerance: f64,
+    /// Mean return below which the best is not good enough to stop, whatever the patience.
+    pub target: Option<f64>,
+    /// Updates after which training ends.
+    pub max_updates: u64,
+}
+
+/// The trials so far and what they say.
+#[derive(Debug, Clone)]
+pub(crate) struct Trials<'a> {
+    rule: &'a Optimality,
+    best: Option<f64>,
+    /// The best when patience last began anew.
+    reference: Option<f64>,
+    without_gain: usize,
+}
+
+impl<'a> Trials<'a> {
+    pub(crate) fn new(rule: &'a Optimality) -> Self {
+        Self { rule, best: None, reference: None, without_gain: 0 }
+    }
+
+    /// Notes a trial's mean return; `true` if it is the best so far.
+    pub(crate) fn note(&mut self, mean_return: f64) -> bool {
+        let is_best = self.best.is_none_or(|best| mean_return > best);
+        if is_best {
+            self.best = Some(mean_return);
+        }
+        let gains = self.reference.is_none_or(|r| mean_return - r > self.rule.tolerance * r.abs());
+        if gains {
+            self.reference = Some(mean_return);
+            self.without_gain = 0;
+        } else {
+            self.without_gain += 1;
+        }
+        is_best
+    }
+
+    /// The best mean return so far.
+    pub(crate) fn best(&self) -> Option<f64> {
+        self.best
+    }
+
+    /// Whether the rule calls the best policy optimal.
+    pub(crate) fn optimal(&self) -> bool {
+        let good_enough = match (self.best, self.rule.target) {
+            (Some(best), Some(target)) => best >= target,
+            (best, _) => best.is_some(),
+        };
+        good_enough && self.without_gain >= self.rule.patience
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rule(target: Option<f64>) -> Optimality {
+        Optimality { trial_every: 1, trial_episodes: 1, patience: 2, tolerance: 0.01, target, max_updates: 100 }
+    }
+
+    #[test]
+    fn small_gains_are_kept_but_do_not_renew_patience() {
+        let rule = rule(None);
+        let mut trials = Trials::new(&rule);
+        assert!(trials.note(-200.0) && !trials.optimal());
+        assert!(trials.note(-199.5), "better, so it is kept");
+        assert!(!trials.optimal());
+        assert!(!trials.note(-300.0));
+        assert!(trials.optimal(), "two trials without a gain of 1 %");
+        assert_eq!(trials.best(), Some(-199.5));
+        assert!(trials.note(-150.0));
+        assert!(!trials.optimal(), "a real gain renews patience");
+    }
+
+    #[test]
+    fn below_the_target_nothing_is_optimal() {
+        let rule = rule(Some(90.0));
+        let mut trials = Trials::new(&rule);
+        for _ in 0..10 {
+            trials.note(0.0);
+        }
+        assert!(!trials.optimal());
+        trials.note(95.0);
+        trials.note(95.0);
+        trials.note(95.0);
+        assert!(trials.optimal());
+    }
+}

@@ -1,0 +1,41 @@
+//! How much of what is done, and in which order: an algorithm as a value.
+
+use crate::Optimality;
+
+/// A number of rollouts that may have no end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Rollouts {
+    /// So many.
+    Count(u64),
+    /// As many as it takes: the model is trusted until the policy is optimal in it.
+    Unlimited,
+}
+
+/// The hyper-parameters of Algorithm 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Schedule {
+    /// N_e: rollouts on the real system before anything is learned.
+    pub warmup_rollouts: usize,
+    /// R: real steps of each of them.
+    pub rollout_len: usize,
+    /// N: imagined rollouts per real one.
+    pub imagined_rollouts: Rollouts,
+    /// Imagined systems stepped side by side.
+    pub worlds: usize,
+    /// Steps after which an imagined rollout is cut and begun anew elsewhere.
+    pub imagined_len: usize,
+    /// Share of imagined rollouts that begin anywhere in the trusted region instead of where the task begins, 0 to 1.
+    pub scattered_starts: f64,
+    /// Imagined steps with uniformly random actions before the first update.
+    pub random_steps: usize,
+    /// Updates for every imagined step of all worlds together.
+    pub updates_per_turn: usize,
+    /// Transitions in one update.
+    pub batch_size: usize,
+    /// Transitions remembered.
+    pub replay_capacity: usize,
+    /// Discount of the value charged for leaving the trusted region; the agent's own.
+    pub discount: f64,
+    /// When a policy counts as optimal in the model.
+    pub optimality: Optimality,
+}

@@ -1,0 +1,280 @@
+//! The loop counts what it does, and nothing it should not see gets through.
+
+use std::cell::Cell;
+use std::io;
+use std::sync::{Arc, Mutex};
+
+use ndarray::{ArrayView2, ArrayViewMut2};
+use sindyna_core::{
+    Agent, AgentError, Batch, Channel, Dataset, Diverged, Dynamics, DynamicsLearner, Event, FitError, Kind, Losses,
+    Mode, NoModel, Observer, Policy, Precision, Rng, Seed, Sensors, Simulated, Space, Spec, Task,
+};
+use sindyna_dyna::{Dyna, Learned, Optimality, Rollouts, Schedule, Uniform, evaluate};
+
+/// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
+struct Line(Spec);
+
+impl Line {
+    fn new(max_steps: usize) -> Self {
+        Self(Spec {
+            name: "line".into(),
+            state: vec![Channel::new("x", "m", Kind::Plain, 2.0)],
+            observation: vec![Channel::new("x", "m", Kind::Plain, 2.0)],
+            control: vec![Channel::new("u", "m", Kind::Plain, 1.0)],
+            action_space: Space::Box { low: vec![-0.4], high: vec![0.4] },
+            precision: Precision::F64,
+            dt: 1.0,
+            max_steps,
+            solved_at: None,
+        })
+    }
+}
+
+impl Task for Line {
+    fn spec(&self) -> &Spec {
+        &self.0
+    }
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+        use rand::RngExt as _;
+        x[0] = rng.random_range(-0.1..0.1);
+    }
+    fn reward(&self, x: &[f64], _action: &[f64], _u: &[f64], _next: &[f64]) -> f64 {
+        -x[0] * x[0]
+    }
+    fn terminated(&self, next: &[f64]) -> bool {
+        next[0].abs() > 1.0
+    }
+}
+
+/// x' = x + gain·u; beyond `breaks_at` the model blows up.
+#[derive(Clone)]
+struct Push {
+    gain: f64,
+    breaks_at: f64,
+}
+
+impl Dynamics for Push {
+    fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        next[0] = if x[0].abs() > self.breaks_at { f64::NAN } else { x[0] + self.gain * u[0] };
+        Diverged::check(next)
+    }
+}
+
+struct Given(Push);
+
+impl DynamicsLearner for Given {
+    type Model = Push;
+    fn fit(&self, _data: &Dataset, _previous: Option<&Push>, _rng: &mut Rng) -> Result<Option<Push>, FitError> {
+        Ok(Some(self.0.clone()))
+    }
+}
+
+/// Moves by a gain that improves a little with each update, and keeps what it was shown.
+#[derive(Clone, Default)]
+struct Student {
+    gain: f64,
+    shown: Arc<Mutex<Vec<(f64, f64, f64)>>>,
+}
+
+impl Policy for Student {
+    fn act_batch(&self, o: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, mut actions: ArrayViewMut2<'_, f64>) {
+        use rand::RngExt as _;
+        for (o, mut a) in o.rows().into_iter().zip(actions.rows_mut()) {
+            a[0] = match mode {
+                Mode::Exploit => (-self.gain * o[0]).clamp(-0.4, 0.4),
+                Mode::Explore => rng.random_range(-0.4..0.4),
+            };
+        }
+    }
+}
+
+impl Agent for Student {
+    type Frozen = Self;
+    fn update(&mut self, batch: &Batch, _rng: &mut Rng) -> Result<Losses, AgentError> {
+        self.gain = (self.gain + 0.1).min(1.0);
+        let mut shown = self.shown.lock().expect("one thread");
+        for i in 0..batch.len() {
+            shown.push((batch.next_observations[[i, 0]], batch.rewards[i], batch.terminated[i]));
+        }
+        Ok(Losses { critic: 0.0, actor: 0.0, temperature: 0.0, entropy: 0.0 })
+    }
+    fn frozen(&self) -> Self {
+        self.clone()
+    }
+}
+
+struct Silent;
+impl Observer for Silent {
+    fn on(&mut self, _event: &Event<'_>) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn schedule() -> Schedule {
+    Schedule {
+        warmup_rollouts: 2,
+        rollout_len: 15,
+        imagined_rollouts: Rollouts::Unlimited,
+        worlds: 4,
+        imagined_len: 10,
+        scattered_starts: 0.5,
+        random_steps: 40,
+        updates_per_turn: 1,
+        batch_size: 8,
+        replay_capacity: 500,
+        discount: 0.9,
+        optimality: Optimality {
+            trial_every: 10,
+            trial_episodes: 5,
+            patience: 2,
+            tolerance: 0.01,
+            target: None,
+            max_updates: 200,
+        },
+    }
+}
+
+fn run<L: DynamicsLearner>(
+    learner: &L,
+    schedule: &Schedule,
+    agent: Student,
+    interrupted: &dyn Fn() -> bool,
+) -> Learned<L::Model, Student> {
+    let task = Line::new(20);
+    let sensors = Sensors::new(&task.0).expect("the observation names the state");
+    let truth = Push { gain: 1.0, breaks_at: f64::INFINITY };
+    let mut real = Simulated::new(truth, &task, sensors.clone());
+    let mut explorer = Uniform::new(&task.0);
+    let dyna = Dyna { task: &task, sensors: &sensors, learner, schedule, seed: Seed::new(0) };
+    dyna.run(&mut real, &mut explorer, agent, &mut Silent, interrupted).expect("nothing fails here")
+}
+
+const EXACT: Push = Push { gain: 1.0, breaks_at: f64::INFINITY };
+
+#[test]
+fn every_real_step_and_reset_is_counted() {
+    let learned = run(&Given(EXACT), &schedule(), Student::default(), &|| false);
+    assert_eq!(learned.data.n_steps(), 30);
+    let early_ends = learned.data.rollouts().filter(|r| r.end != sindyna_core::End::Cut).count();
+    assert!(learned.data.n_rollouts() >= 2 && learned.data.n_rollouts() <= 2 + early_ends);
+}
+
+#[test]
+fn training_stops_when_trials_no_longer_gain_and_keeps_the_best() {
+    let learned = run(&Given(EXACT), &schedule(), Student::default(), &|| false);
+    assert!(learned.optimal_in_model);
+    // The gain is 1 after 10 updates; the trials at 20 and 30 gain nothing.
+    assert_eq!(learned.updates, 30);
+    assert!(learned.policy.expect("there were trials").gain > 0.99);
+    let best = learned.model_return.expect("there were trials");
+    assert!(best <= 0.0 && best > -0.02, "only the start state costs anything: {best}");
+}
+
+#[test]
+fn without_a_model_nothing_is_imagined() {
+    let learned = run(&NoModel, &schedule(), Student::default(), &|| false);
+    assert!(learned.model.is_none() && learned.policy.is_none());
+    assert_eq!((learned.updates, learned.model_steps), (0, 0));
+}
+
+#[test]
+fn a_diverging_model_is_counted_and_never_taught() {
+    let agent = Student::default();
+    let shown = Arc::clone(&agent.shown);
+    let learned = run(&Given(Push { gain: 1.0, breaks_at: 0.5 }), &schedule(), agent, &|| false);
+    assert!(learned.diverged > 0, "random actions reach 0.5 now and then");
+    let shown = shown.lock().expect("one thread");
+    assert!(shown.iter().all(|(next, reward, _)| next.is_finite() && reward.is_finite()));
+}
+
+#[test]
+fn a_model_that_always_diverges_ends_the_run_without_a_policy() {
+    let learned = run(&Given(Push { gain: 1.0, breaks_at: -1.0 }), &schedule(), Student::default(), &|| false);
+    assert!(learned.policy.is_none() && !learned.optimal_in_model);
+    assert!(learned.diverged > 0 && learned.updates == 0);
+}
+
+#[test]
+fn leaving_the_trusted_region_is_an_end_that_costs() {
+    // A model ten times too lively jumps past |x| = 2 (the channel's scale) now and then.
+    struct Tame(Line);
+    impl Task for Tame {
+        fn spec(&self) -> &Spec {
+            self.0.spec()
+        }
+        fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+            self.0.initial(rng, x);
+        }
+        fn reward(&self, x: &[f64], a: &[f64], u: &[f64], next: &[f64]) -> f64 {
+            self.0.reward(x, a, u, next)
+        }
+        fn terminated(&self, _next: &[f64]) -> bool {
+            false
+        }
+    }
+    let task = Tame(Line::new(20));
+    let sensors = Sensors::new(task.spec()).expect("the observation names the state");
+    let mut real = Simulated::new(EXACT, &task, sensors.clone());
+    let mut explorer = Uniform::new(task.spec());
+    let (schedule, learner, agent) = (schedule(), Given(Push { gain: 10.0, ..EXACT }), Student::default());
+    let shown = Arc::clone(&agent.shown);
+    let dyna = Dyna { task: &task, sensors: &sensors, learner: &learner, schedule: &schedule, seed: Seed::new(1) };
+    let learned = dyna.run(&mut real, &mut explorer, agent, &mut Silent, &|| false).expect("nothing fails here");
+    assert!(learned.left_region > 0);
+    let worst = learned.data.rollouts().flat_map(|r| r.rewards.to_vec()).fold(0.0, f64::min) / (1.0 - 0.9);
+    for (next, reward, terminated) in shown.lock().expect("one thread").iter() {
+        assert_eq!(next.abs() > learned_reach(&learned.data), *terminated == 1.0);
+        if *terminated == 1.0 {
+            assert!(*reward <= worst, "{reward} must include the worst value {worst}");
+        }
+    }
+}
+
+fn learned_reach(data: &Dataset) -> f64 {
+    data.rollouts()
+        .flat_map(|r| r.observations.iter().copied().collect::<Vec<_>>())
+        .fold(2.0, |m: f64, v| m.max(v.abs()))
+}
+
+#[test]
+fn for_finite_n_a_real_rollout_follows_every_n_imagined() {
+    let mut schedule = schedule();
+    schedule.imagined_rollouts = Rollouts::Count(12);
+    schedule.optimality.patience = 1000;
+    let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
+    let real_after_warmup = learned.data.n_rollouts() as u64 - 2;
+    // Up to `worlds` rollouts end in one turn, and the last turn may not have come to its end.
+    assert!(
+        real_after_warmup >= learned.model_rollouts / (12 + 4) - 1,
+        "{real_after_warmup} of {learned:?}",
+        learned = learned.model_rollouts
+    );
+    assert!(real_after_warmup <= learned.model_rollouts / 12);
+    assert!(learned.data.n_steps() > 30);
+}
+
+#[test]
+fn an_interrupted_run_keeps_its_best_policy() {
+    let asked = Cell::new(0);
+    let stop_after_15 = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 15
+    };
+    let learned = run(&Given(EXACT), &schedule(), Student::default(), &stop_after_15);
+    assert!(learned.interrupted && learned.policy.is_some());
+    assert!(learned.updates < 30);
+}
+
+#[test]
+fn evaluation_depends_on_the_seed_and_not_on_how_many_systems_share_it() {
+    let task = Line::new(20);
+    let sensors = Sensors::new(&task.0).expect("the observation names the state");
+    let policy = Student { gain: 0.5, ..Student::default() };
+    let returns = |systems: usize, seed: u64| {
+        let mut envs: Vec<_> = (0..systems).map(|_| Simulated::new(EXACT, &task, sensors.clone())).collect();
+        evaluate(&mut envs, &policy, 7, Seed::new(seed), "evaluation").expect("nothing fails here")
+    };
+    assert_eq!(returns(7, 3), returns(1, 3));
+    assert_eq!(returns(7, 3), returns(20, 3));
+    assert_ne!(returns(7, 3), returns(7, 4));
+}
