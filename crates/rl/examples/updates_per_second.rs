@@ -1,0 +1,32 @@
+//! Updates of SAC per second, one thread, at two widths: `cargo run --release -p sindyna-rl --example updates_per_second`.
+
+#![allow(clippy::print_stdout, reason = "printing is what it is for")]
+
+use std::time::{Duration, Instant};
+
+use sindyna_core::{Agent as _, Batch, Seed};
+use sindyna_rl::{Sac, SacConfig, Scaling};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut rng = Seed::new(0).stream("benchmark", 0);
+    println!("observation 3, action 1, batch 256, one thread; the best of the windows, in updates per second");
+    for (width, n_windows, window) in [(64, 40, 100), (256, 20, 20)] {
+        let config = SacConfig { hidden: vec![width, width], ..SacConfig::default() };
+        let mut sac = Sac::new(config, Scaling::identity(3), &[-2.0], &[2.0], &mut rng)?;
+        let mut batch = Batch::zeros(256, 3, 1);
+        batch.observations.iter_mut().enumerate().for_each(|(i, v)| *v = (i as f64).sin());
+        batch.next_observations.iter_mut().enumerate().for_each(|(i, v)| *v = (i as f64 + 0.1).sin());
+        batch.actions.iter_mut().enumerate().for_each(|(i, v)| *v = 2.0 * (3.0 * i as f64).sin());
+        batch.rewards.iter_mut().enumerate().for_each(|(i, v)| *v = (7.0 * i as f64).cos());
+        let mut best = Duration::MAX;
+        for _ in 0..n_windows {
+            let start = Instant::now();
+            for _ in 0..window {
+                sac.update(&batch, &mut rng)?;
+            }
+            best = best.min(start.elapsed());
+        }
+        println!("{width}x{width}: {:.0}", f64::from(window) / best.as_secs_f64());
+    }
+    Ok(())
+}

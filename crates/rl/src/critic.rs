@@ -1,0 +1,68 @@
+//! One of the twin critics: Q(o, a), its slow target, its optimiser.
+
+use sindyna_core::Rng;
+
+use crate::{adam::Adam, mlp::Mlp, pass::Pass};
+
+/// A critic and everything it learns with. Its input rows are the scaled observation followed by the action in -1..1.
+#[derive(Debug, Clone)]
+pub(crate) struct Critic {
+    pub(crate) net: Mlp,
+    pub(crate) target: Mlp,
+    pub(crate) adam: Adam,
+    pub(crate) gradients: Vec<f32>,
+    pass: Pass,
+    d_values: Vec<f32>,
+}
+
+impl Critic {
+    /// A random critic of `sizes`; its target begins as a copy.
+    pub(crate) fn new(sizes: &[usize], learning_rate: f64, rng: &mut Rng) -> Self {
+        let net = Mlp::random(sizes, rng);
+        let n_params = net.params.len();
+        Self {
+            target: net.clone(),
+            net,
+            adam: Adam::new(n_params, learning_rate),
+            gradients: vec![0.0; n_params],
+            pass: Pass::default(),
+            d_values: Vec::new(),
+        }
+    }
+
+    /// The target's values of `rows` inputs.
+    pub(crate) fn target_values(&mut self, inputs: &[f32], rows: usize) -> &[f32] {
+        self.pass.forward(&self.target, inputs, rows)
+    }
+
+    /// The values of `rows` inputs.
+    pub(crate) fn values(&mut self, inputs: &[f32], rows: usize) -> &[f32] {
+        self.pass.forward(&self.net, inputs, rows)
+    }
+
+    /// Computes ½ mean (Q - y)² over the rows of `inputs` and its gradient; returns the loss.
+    pub(crate) fn regress(&mut self, inputs: &[f32], targets: &[f32]) -> f64 {
+        let rows = targets.len();
+        let values = self.pass.forward(&self.net, inputs, rows);
+        let per_row = 1.0 / rows as f32;
+        self.d_values.clear();
+        let mut sum = 0.0;
+        for (q, y) in values.iter().zip(targets) {
+            let error = q - y;
+            sum += f64::from(error) * f64::from(error);
+            self.d_values.push(error * per_row);
+        }
+        self.pass.backward_params(&self.net, inputs, &self.d_values, &mut self.gradients);
+        0.5 * sum / rows as f64
+    }
+
+    /// Moves the critic against the gradient of [`Self::regress`], and its target after it.
+    pub(crate) fn step(&mut self, polyak: f64) {
+        self.adam.step_and_track(&mut self.net.params, &self.gradients, &mut self.target.params, polyak);
+    }
+
+    /// ∂L/∂(input columns from `first` on), given ∂L/∂Q of the rows of the last [`Self::values`].
+    pub(crate) fn input_gradients(&mut self, d_values: &[f32], first: usize) -> &[f32] {
+        self.pass.backward_inputs(&self.net, d_values, first)
+    }
+}

@@ -1,0 +1,152 @@
+//! Multilayer perceptrons whose parameters are one flat vector.
+
+use rand::RngExt as _;
+use sindyna_core::Rng;
+
+use crate::simd::vectorized;
+
+/// A fully connected network with ReLU after every layer but the last.
+///
+/// `sizes` are the widths from the input to the output. The parameters lie layer after layer: weights W row-major
+/// (inputs, outputs), then biases b (outputs); y = x W + b for a row x. One vector, so that optimisers, target
+/// networks and files are single loops.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Mlp {
+    sizes: Vec<usize>,
+    pub(crate) params: Vec<f32>,
+}
+
+/// Where the parameters of one layer lie.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Layer {
+    pub(crate) inputs: usize,
+    pub(crate) outputs: usize,
+    offset: usize,
+}
+
+impl Layer {
+    /// Splits this layer's part of `params` into weights (inputs, outputs) and biases (outputs).
+    pub(crate) fn of(self, params: &[f32]) -> (&[f32], &[f32]) {
+        params[self.offset..self.offset + self.len()].split_at(self.inputs * self.outputs)
+    }
+
+    /// [`Self::of`] for writing.
+    pub(crate) fn of_mut(self, params: &mut [f32]) -> (&mut [f32], &mut [f32]) {
+        params[self.offset..self.offset + self.len()].split_at_mut(self.inputs * self.outputs)
+    }
+
+    fn len(self) -> usize {
+        (self.inputs + 1) * self.outputs
+    }
+}
+
+impl Mlp {
+    /// A network of `sizes` with weights and biases uniform in ±1/√inputs of their layer, as PyTorch's `nn.Linear`.
+    pub(crate) fn random(sizes: &[usize], rng: &mut Rng) -> Self {
+        let mut net = Self::from_params(sizes, vec![0.0; n_params(sizes)]);
+        for l in 0..net.depth() {
+            let layer = net.layer(l);
+            let bound = 1.0 / (layer.inputs as f64).sqrt();
+            for p in &mut net.params[layer.offset..layer.offset + layer.len()] {
+                *p = rng.random_range(-bound..=bound) as f32;
+            }
+        }
+        net
+    }
+
+    /// The network of `sizes` with these parameters, as many as its layers have.
+    pub(crate) fn from_params(sizes: &[usize], params: Vec<f32>) -> Self {
+        assert!(sizes.len() >= 2, "a network has an input and an output");
+        assert_eq!(params.len(), n_params(sizes), "parameters of a network of {sizes:?}");
+        Self { sizes: sizes.to_vec(), params }
+    }
+
+    /// Number of layers with parameters.
+    pub(crate) fn depth(&self) -> usize {
+        self.sizes.len() - 1
+    }
+
+    /// Width of the input.
+    pub(crate) fn inputs(&self) -> usize {
+        self.sizes[0]
+    }
+
+    /// Width of the output.
+    pub(crate) fn outputs(&self) -> usize {
+        self.sizes[self.depth()]
+    }
+
+    /// Widths from the input to the output.
+    pub(crate) fn sizes(&self) -> &[usize] {
+        &self.sizes
+    }
+
+    /// Layer `l`, counted from the input.
+    pub(crate) fn layer(&self, l: usize) -> Layer {
+        let offset = n_params(&self.sizes[..=l]);
+        Layer { inputs: self.sizes[l], outputs: self.sizes[l + 1], offset }
+    }
+
+    /// The outputs for each row of `inputs` (rows, inputs), into `outputs` (rows, outputs).
+    ///
+    /// Every sum starts at the bias and runs over the inputs in order, so a row's result depends neither on the rows
+    /// beside it nor on the machine: what acts in a controller is what was evaluated.
+    pub(crate) fn evaluate_rows(&self, inputs: &[f32], outputs: &mut [f32]) {
+        let widest = self.sizes.iter().copied().max().unwrap_or(0);
+        let (mut x, mut y) = (vec![0.0; widest], vec![0.0; widest]);
+        vectorized(
+            #[inline(always)]
+            || {
+                let rows = inputs.chunks_exact(self.inputs()).zip(outputs.chunks_exact_mut(self.outputs()));
+                for (input, output) in rows {
+                    x[..input.len()].copy_from_slice(input);
+                    for l in 0..self.depth() {
+                        let layer = self.layer(l);
+                        let (weights, biases) = layer.of(&self.params);
+                        affine_row(&x[..layer.inputs], weights, biases, &mut y[..layer.outputs]);
+                        if l + 1 < self.depth() {
+                            y[..layer.outputs].iter_mut().for_each(|v| *v = relu(*v));
+                        }
+                        std::mem::swap(&mut x, &mut y);
+                    }
+                    output.copy_from_slice(&x[..self.outputs()]);
+                }
+            },
+        );
+    }
+}
+
+fn n_params(sizes: &[usize]) -> usize {
+    sizes.windows(2).map(|w| (w[0] + 1) * w[1]).sum()
+}
+
+/// max(v, 0), except that a number that is none stays none: a broken input must not look healthy.
+#[inline(always)]
+pub(crate) fn relu(v: f32) -> f32 {
+    if v < 0.0 { 0.0 } else { v }
+}
+
+/// y = x W + b for one row, a block of outputs at a time so that the sums stay in registers.
+#[inline(always)]
+fn affine_row(x: &[f32], weights: &[f32], biases: &[f32], y: &mut [f32]) {
+    const BLOCK: usize = 32;
+    let n = biases.len();
+    let mut start = 0;
+    while start + BLOCK <= n {
+        let mut sums = [0.0_f32; BLOCK];
+        sums.copy_from_slice(&biases[start..start + BLOCK]);
+        for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
+            for (s, w) in sums.iter_mut().zip(&row[start..start + BLOCK]) {
+                *s += v * w;
+            }
+        }
+        y[start..start + BLOCK].copy_from_slice(&sums);
+        start += BLOCK;
+    }
+    y[start..n].copy_from_slice(&biases[start..]);
+    for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
+        for (s, w) in y[start..n].iter_mut().zip(&row[start..]) {
+            *s += v * w;
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! SAC learns what has a known answer, within a fixed number of updates.
+
+use ndarray::{Array2, ArrayView2};
+use rand::RngExt as _;
+use sindyna_core::{Agent as _, Batch, Mode, Policy as _, Replay, Rng, Seed, Transition};
+use sindyna_rl::{Sac, SacConfig, Scaling};
+
+/// One-step task: the best action is the observation itself.
+#[test]
+fn sac_learns_the_identity() {
+    let mut rng = Seed::new(1).stream("identity", 0);
+    let config = SacConfig { learning_rate: 3e-3, batch_size: 128, ..SacConfig::default() };
+    let mut sac = Sac::new(config, Scaling::identity(1), &[-2.0], &[2.0], &mut rng).expect("usable settings");
+    let mut replay = Replay::new(10_000, 1, 1);
+    let mut batch = Batch::zeros(128, 1, 1);
+    for _ in 0..1500 {
+        for _ in 0..4 {
+            let o = rng.random_range(-1.5..1.5);
+            let mut a = [0.0];
+            sac.act(&[o], Mode::Explore, &mut rng, &mut a);
+            let reward = -(a[0] - o) * (a[0] - o);
+            replay.push(Transition { observation: &[o], action: &a, reward, next_observation: &[o], terminated: true });
+        }
+        replay.sample_into(&mut batch, &mut rng);
+        sac.update(&batch, &mut rng).expect("losses stay finite");
+    }
+    let policy = sac.frozen();
+    let worst = (-15..=15).map(|i| f64::from(i) / 10.0).map(|o| {
+        let mut a = [0.0];
+        policy.act(&[o], Mode::Exploit, &mut rng, &mut a);
+        (a[0] - o).abs()
+    });
+    let worst = worst.fold(0.0, f64::max);
+    assert!(worst < 0.15, "the worst action is off by {worst}");
+}
+
+const DT: f64 = 0.1;
+const STEPS: usize = 50;
+
+/// x'' = u, |u| ≤ 1, cost x² + 0.1 v² + 0.01 u² per step.
+fn push_cart(x: &mut [f64; 2], u: f64) -> f64 {
+    let u = u.clamp(-1.0, 1.0);
+    let reward = -(x[0] * x[0] + 0.1 * x[1] * x[1] + 0.01 * u * u);
+    x[1] += DT * u;
+    x[0] += DT * x[1];
+    reward
+}
+
+fn mean_return(mut act: impl FnMut(&[f64; 2]) -> f64) -> f64 {
+    let starts = [-1.0, -0.5, 0.5, 1.0].into_iter().flat_map(|p| [-0.5, 0.0, 0.5].map(|v| [p, v]));
+    let mut total = 0.0;
+    for mut x in starts {
+        for _ in 0..STEPS {
+            let u = act(&x);
+            total += push_cart(&mut x, u);
+        }
+    }
+    total / 12.0
+}
+
+/// The double integrator, learned from episodes that are always truncated and never terminated.
+#[test]
+fn sac_balances_the_double_integrator() {
+    let mut rng = Seed::new(2).stream("double integrator", 0);
+    let config = SacConfig { learning_rate: 1e-3, discount: 0.98, batch_size: 128, ..SacConfig::default() };
+    let mut sac = Sac::new(config, Scaling::identity(2), &[-1.0], &[1.0], &mut rng).expect("usable settings");
+    let mut replay = Replay::new(100_000, 2, 1);
+    let mut batch = Batch::zeros(128, 2, 1);
+    let n_carts = 8;
+    for _ in 0..6000 / STEPS {
+        let mut states = Array2::from_shape_fn((n_carts, 2), |_| rng.random_range(-1.0..1.0));
+        for _ in 0..STEPS {
+            step_all(&sac, &mut states, &mut replay, &mut rng);
+            replay.sample_into(&mut batch, &mut rng);
+            sac.update(&batch, &mut rng).expect("losses stay finite");
+        }
+    }
+    assert_eq!(sac.updates(), 6000);
+    let policy = sac.frozen();
+    let learned = mean_return(|x| {
+        let mut a = [0.0];
+        policy.act(x, Mode::Exploit, &mut rng, &mut a);
+        a[0]
+    });
+    let idle = mean_return(|_| 0.0);
+    // A hand-tuned regulator, close to the linear-quadratic one.
+    let regulator = mean_return(|x| -3.0 * x[0] - 2.6 * x[1]);
+    assert!(learned > regulator - 0.05 * regulator.abs(), "learned {learned}, regulator {regulator}, idle {idle}");
+}
+
+fn step_all(sac: &Sac, states: &mut Array2<f64>, replay: &mut Replay, rng: &mut Rng) {
+    let mut actions = Array2::zeros((states.nrows(), 1));
+    sac.act_batch(ArrayView2::from(&*states), Mode::Explore, rng, actions.view_mut());
+    for (mut row, action) in states.rows_mut().into_iter().zip(actions.rows()) {
+        let before = [row[0], row[1]];
+        let mut x = before;
+        let reward = push_cart(&mut x, action[0]);
+        let action = [action[0]];
+        let t = Transition { observation: &before, action: &action, reward, next_observation: &x, terminated: false };
+        replay.push(t);
+        row[0] = x[0];
+        row[1] = x[1];
+    }
+}
