@@ -21,6 +21,8 @@
 //! # References
 //! Towers et al. (2024), Gymnasium: a standard interface for reinforcement learning environments, arXiv:2407.17032.
 
+#![cfg_attr(test, allow(clippy::float_cmp, reason = "tests compare exact numbers on purpose"))]
+
 mod cart_pole;
 mod float32;
 mod inverted_pendulum;

@@ -81,11 +81,15 @@ impl Dynamics for MountainCar {
             throttle * POWER - GRAVITY * slope
         };
 
-        let narrow = after_step && is_float32(throttle);
-        let round = |value| rounded_if(narrow, value);
-        let (max_speed, wall, track_end) = (round(MAX_SPEED), round(WALL), round(TRACK_END));
-        let mut velocity = round(velocity + round(gain)).clamp(-max_speed, max_speed);
-        let position = round(position + velocity).clamp(wall, track_end);
+        let mut narrow = after_step && is_float32(throttle);
+        let mut velocity = rounded_if(narrow, velocity + rounded_if(narrow, gain));
+        if velocity.abs() > rounded_if(narrow, MAX_SPEED) {
+            // The limit is a Python float, which takes the type of what it is added to.
+            narrow = after_step;
+            velocity = rounded_if(narrow, MAX_SPEED).copysign(velocity);
+        }
+        let (wall, track_end) = (rounded_if(narrow, WALL), rounded_if(narrow, TRACK_END));
+        let position = rounded_if(narrow, position + velocity).clamp(wall, track_end);
         if position == wall && velocity < 0.0 {
             velocity = 0.0;
         }
