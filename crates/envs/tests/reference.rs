@@ -2,6 +2,8 @@
 //!
 //! `SINDYNA_REFERENCE` names another folder of recordings. `--nocapture` prints the largest deviation of every file.
 
+#![allow(clippy::print_stdout, reason = "the largest deviations are shown to whoever asks with --nocapture")]
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
