@@ -19,6 +19,8 @@ mod policy_file;
 mod sac;
 mod simd;
 mod temperature;
+#[cfg(test)]
+mod tests;
 
 pub use config::{SacConfig, SacError};
 pub use interface::Scaling;

@@ -179,3 +179,128 @@ fn numbers<T: Copy + Into<f64>, const N: usize>(
         None => Ok(values),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use sindyna_core::{Mode, Policy as _, Seed};
+
+    use super::*;
+
+    fn policy() -> GaussianPolicy {
+        let scaling = Scaling { center: vec![0.1, -3.0, 0.0], scale: vec![1.0, 1.0 / 3.0, 8.0] };
+        let range = ActionRange::new(&[-2.0, 0.1], &[2.0, 0.7]).expect("finite ends");
+        GaussianPolicy { net: Mlp::random(&[3, 5, 4, 4], &mut Seed::new(2).numpy()), scaling, range }
+    }
+
+    /// The tensors of [`policy`]'s file, with `change` made to them, as a file again.
+    fn changed(change: impl Fn(&str, &mut Dtype, &mut Vec<usize>, &mut Vec<u8>)) -> Vec<u8> {
+        let original = policy().to_safetensors();
+        let file = SafeTensors::deserialize(&original).expect("just written");
+        let mut tensors: Vec<_> =
+            file.tensors().into_iter().map(|(n, t)| (n, t.dtype(), t.shape().to_vec(), t.data().to_vec())).collect();
+        tensors.iter_mut().for_each(|(n, dtype, shape, data)| change(n, dtype, shape, data));
+        let views = tensors.iter().map(|(n, dtype, shape, data)| {
+            (n, TensorView::new(*dtype, shape.clone(), data).expect("changes keep data and shape together"))
+        });
+        let metadata = HashMap::from([(FORMAT_KEY.to_owned(), FORMAT.to_owned())]);
+        safetensors::serialize(views, Some(metadata)).expect("a small file")
+    }
+
+    #[test]
+    fn a_policy_survives_its_file_to_the_last_bit() {
+        let original = policy();
+        let bytes = original.to_safetensors();
+        let read = GaussianPolicy::from_safetensors(&bytes).expect("just written");
+        assert_eq!(read, original);
+        assert_eq!(read.to_safetensors(), bytes);
+        let act = |p: &GaussianPolicy| {
+            let mut a = [0.0; 2];
+            p.act(&[0.3, -2.9, 1.0], Mode::Exploit, &mut Seed::new(0).numpy(), &mut a);
+            a
+        };
+        assert_eq!(act(&read), act(&original));
+    }
+
+    #[test]
+    fn a_file_tells_a_reader_without_this_crate_how_to_act() {
+        let bytes = policy().to_safetensors();
+        let file = SafeTensors::deserialize(&bytes).expect("just written");
+        let weight = file.tensor("layers.0.weight").expect("a first layer");
+        assert_eq!((weight.dtype(), weight.shape()), (Dtype::F32, [5, 3].as_slice()));
+        let (_, metadata) = SafeTensors::read_metadata(&bytes).expect("just written");
+        assert_eq!(metadata.metadata().as_ref().and_then(|m| m.get("format")).map(String::as_str), Some(FORMAT));
+    }
+
+    #[test]
+    fn broken_tensors_are_named() {
+        type Change = fn(&mut Dtype, &mut Vec<usize>, &mut Vec<u8>);
+        // The tensor that is changed, how, and the tensor that then fails.
+        let cases: [(&str, Change, &str); 6] = [
+            ("layers.1.weight", |_, _, d| d[..4].copy_from_slice(&f32::NAN.to_le_bytes()), "layers.1.weight"),
+            ("center", |_, _, d| d[8..16].copy_from_slice(&f64::INFINITY.to_le_bytes()), "center"),
+            ("layers.0.weight", |_, shape, _| shape.reverse(), "layers.0.weight"),
+            ("layers.2.bias", |dtype, _, _| *dtype = Dtype::I32, "layers.2.bias"),
+            ("layers.1.bias", |_, shape, d| (*shape, *d) = (vec![3], d[..12].to_vec()), "layers.1.weight"),
+            ("layers.1.bias", |_, shape, d| (*shape, *d) = (vec![0], Vec::new()), "layers.1.weight"),
+        ];
+        for (broken, change, named) in cases {
+            let bytes = changed(|n, dtype, shape, data| {
+                if n == broken {
+                    change(dtype, shape, data);
+                }
+            });
+            let message = GaussianPolicy::from_safetensors(&bytes).expect_err(broken).to_string();
+            assert!(message.contains(&format!("`{named}`")), "{broken}: {message}");
+        }
+    }
+
+    #[test]
+    fn impossible_scalings_and_ranges_are_refused() {
+        for (tensor, value) in [("scale", -1.0), ("scale", 0.0), ("low", 9.0), ("high", -9.0)] {
+            let bytes = changed(|n, _, _, data| {
+                if n == tensor {
+                    data[..8].copy_from_slice(&f64::to_le_bytes(value));
+                }
+            });
+            let result = GaussianPolicy::from_safetensors(&bytes);
+            assert!(matches!(result, Err(PolicyFileError::Values(_))), "{tensor}: {result:?}");
+        }
+    }
+
+    #[test]
+    fn files_of_another_kind_are_refused() {
+        let other = safetensors::serialize(Vec::<(String, TensorView<'_>)>::new(), None).expect("an empty file");
+        assert!(matches!(GaussianPolicy::from_safetensors(&other), Err(PolicyFileError::Format { found: None })));
+        assert!(matches!(GaussianPolicy::from_safetensors(b"{}"), Err(PolicyFileError::Container(_))));
+    }
+
+    proptest! {
+        #[test]
+        fn truncated_files_are_refused(keep in 0_usize..10_000) {
+            let bytes = policy().to_safetensors();
+            let keep = keep % bytes.len();
+            prop_assert!(GaussianPolicy::from_safetensors(&bytes[..keep]).is_err());
+        }
+
+        #[test]
+        fn random_bytes_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
+            prop_assert!(GaussianPolicy::from_safetensors(&bytes).is_err());
+        }
+
+        #[test]
+        fn a_changed_byte_is_refused_or_makes_a_policy_that_acts(at in 0_usize..10_000, byte in any::<u8>()) {
+            let mut bytes = policy().to_safetensors();
+            let at = at % bytes.len();
+            bytes[at] = byte;
+            if let Ok(policy) = GaussianPolicy::from_safetensors(&bytes) {
+                let mut action = vec![0.0; policy.action_dim()];
+                let observation = vec![0.5; policy.observation_dim()];
+                policy.act(&observation, Mode::Exploit, &mut Seed::new(0).numpy(), &mut action);
+                // Huge parameters may overflow on the way; what they give then is no number, never a wild action.
+                let ends = policy.action_low().iter().zip(policy.action_high());
+                prop_assert!(action.iter().zip(ends).all(|(a, (low, high))| a.is_nan() || (low..=high).contains(&a)));
+            }
+        }
+    }
+}

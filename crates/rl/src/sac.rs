@@ -31,26 +31,26 @@ use crate::{
 #[derive(Debug, Clone)]
 pub struct Sac {
     config: SacConfig,
-    policy: GaussianPolicy,
-    actor_adam: Adam,
-    actor_gradients: Vec<f32>,
-    critics: [Critic; 2],
-    temperature: Temperature,
-    work: Workspace,
+    pub(crate) policy: GaussianPolicy,
+    pub(crate) actor_adam: Adam,
+    pub(crate) actor_gradients: Vec<f32>,
+    pub(crate) critics: [Critic; 2],
+    pub(crate) temperature: Temperature,
+    pub(crate) work: Workspace,
     updates: u64,
 }
 
 /// Memory of an update, kept so that none is allocated anew.
 #[derive(Debug, Clone, Default)]
-struct Workspace {
+pub(crate) struct Workspace {
     /// Scaled observations (2B, m): those before the steps, then those after.
     observations: Vec<f32>,
     /// Critics' inputs (B, m + k).
     inputs: Vec<f32>,
     noise: Vec<f64>,
     pass: Pass,
-    drawn: Squashed,
-    targets: Vec<f32>,
+    pub(crate) drawn: Squashed,
+    pub(crate) targets: Vec<f32>,
     d_values: [Vec<f32>; 2],
     d_actions: Vec<f32>,
     d_head: Vec<f32>,
