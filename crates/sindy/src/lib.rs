@@ -1,1 +1,28 @@
-//! (being built)
+//! Sparse identification of nonlinear dynamics (SINDy): equations of motion from little data.
+//!
+//! Data flows one way: rollouts → coordinates → target (ẋ, x⁺ or Δx/Δt) → library Θ → [`Triangle`] → solver →
+//! [`Model`]. [`Identifier`] runs all of it for a system that a [`Spec`](sindyna_core::Spec) declares.
+//!
+//! Not here: agents, tasks, rewards; files, clocks, the terminal.
+
+mod coordinates;
+mod differentiate;
+mod error;
+mod expr;
+mod identify;
+mod library;
+mod model;
+mod names;
+mod number;
+mod solve;
+mod triangle;
+
+pub use coordinates::CoordinateMode;
+pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
+pub use error::{InvalidParam, UnknownName};
+pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
+pub use identify::{EquationReport, Identified, Identifier, LibraryChoice, Report, SolverChoice, Target};
+pub use library::{Input, Library, LibraryError, Role, Term};
+pub use model::{Form, Model, ModelError, ModelParts, Reading};
+pub use solve::{BestSubset, Columns, Finish, Selected, Selection, SizeReport, SparseFit, Stlsq};
+pub use triangle::{Triangle, TriangleError};

@@ -1,0 +1,89 @@
+//! Finite differences of any order.
+
+use faer::Mat;
+use faer::linalg::solvers::Solve as _;
+use ndarray::{Array2, ArrayView2};
+
+use crate::error::InvalidParam;
+
+/// A trajectory with too few samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("a trajectory of {got} samples is too short, at least {needed} are needed")]
+pub struct TooShort {
+    /// Samples found.
+    pub got: usize,
+    /// Samples needed.
+    pub needed: usize,
+}
+
+/// First derivatives by finite differences of order p on uniform samples.
+///
+/// The stencil has p + 1 samples: around the point where there are enough on both sides (for odd p one more after it, so
+/// that p = 1 is the forward difference), at the ends the first or last p + 1. Order 2 is
+/// `numpy.gradient(edge_order=2)`.
+///
+/// # References
+/// PySINDy 2.1, `FiniteDifference`: same stencils, same ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FiniteDifference {
+    order: usize,
+}
+
+impl Default for FiniteDifference {
+    /// Order 2.
+    fn default() -> Self {
+        Self { order: 2 }
+    }
+}
+
+/// Stencils beyond this are numerically worthless.
+const MAX_ORDER: usize = 12;
+
+impl FiniteDifference {
+    /// Differences of `order`, from 1 to 12.
+    ///
+    /// # Errors
+    /// [`InvalidParam`] for another order.
+    pub fn new(order: usize) -> Result<Self, InvalidParam> {
+        if (1..=MAX_ORDER).contains(&order) {
+            Ok(Self { order })
+        } else {
+            Err(InvalidParam { name: "order", value: order as f64, wanted: "between 1 and 12" })
+        }
+    }
+
+    /// ẋ (T, n) of one trajectory `x` (T, n) of samples `dt` \[s\] apart.
+    ///
+    /// # Errors
+    /// [`TooShort`] if T is smaller than the stencil.
+    pub fn differentiate(&self, x: ArrayView2<'_, f64>, dt: f64) -> Result<Array2<f64>, TooShort> {
+        let (t, n) = x.dim();
+        let count = self.order + 1;
+        if t < count {
+            return Err(TooShort { got: t, needed: count });
+        }
+        let before = (count - 1) / 2;
+        let inside = weights(-(before as f64), count);
+        let mut x_dot = Array2::zeros((t, n));
+        for i in 0..t {
+            let first = i.saturating_sub(before).min(t - count);
+            let at_end = i - first != before;
+            let edge = at_end.then(|| weights(first as f64 - i as f64, count));
+            let weights = edge.as_ref().unwrap_or(&inside);
+            for j in 0..n {
+                let sum: f64 = weights.iter().enumerate().map(|(k, w)| w * x[[first + k, j]]).sum();
+                x_dot[[i, j]] = sum / dt;
+            }
+        }
+        Ok(x_dot)
+    }
+}
+
+/// Weights w with Σ wₖ f(first + k) ≈ f'(0), exact for polynomials of degree < `count`.
+fn weights(first: f64, count: usize) -> Vec<f64> {
+    // Row m: Σ wₖ sₖᵐ = d/ds sᵐ at 0.
+    let vandermonde = Mat::from_fn(count, count, |m, k| (first + k as f64).powi(m as i32));
+    let right = Mat::from_fn(count, 1, |m, _| if m == 1 { 1.0 } else { 0.0 });
+    let w = vandermonde.partial_piv_lu().solve(right);
+    (0..count).map(|k| w[(k, 0)]).collect()
+}

@@ -1,0 +1,127 @@
+//! Terms of an equation as small expression trees: built, parsed, printed and evaluated here.
+
+mod function;
+mod parse;
+mod pretty;
+mod print;
+mod tape;
+
+pub use function::Function;
+pub use parse::{ParseError, parse};
+pub(crate) use parse::{begins_name, continues_name};
+pub use pretty::Pretty;
+pub use print::Printed;
+pub(crate) use tape::Tape;
+
+/// A term: a function of the variables z = (x; u), which are numbered.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Expr {
+    /// A fixed number.
+    Constant(f64),
+    /// Variable number `.0` of z.
+    Variable(usize),
+    /// −a.
+    Neg(Box<Expr>),
+    /// a + b.
+    Add(Box<Expr>, Box<Expr>),
+    /// a − b.
+    Sub(Box<Expr>, Box<Expr>),
+    /// a · b.
+    Mul(Box<Expr>, Box<Expr>),
+    /// a / b.
+    Div(Box<Expr>, Box<Expr>),
+    /// a to a whole power.
+    Power(Box<Expr>, i32),
+    /// A function of a.
+    Call(Function, Box<Expr>),
+}
+
+impl Expr {
+    /// The value at z.
+    ///
+    /// # Panics
+    /// If a variable lies beyond `z`.
+    #[must_use]
+    pub fn eval(&self, z: &[f64]) -> f64 {
+        match self {
+            Self::Constant(c) => *c,
+            Self::Variable(i) => z[*i],
+            Self::Neg(a) => -a.eval(z),
+            Self::Add(a, b) => a.eval(z) + b.eval(z),
+            Self::Sub(a, b) => a.eval(z) - b.eval(z),
+            Self::Mul(a, b) => a.eval(z) * b.eval(z),
+            Self::Div(a, b) => a.eval(z) / b.eval(z),
+            Self::Power(a, n) => power(a.eval(z), *n),
+            Self::Call(f, a) => f.eval(a.eval(z)),
+        }
+    }
+
+    /// The term as text that [`parse`] reads back, with `names` for the variables.
+    #[must_use]
+    pub fn display<'a>(&'a self, names: &'a [String]) -> Printed<'a> {
+        Printed::new(self, names)
+    }
+
+    /// The term as people write it: `ω²·sin θ`.
+    #[must_use]
+    pub fn pretty<'a>(&'a self, names: &'a [String]) -> Pretty<'a> {
+        Pretty::new(self, names)
+    }
+
+    /// The largest variable number in use, if any.
+    #[must_use]
+    pub fn max_variable(&self) -> Option<usize> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Variable(i) => Some(*i),
+            Self::Neg(a) | Self::Power(a, _) | Self::Call(_, a) => a.max_variable(),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => {
+                a.max_variable().max(b.max_variable())
+            }
+        }
+    }
+
+    /// Whether the term is the number 1.
+    #[must_use]
+    pub fn is_one(&self) -> bool {
+        matches!(self, Self::Constant(c) if c.to_bits() == 1_f64.to_bits())
+    }
+
+    /// a · b, with factors of 1 left out.
+    #[must_use]
+    pub fn times(self, other: Self) -> Self {
+        if self.is_one() {
+            other
+        } else if other.is_one() {
+            self
+        } else {
+            Self::Mul(Box::new(self), Box::new(other))
+        }
+    }
+
+    /// a to a whole power, with a power of 1 left out.
+    #[must_use]
+    pub fn to_power(self, exponent: i32) -> Self {
+        match exponent {
+            0 => Self::Constant(1.0),
+            1 => self,
+            _ => Self::Power(Box::new(self), exponent),
+        }
+    }
+
+    /// f(k · a), with a k of 1 left out.
+    #[must_use]
+    pub fn wave(function: Function, k: usize, a: Self) -> Self {
+        let argument = if k == 1 { a } else { Self::Mul(Box::new(Self::Constant(k as f64)), Box::new(a)) };
+        Self::Call(function, Box::new(argument))
+    }
+}
+
+/// The one way powers are computed, so that trees and tapes agree to the last bit.
+pub(crate) fn power(base: f64, exponent: i32) -> f64 {
+    match exponent {
+        2 => base * base,
+        3 => base * base * base,
+        n => base.powi(n),
+    }
+}

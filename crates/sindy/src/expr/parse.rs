@@ -1,0 +1,272 @@
+//! Terms from text, such as `v^2*sin(x)`.
+
+use super::{Expr, Function};
+
+/// Why a term could not be read.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ParseError {
+    /// Something else should stand here.
+    #[error("`{text}`: expected {expected} at position {position}, found {found}")]
+    Unexpected {
+        /// The whole term.
+        text: String,
+        /// What would have been right.
+        expected: &'static str,
+        /// What stands there.
+        found: String,
+        /// Position in the text, counted in characters from 1.
+        position: usize,
+    },
+    /// A name that is neither a variable nor a function.
+    #[error("`{text}`: no {what} named `{name}` (position {position}); known: {known}")]
+    UnknownName {
+        /// The whole term.
+        text: String,
+        /// Whether a variable or a function was looked for.
+        what: &'static str,
+        /// The name.
+        name: String,
+        /// Names that would be right.
+        known: String,
+        /// Position in the text, counted in characters from 1.
+        position: usize,
+    },
+    /// Parentheses nested deeper than any term needs.
+    #[error("`{text}`: nested deeper than {limit} levels")]
+    TooDeep {
+        /// The whole term.
+        text: String,
+        /// Levels allowed.
+        limit: usize,
+    },
+}
+
+/// Levels of nesting allowed.
+const MAX_DEPTH: usize = 64;
+
+/// Reads a term over the variables `names`.
+///
+/// Grammar: numbers, names, `+ - * / ^`, parentheses, and the functions of [`Function::ALL`] as `sin(x)`. Powers are
+/// whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
+///
+/// # Errors
+/// [`ParseError`] with the position of the first thing that does not fit.
+///
+/// # Examples
+/// ```
+/// let names = ["x".to_string(), "v".to_string()];
+/// let term = sindyna_sindy::parse("v^2*sin(x)", &names)?;
+/// assert_eq!(term.eval(&[0.5, 3.0]), 9.0 * 0.5_f64.sin());
+/// assert_eq!(term.pretty(&names).to_string(), "v²·sin x");
+/// # Ok::<(), sindyna_sindy::ParseError>(())
+/// ```
+pub fn parse(text: &str, names: &[String]) -> Result<Expr, ParseError> {
+    let mut parser = Parser { text, chars: text.chars().collect(), at: 0, names, depth: 0 };
+    let expr = parser.sum()?;
+    parser.skip_space();
+    if parser.at < parser.chars.len() {
+        return Err(parser.unexpected("an operator or the end"));
+    }
+    Ok(expr)
+}
+
+/// Whether `c` may begin a name.
+pub(crate) fn begins_name(c: char) -> bool {
+    (c.is_alphabetic() && raised_digit(c).is_none()) || c == '_'
+}
+
+/// Whether `c` may go on in a name. Dots over letters (`θ̇`) are combining marks.
+pub(crate) fn continues_name(c: char) -> bool {
+    (c.is_alphanumeric() && raised_digit(c).is_none()) || c == '_' || ('\u{300}'..='\u{36f}').contains(&c)
+}
+
+fn raised_digit(c: char) -> Option<u32> {
+    ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'].iter().position(|&d| d == c).map(|d| d as u32)
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    chars: Vec<char>,
+    at: usize,
+    names: &'a [String],
+    depth: usize,
+}
+
+impl Parser<'_> {
+    fn peek(&self) -> Option<char> {
+        self.chars.get(self.at).copied()
+    }
+
+    fn skip_space(&mut self) {
+        while self.peek().is_some_and(char::is_whitespace) {
+            self.at += 1;
+        }
+    }
+
+    /// Takes the next character if it is one of `wanted`.
+    fn take(&mut self, wanted: &[char]) -> Option<char> {
+        self.skip_space();
+        let c = self.peek().filter(|c| wanted.contains(c))?;
+        self.at += 1;
+        Some(c)
+    }
+
+    fn unexpected(&self, expected: &'static str) -> ParseError {
+        let found = self.peek().map_or_else(|| "the end".to_owned(), |c| format!("`{c}`"));
+        ParseError::Unexpected { text: self.text.to_owned(), expected, found, position: self.at + 1 }
+    }
+
+    fn deeper(&mut self) -> Result<(), ParseError> {
+        self.depth += 1;
+        if self.depth > MAX_DEPTH {
+            return Err(ParseError::TooDeep { text: self.text.to_owned(), limit: MAX_DEPTH });
+        }
+        Ok(())
+    }
+
+    fn sum(&mut self) -> Result<Expr, ParseError> {
+        self.deeper()?;
+        let mut left = self.product()?;
+        while let Some(sign) = self.take(&['+', '-', '−']) {
+            let right = self.product()?;
+            left = match sign {
+                '+' => Expr::Add(Box::new(left), Box::new(right)),
+                _ => Expr::Sub(Box::new(left), Box::new(right)),
+            };
+        }
+        self.depth -= 1;
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Expr, ParseError> {
+        let mut left = self.signed()?;
+        while let Some(sign) = self.take(&['*', '·', '/']) {
+            let right = self.signed()?;
+            left = match sign {
+                '/' => Expr::Div(Box::new(left), Box::new(right)),
+                _ => Expr::Mul(Box::new(left), Box::new(right)),
+            };
+        }
+        Ok(left)
+    }
+
+    fn signed(&mut self) -> Result<Expr, ParseError> {
+        if self.take(&['-', '−']).is_none() {
+            return self.raised();
+        }
+        self.skip_space();
+        // `-2` is a number of its own, `-2^2` and `-x` are not.
+        let number = self.peek().is_some_and(|c| c.is_ascii_digit() || c == '.');
+        self.deeper()?;
+        let inner = self.signed()?;
+        self.depth -= 1;
+        Ok(match inner {
+            Expr::Constant(c) if number => Expr::Constant(-c),
+            other => Expr::Neg(Box::new(other)),
+        })
+    }
+
+    fn raised(&mut self) -> Result<Expr, ParseError> {
+        let base = self.atom()?;
+        if self.take(&['^']).is_some() {
+            let exponent = self.exponent()?;
+            return Ok(Expr::Power(Box::new(base), exponent));
+        }
+        let mut exponent = 0_u32;
+        while let Some(digit) = self.peek().and_then(raised_digit) {
+            exponent = exponent.saturating_mul(10).saturating_add(digit);
+            self.at += 1;
+        }
+        match i32::try_from(exponent) {
+            Ok(0) => Ok(base),
+            Ok(n) => Ok(Expr::Power(Box::new(base), n)),
+            Err(_) => Err(self.unexpected("a smaller power")),
+        }
+    }
+
+    fn exponent(&mut self) -> Result<i32, ParseError> {
+        let negative = self.take(&['-', '−']).is_some();
+        self.skip_space();
+        let begin = self.at;
+        while self.peek().is_some_and(|c| c.is_ascii_digit()) {
+            self.at += 1;
+        }
+        let digits: String = self.chars[begin..self.at].iter().collect();
+        match digits.parse::<i32>() {
+            Ok(n) => Ok(if negative { -n } else { n }),
+            Err(_) => {
+                self.at = begin;
+                Err(self.unexpected("a whole power"))
+            }
+        }
+    }
+
+    fn atom(&mut self) -> Result<Expr, ParseError> {
+        self.skip_space();
+        match self.peek() {
+            Some('(') => self.parenthesis(),
+            Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
+            Some(c) if begins_name(c) => self.name(),
+            _ => Err(self.unexpected("a number, a name or `(`")),
+        }
+    }
+
+    fn parenthesis(&mut self) -> Result<Expr, ParseError> {
+        self.at += 1;
+        let inner = self.sum()?;
+        match self.take(&[')']) {
+            Some(_) => Ok(inner),
+            None => Err(self.unexpected("`)`")),
+        }
+    }
+
+    fn number(&mut self) -> Result<Expr, ParseError> {
+        let begin = self.at;
+        let digit = |c: char| c.is_ascii_digit() || c == '.';
+        while self.peek().is_some_and(digit) {
+            self.at += 1;
+        }
+        if self.peek().is_some_and(|c| c == 'e' || c == 'E') {
+            let sign = usize::from(matches!(self.chars.get(self.at + 1), Some('+' | '-')));
+            if self.chars.get(self.at + 1 + sign).is_some_and(char::is_ascii_digit) {
+                self.at += 1 + sign;
+                while self.peek().is_some_and(|c| c.is_ascii_digit()) {
+                    self.at += 1;
+                }
+            }
+        }
+        let digits: String = self.chars[begin..self.at].iter().collect();
+        match digits.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(Expr::Constant(value)),
+            _ => {
+                self.at = begin;
+                Err(self.unexpected("a finite number"))
+            }
+        }
+    }
+
+    fn name(&mut self) -> Result<Expr, ParseError> {
+        let begin = self.at;
+        while self.peek().is_some_and(continues_name) {
+            self.at += 1;
+        }
+        let name: String = self.chars[begin..self.at].iter().collect();
+        let unknown = |what, known: Vec<&str>| ParseError::UnknownName {
+            text: self.text.to_owned(),
+            what,
+            name: name.clone(),
+            known: known.join(", "),
+            position: begin + 1,
+        };
+        if self.peek() == Some('(') {
+            let function = Function::named(&name)
+                .ok_or_else(|| unknown("function", Function::ALL.iter().map(|f| f.name()).collect()))?;
+            return Ok(Expr::Call(function, Box::new(self.parenthesis()?)));
+        }
+        match self.names.iter().position(|n| *n == name) {
+            Some(i) => Ok(Expr::Variable(i)),
+            None => Err(unknown("variable", self.names.iter().map(String::as_str).collect())),
+        }
+    }
+}

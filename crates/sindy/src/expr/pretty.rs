@@ -1,0 +1,88 @@
+//! Terms as people write them: `ω²·sin θ`, `cos 3x`.
+
+use std::fmt;
+
+use super::Expr;
+use crate::number::readable;
+
+/// Text of a term for people; made by [`Expr::pretty`]. Not meant to be read back.
+#[derive(Debug, Clone, Copy)]
+pub struct Pretty<'a> {
+    expr: &'a Expr,
+    names: &'a [String],
+}
+
+impl<'a> Pretty<'a> {
+    pub(super) fn new(expr: &'a Expr, names: &'a [String]) -> Self {
+        Self { expr, names }
+    }
+
+    fn with(&self, expr: &'a Expr) -> Self {
+        Self { expr, names: self.names }
+    }
+
+    /// The text in parentheses unless it is one name, number or power.
+    fn factor(&self, expr: &'a Expr) -> String {
+        let text = self.with(expr).to_string();
+        match expr {
+            Expr::Add(..) | Expr::Sub(..) | Expr::Neg(_) => format!("({text})"),
+            Expr::Constant(c) if *c < 0.0 => format!("({text})"),
+            _ => text,
+        }
+    }
+
+    fn argument(&self, expr: &'a Expr) -> String {
+        let text = self.with(expr).to_string();
+        let bare = match expr {
+            Expr::Variable(_) => !text.contains(' '),
+            Expr::Mul(a, b) => {
+                matches!((&**a, &**b), (Expr::Constant(_), Expr::Variable(_))) && !text.contains([' ', '('])
+            }
+            _ => false,
+        };
+        if bare { format!(" {text}") } else { format!("({text})") }
+    }
+}
+
+impl fmt::Display for Pretty<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.expr {
+            Expr::Constant(c) => f.write_str(&readable(*c)),
+            Expr::Variable(i) => match self.names.get(*i) {
+                Some(name) => f.write_str(name),
+                None => write!(f, "z{i}"),
+            },
+            Expr::Neg(a) => write!(f, "−{}", self.factor(a)),
+            Expr::Add(a, b) => write!(f, "{} + {}", self.with(a), self.with(b)),
+            Expr::Sub(a, b) => write!(f, "{} − {}", self.with(a), self.factor(b)),
+            // A number stands right before a name: 3x, but 3·(x + y).
+            Expr::Mul(a, b) => match (&**a, &**b) {
+                (Expr::Constant(_), Expr::Variable(_)) => write!(f, "{}{}", self.factor(a), self.with(b)),
+                _ => write!(f, "{}·{}", self.factor(a), self.factor(b)),
+            },
+            Expr::Div(a, b) => match &**b {
+                Expr::Mul(..) | Expr::Div(..) => write!(f, "{}/({})", self.factor(a), self.with(b)),
+                _ => write!(f, "{}/{}", self.factor(a), self.factor(b)),
+            },
+            Expr::Power(a, n) => match &**a {
+                Expr::Call(function, inner) if *n > 1 => {
+                    write!(f, "{function}{}{}", superscript(*n), self.argument(inner))
+                }
+                Expr::Variable(_) if !self.with(a).to_string().contains(' ') => {
+                    write!(f, "{}{}", self.with(a), superscript(*n))
+                }
+                _ => write!(f, "({}){}", self.with(a), superscript(*n)),
+            },
+            Expr::Call(function, a) => write!(f, "{function}{}", self.argument(a)),
+        }
+    }
+}
+
+/// `n` in raised digits.
+fn superscript(n: i32) -> String {
+    let raised = |c: char| match c {
+        '-' => '⁻',
+        _ => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][c as usize - '0' as usize],
+    };
+    n.to_string().chars().map(raised).collect()
+}

@@ -1,0 +1,92 @@
+//! Terms as plain text that the parser reads back.
+
+use std::fmt;
+
+use super::Expr;
+
+/// Text of a term; made by [`Expr::display`].
+#[derive(Debug, Clone, Copy)]
+pub struct Printed<'a> {
+    expr: &'a Expr,
+    names: &'a [String],
+}
+
+impl<'a> Printed<'a> {
+    pub(super) fn new(expr: &'a Expr, names: &'a [String]) -> Self {
+        Self { expr, names }
+    }
+}
+
+/// How tightly a printed expression holds together; a looser one needs parentheses inside a tighter one.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Tie {
+    Sum,
+    Product,
+    Sign,
+    Power,
+    Atom,
+}
+
+fn tie(expr: &Expr) -> Tie {
+    match expr {
+        Expr::Add(..) | Expr::Sub(..) => Tie::Sum,
+        Expr::Mul(..) | Expr::Div(..) => Tie::Product,
+        Expr::Neg(_) => Tie::Sign,
+        Expr::Power(..) => Tie::Power,
+        Expr::Constant(c) if c.is_sign_negative() => Tie::Sign,
+        Expr::Constant(_) | Expr::Variable(_) | Expr::Call(..) => Tie::Atom,
+    }
+}
+
+impl Printed<'_> {
+    /// Writes `expr`, in parentheses if it is looser than `at_least`.
+    fn write(&self, f: &mut fmt::Formatter<'_>, expr: &Expr, at_least: Tie) -> fmt::Result {
+        if tie(expr) < at_least {
+            f.write_str("(")?;
+            self.write(f, expr, Tie::Sum)?;
+            return f.write_str(")");
+        }
+        let mut pair = |a: &Expr, sign: &str, b: &Expr, left: Tie, right: Tie| {
+            self.write(f, a, left)?;
+            f.write_str(sign)?;
+            self.write(f, b, right)
+        };
+        match expr {
+            // What the parser reads from the left binds to the left, so only the right operand needs more.
+            Expr::Add(a, b) => pair(a, " + ", b, Tie::Sum, Tie::Product),
+            Expr::Sub(a, b) => pair(a, " - ", b, Tie::Sum, Tie::Product),
+            Expr::Mul(a, b) => pair(a, "*", b, Tie::Product, Tie::Sign),
+            Expr::Div(a, b) => pair(a, "/", b, Tie::Product, Tie::Sign),
+            // A number right after the sign would be read as a negative number.
+            Expr::Neg(a) if matches!(**a, Expr::Constant(_)) => {
+                f.write_str("-(")?;
+                self.write(f, a, Tie::Sum)?;
+                f.write_str(")")
+            }
+            Expr::Neg(a) => {
+                f.write_str("-")?;
+                self.write(f, a, Tie::Power)
+            }
+            Expr::Power(a, n) => {
+                self.write(f, a, Tie::Atom)?;
+                write!(f, "^{n}")
+            }
+            Expr::Call(function, a) => {
+                write!(f, "{function}(")?;
+                self.write(f, a, Tie::Sum)?;
+                f.write_str(")")
+            }
+            Expr::Constant(c) => write!(f, "{c:?}"),
+            Expr::Variable(i) => match self.names.get(*i) {
+                Some(name) => f.write_str(name),
+                None => write!(f, "z{i}"),
+            },
+        }
+    }
+}
+
+impl fmt::Display for Printed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, self.expr, Tie::Sum)
+    }
+}

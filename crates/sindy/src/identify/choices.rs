@@ -1,0 +1,130 @@
+//! What a user chooses by name.
+
+use std::str::FromStr;
+
+use sindyna_core::Scheme;
+
+use crate::error::UnknownName;
+use crate::{BestSubset, CoordinateMode, Differentiator, Library, Stlsq};
+
+/// Where the candidate terms come from.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum LibraryChoice {
+    /// One rule for every system, at least the paper's terms.
+    Auto,
+    /// The paper's terms, by number of states.
+    Paper,
+    /// The other reading of the paper's terms for small systems: degree 2 with products, waves of the states.
+    PaperDegree2,
+    /// Terms written by hand, such as `v^2*sin(x)`.
+    Terms(Vec<String>),
+    /// A library of one's own.
+    Custom(Library),
+}
+
+impl FromStr for LibraryChoice {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name {
+            "auto" => Ok(Self::Auto),
+            "paper" => Ok(Self::Paper),
+            "paper-degree2" => Ok(Self::PaperDegree2),
+            _ => Err(unknown("library", name, "`auto`, `paper`, `paper-degree2`")),
+        }
+    }
+}
+
+/// How coefficients are found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum SolverChoice {
+    /// The smallest subset of terms that explains the data.
+    BestSubset(BestSubset),
+    /// Thresholding.
+    Stlsq(Stlsq),
+    /// All terms, with a ridge weight.
+    LeastSquares {
+        /// Ridge weight, at least 0.
+        ridge: f64,
+    },
+}
+
+impl FromStr for SolverChoice {
+    type Err = UnknownName;
+
+    /// `stlsq` is the paper's setting, `least-squares` has no ridge.
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name {
+            "best-subset" => Ok(Self::BestSubset(BestSubset::default())),
+            "stlsq" => Ok(Self::Stlsq(Stlsq::paper())),
+            "least-squares" => Ok(Self::LeastSquares { ridge: 0.0 }),
+            _ => Err(unknown("solver", name, "`best-subset`, `stlsq`, `least-squares`")),
+        }
+    }
+}
+
+/// What is regressed on the terms.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Target {
+    /// (x⁺ − x)/Δt.
+    Increment,
+    /// x⁺.
+    Discrete,
+    /// ẋ, estimated along each rollout.
+    Continuous {
+        /// How.
+        differentiator: Differentiator,
+        /// How the model is stepped afterwards.
+        scheme: Scheme,
+    },
+}
+
+impl FromStr for Target {
+    type Err = UnknownName;
+
+    /// `continuous` is central differences, stepped by one Runge–Kutta step of fourth order.
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name {
+            "increment" => Ok(Self::Increment),
+            "discrete" => Ok(Self::Discrete),
+            "continuous" => {
+                Ok(Self::Continuous { differentiator: Differentiator::default(), scheme: Scheme::Rk4 { substeps: 1 } })
+            }
+            _ => Err(unknown("target", name, "`increment`, `discrete`, `continuous`")),
+        }
+    }
+}
+
+impl FromStr for CoordinateMode {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name {
+            "recognised" => Ok(Self::Recognised),
+            "raw" => Ok(Self::Raw),
+            _ => Err(unknown("coordinates", name, "`recognised`, `raw`")),
+        }
+    }
+}
+
+fn unknown(what: &'static str, name: &str, known: &'static str) -> UnknownName {
+    UnknownName { what, name: name.to_owned(), known }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_choose_and_typos_are_answered_with_the_names_there_are() {
+        assert_eq!("paper".parse(), Ok(LibraryChoice::Paper));
+        assert_eq!("stlsq".parse(), Ok(SolverChoice::Stlsq(Stlsq::paper())));
+        assert_eq!("increment".parse(), Ok(Target::Increment));
+        assert_eq!("raw".parse(), Ok(CoordinateMode::Raw));
+        let error = "papper".parse::<LibraryChoice>().expect_err("a typo");
+        assert_eq!(error.to_string(), "no library named `papper`; known: `auto`, `paper`, `paper-degree2`");
+    }
+}

@@ -1,0 +1,81 @@
+//! What was found, and how much to believe it.
+
+use super::rows::Rows;
+use crate::Triangle;
+use crate::library::Term;
+use crate::model::Model;
+use crate::solve::{Selected, SizeReport};
+
+/// An identified model and the account of how it was found.
+#[derive(Debug, Clone)]
+pub struct Identified {
+    /// The equations of motion.
+    pub model: Model,
+    /// The account.
+    pub report: Report,
+}
+
+/// The account of an identification.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// Steps that went into the regression.
+    pub rows: usize,
+    /// Steps left out because an observation sat at a declared limit.
+    pub rows_at_limit: usize,
+    /// Candidate terms, as people write them.
+    pub features: Vec<String>,
+    /// Condition number of the candidate columns, each scaled to unit length.
+    pub condition: f64,
+    /// One entry per state.
+    pub equations: Vec<EquationReport>,
+}
+
+/// The account of one equation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EquationReport {
+    /// Name of the state.
+    pub state: String,
+    /// RMS residual, in the unit of the left-hand side.
+    pub residual: f64,
+    /// RMS residual that rounding of the observations explains; zero if it is not known.
+    pub floor: f64,
+    /// Whether the residual is no more than that: the equation is then exact as far as can be seen.
+    pub reached_floor: bool,
+    /// Whether every subset of the chosen size was looked at.
+    pub proved: bool,
+    /// Numbers of the chosen terms in [`Report::features`].
+    pub support: Vec<usize>,
+    /// Their coefficients.
+    pub coefficients: Vec<f64>,
+    /// The best subset of each size tried; empty for solvers that try none.
+    pub path: Vec<SizeReport>,
+}
+
+impl Report {
+    pub(super) fn new(
+        names: Vec<String>,
+        terms: &[Term],
+        rows: &Rows,
+        triangle: &Triangle,
+        fits: Vec<Selected>,
+    ) -> Self {
+        let all: Vec<usize> = (0..terms.len()).collect();
+        let equations = fits.into_iter().zip(&names).zip(&rows.floor).map(|((fit, state), floor)| EquationReport {
+            state: state.clone(),
+            residual: fit.residual,
+            floor: *floor,
+            reached_floor: fit.reached_floor,
+            proved: fit.proved,
+            support: fit.support,
+            coefficients: fit.coefficients,
+            path: fit.path,
+        });
+        Self {
+            rows: rows.z.nrows(),
+            rows_at_limit: rows.at_limit,
+            features: terms.iter().map(|t| t.expr.pretty(&names).to_string()).collect(),
+            condition: triangle.condition(&all),
+            equations: equations.collect(),
+        }
+    }
+}

@@ -1,0 +1,26 @@
+//! Candidate terms Θ: what an equation may be made of.
+
+mod auto;
+mod build;
+mod complexity;
+mod paper;
+mod role;
+
+pub(crate) use auto::auto;
+pub use build::{Library, LibraryError};
+pub(crate) use complexity::complexity;
+pub(crate) use paper::{paper, paper_degree2};
+pub use role::{Input, Role};
+
+use crate::expr::Expr;
+
+/// One candidate term.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Term {
+    /// The term as a function of z = (x; u).
+    pub expr: Expr,
+    /// Its name in PySINDy's notation, such as `x0^2` or `sin(1 x0)`.
+    pub name: String,
+    /// How far-fetched it is: among equally good equations the one with the smaller sum is chosen.
+    pub complexity: u32,
+}

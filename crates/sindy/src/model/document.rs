@@ -1,0 +1,258 @@
+//! A model as parts, checked once, and as JSON.
+
+use serde::{Deserialize, Serialize};
+use sindyna_core::Scheme;
+
+use super::{Form, Model, Reading};
+use crate::expr::{Expr, ParseError, Tape, parse};
+use crate::names::symbols;
+
+/// Everything a model is made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModelParts {
+    /// Names of the model's states (n).
+    pub states: Vec<String>,
+    /// Names of the controls (k).
+    pub controls: Vec<String>,
+    /// What the left-hand side is.
+    pub form: Form,
+    /// Control interval \[s\].
+    pub dt: f64,
+    /// How the model's states follow from the task's; `None` if they are the same.
+    pub readings: Option<Vec<Reading>>,
+    /// Active terms as text over the names, where a character that cannot stand in a name is `_`.
+    pub terms: Vec<String>,
+    /// Per state: (number of the term, coefficient).
+    pub equations: Vec<Vec<(usize, f64)>>,
+    /// Per state: whether its rate is a state too.
+    pub kinematic: Vec<bool>,
+    /// Number of candidate terms F.
+    pub n_features: usize,
+}
+
+/// Why something is not a model.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// Not JSON, or JSON of something else.
+    #[error("not a model: {reason}")]
+    Json {
+        /// What the reader said.
+        reason: String,
+    },
+    /// A model of another format.
+    #[error("the model has format version {got}, this program reads version {known}")]
+    Version {
+        /// Version found.
+        got: u32,
+        /// Version understood.
+        known: u32,
+    },
+    /// Lists that do not fit each other.
+    #[error("{what}: expected {expected}, got {got}")]
+    Shape {
+        /// What was counted.
+        what: &'static str,
+        /// Number wanted.
+        expected: usize,
+        /// Number found.
+        got: usize,
+    },
+    /// A number that is NaN, infinite or otherwise impossible.
+    #[error("{what} is {value}")]
+    BadNumber {
+        /// Which number.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+    },
+    /// A term that cannot be read.
+    #[error(transparent)]
+    Term(#[from] ParseError),
+    /// A reference to a term or a state there is not.
+    #[error("{what} {index} is asked for, there are only {count}")]
+    NoSuch {
+        /// What is missing.
+        what: &'static str,
+        /// Number asked for.
+        index: usize,
+        /// How many there are.
+        count: usize,
+    },
+}
+
+fn expect(what: &'static str, expected: usize, got: usize) -> Result<(), ModelError> {
+    if expected == got { Ok(()) } else { Err(ModelError::Shape { what, expected, got }) }
+}
+
+impl Model {
+    /// Checks and compiles a model.
+    ///
+    /// # Errors
+    /// [`ModelError`] for lists that do not fit, terms that cannot be read, numbers that are not finite.
+    pub fn new(parts: ModelParts) -> Result<Self, ModelError> {
+        let n = parts.states.len();
+        expect("equations", n, parts.equations.len())?;
+        expect("kinematic flags", n, parts.kinematic.len())?;
+        if !(parts.dt.is_finite() && parts.dt > 0.0) {
+            return Err(ModelError::BadNumber { what: "the control interval", value: parts.dt });
+        }
+        if let Form::Continuous(Scheme::Rk4 { substeps: 0 }) = parts.form {
+            return Err(ModelError::BadNumber { what: "the number of substeps", value: 0.0 });
+        }
+        if let Some(readings) = &parts.readings {
+            expect("readings", n, readings.len())?;
+            // Every task state must be read somewhere, so none can be numbered higher than the readings reach.
+            if let Some(reading) = readings.iter().find(|r| r.index() >= n) {
+                return Err(ModelError::NoSuch { what: "state", index: reading.index(), count: n });
+            }
+        }
+        for &(j, c) in parts.equations.iter().flatten() {
+            if j >= parts.terms.len() {
+                return Err(ModelError::NoSuch { what: "term", index: j, count: parts.terms.len() });
+            }
+            if !c.is_finite() {
+                return Err(ModelError::BadNumber { what: "a coefficient", value: c });
+            }
+        }
+        let names: Vec<String> = parts.states.iter().chain(&parts.controls).cloned().collect();
+        let names = symbols(&names);
+        let terms: Vec<Expr> = parts.terms.iter().map(|t| parse(t, &names)).collect::<Result<_, _>>()?;
+        let tape = Tape::new(names.len(), &terms);
+        let weight = |&(j, c): &(usize, f64)| (c, tape.outputs()[j]);
+        let weights = parts.equations.iter().map(|row| row.iter().map(weight).collect()).collect();
+        Ok(Self { parts, terms, tape, weights })
+    }
+
+    /// The model as JSON, with every digit of every number.
+    #[must_use]
+    pub fn to_json(&self) -> String {
+        serde_json::to_string_pretty(self).expect("a model holds only finite numbers and text")
+    }
+
+    /// Reads a model from JSON.
+    ///
+    /// # Errors
+    /// [`ModelError`] if the text is not a model of this format, or not a valid one.
+    pub fn from_json(text: &str) -> Result<Self, ModelError> {
+        let json = |e: serde_json::Error| ModelError::Json { reason: e.to_string() };
+        let version: Version = serde_json::from_str(text).map_err(json)?;
+        version.check()?;
+        let document: Document = serde_json::from_str(text).map_err(json)?;
+        document.try_into()
+    }
+}
+
+/// Version of the JSON form.
+const FORMAT: u32 = 1;
+
+#[derive(Deserialize)]
+struct Version {
+    format: u32,
+}
+
+impl Version {
+    fn check(&self) -> Result<(), ModelError> {
+        if self.format == FORMAT { Ok(()) } else { Err(ModelError::Version { got: self.format, known: FORMAT }) }
+    }
+}
+
+/// The JSON form.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Document {
+    format: u32,
+    form: FormName,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    scheme: Option<SchemeName>,
+    dt: f64,
+    states: Vec<String>,
+    controls: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    readings: Option<Vec<Reading>>,
+    terms: Vec<String>,
+    equations: Vec<Vec<(usize, f64)>>,
+    kinematic: Vec<bool>,
+    n_features: usize,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum FormName {
+    Increment,
+    Discrete,
+    Continuous,
+}
+
+#[derive(Serialize, Deserialize, Clone, Copy)]
+#[serde(rename_all = "snake_case")]
+enum SchemeName {
+    Euler,
+    Rk4 { substeps: usize },
+}
+
+impl From<&Model> for Document {
+    fn from(model: &Model) -> Self {
+        let parts = model.parts.clone();
+        let (form, scheme) = match parts.form {
+            Form::Increment => (FormName::Increment, None),
+            Form::Discrete => (FormName::Discrete, None),
+            Form::Continuous(Scheme::Euler) => (FormName::Continuous, Some(SchemeName::Euler)),
+            Form::Continuous(Scheme::Rk4 { substeps }) => (FormName::Continuous, Some(SchemeName::Rk4 { substeps })),
+        };
+        Self {
+            format: FORMAT,
+            form,
+            scheme,
+            dt: parts.dt,
+            states: parts.states,
+            controls: parts.controls,
+            readings: parts.readings,
+            terms: parts.terms,
+            equations: parts.equations,
+            kinematic: parts.kinematic,
+            n_features: parts.n_features,
+        }
+    }
+}
+
+impl TryFrom<Document> for Model {
+    type Error = ModelError;
+
+    fn try_from(document: Document) -> Result<Self, ModelError> {
+        Version { format: document.format }.check()?;
+        let form = match (document.form, document.scheme) {
+            (FormName::Increment, _) => Form::Increment,
+            (FormName::Discrete, _) => Form::Discrete,
+            (FormName::Continuous, Some(SchemeName::Euler)) => Form::Continuous(Scheme::Euler),
+            (FormName::Continuous, Some(SchemeName::Rk4 { substeps })) => Form::Continuous(Scheme::Rk4 { substeps }),
+            (FormName::Continuous, None) => {
+                return Err(ModelError::Shape { what: "schemes of a continuous model", expected: 1, got: 0 });
+            }
+        };
+        Self::new(ModelParts {
+            states: document.states,
+            controls: document.controls,
+            form,
+            dt: document.dt,
+            readings: document.readings,
+            terms: document.terms,
+            equations: document.equations,
+            kinematic: document.kinematic,
+            n_features: document.n_features,
+        })
+    }
+}
+
+impl Serialize for Model {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Document::from(self).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Model {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let document = Document::deserialize(deserializer)?;
+        document.try_into().map_err(serde::de::Error::custom)
+    }
+}

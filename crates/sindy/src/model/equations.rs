@@ -1,0 +1,58 @@
+//! Equations as people read them.
+
+use std::fmt;
+
+use super::{Form, Model};
+use crate::number::readable;
+
+impl Model {
+    /// The equations, one per state: `Δω/Δt = 15 sin θ + 3 u`.
+    ///
+    /// The left-hand side says what was fitted: `Δx/Δt` a difference over one interval, `x⁺` the next state, `ẋ` the
+    /// derivative. Numbers have six significant digits; [`Self::to_json`] has all of them.
+    #[must_use]
+    pub fn equations(&self) -> Vec<String> {
+        (0..self.parts.states.len()).map(|i| format!("{} = {}", self.left(i), self.right(i))).collect()
+    }
+
+    fn left(&self, i: usize) -> String {
+        let name = &self.parts.states[i];
+        let name = if name.contains(' ') { format!("({name})") } else { name.clone() };
+        match self.parts.form {
+            Form::Increment => format!("Δ{name}/Δt"),
+            Form::Discrete => format!("{name}⁺"),
+            Form::Continuous(_) if name.chars().count() == 1 => format!("{name}\u{307}"),
+            Form::Continuous(_) => format!("d{name}/dt"),
+        }
+    }
+
+    fn right(&self, i: usize) -> String {
+        let names: Vec<String> = self.parts.states.iter().chain(&self.parts.controls).cloned().collect();
+        let mut text = String::new();
+        for &(j, c) in &self.parts.equations[i] {
+            let sign = match (text.is_empty(), c < 0.0) {
+                (true, false) => "",
+                (true, true) => "−",
+                (false, false) => " + ",
+                (false, true) => " − ",
+            };
+            let size = readable(c.abs());
+            let term = &self.terms[j];
+            let factor = term.pretty(&names).to_string();
+            text.push_str(sign);
+            text.push_str(&match (term.is_one(), size.as_str()) {
+                (true, _) => size,
+                (false, "1") => factor,
+                _ => format!("{size} {factor}"),
+            });
+        }
+        if text.is_empty() { "0".into() } else { text }
+    }
+}
+
+/// The equations, one per line.
+impl fmt::Display for Model {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.equations().join("\n"))
+    }
+}

@@ -1,0 +1,87 @@
+//! A model as dynamics.
+
+use sindyna_core::{Diverged, Dynamics, Held, Rng, Scheme, VectorField};
+
+use super::frame::back;
+use super::{Form, Model};
+
+/// Numbers kept on the stack during an evaluation; larger models fall back to the heap.
+const STACK: usize = 96;
+
+impl Model {
+    /// Writes Θ(z; u) Ξᵀ, the right-hand side of the equations, at a state `z` of the model.
+    pub(super) fn right_side(&self, z: &[f64], u: &[f64], out: &mut [f64]) {
+        let needed = self.tape.n_registers();
+        let mut stack = [0.0; STACK];
+        let mut heap = Vec::new();
+        let registers = if needed <= STACK {
+            &mut stack[..needed]
+        } else {
+            heap.resize(needed, 0.0);
+            &mut heap[..]
+        };
+        registers[..z.len()].copy_from_slice(z);
+        registers[z.len()..z.len() + u.len()].copy_from_slice(u);
+        self.tape.run(registers);
+        for (out, weights) in out.iter_mut().zip(&self.weights) {
+            *out = weights.iter().map(|(c, r)| c * registers[*r as usize]).sum();
+        }
+    }
+
+    /// One control interval in the model's own space.
+    fn step_own(&self, z: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        match self.parts.form {
+            Form::Discrete => self.right_side(z, u, next),
+            Form::Increment => {
+                self.right_side(z, u, next);
+                for (next, z) in next.iter_mut().zip(z) {
+                    *next = z + self.parts.dt * *next;
+                }
+            }
+            Form::Continuous(scheme) => return self.held(scheme).step(z, u, rng, next),
+        }
+        Diverged::check(next)
+    }
+
+    fn held(&self, scheme: Scheme) -> Held<Own<'_>> {
+        Held::new(Own(self), scheme, self.parts.dt)
+    }
+}
+
+impl Dynamics for Model {
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        let Some(readings) = &self.parts.readings else { return self.step_own(x, u, rng, next) };
+        let n = readings.len();
+        let mut stack = [0.0; STACK];
+        let mut heap = Vec::new();
+        let buffer = if 2 * n <= STACK {
+            &mut stack[..2 * n]
+        } else {
+            heap.resize(2 * n, 0.0);
+            &mut heap[..]
+        };
+        let (z, z_next) = buffer.split_at_mut(n);
+        for (z, reading) in z.iter_mut().zip(readings) {
+            *z = reading.of(x);
+        }
+        self.step_own(z, u, rng, z_next)?;
+        back(readings, z_next, x, next);
+        Diverged::check(next)
+    }
+}
+
+/// The vector field in the model's own space.
+struct Own<'a>(&'a Model);
+
+impl VectorField for Own<'_> {
+    fn eval(&self, z: &[f64], u: &[f64], z_dot: &mut [f64]) {
+        self.0.right_side(z, u, z_dot);
+    }
+}
+
+/// The right-hand side over the model's own states: ẋ for a continuous model, (x⁺ − x)/Δt or x⁺ for the others.
+impl VectorField for Model {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        self.right_side(x, u, x_dot);
+    }
+}

@@ -1,0 +1,219 @@
+//! Best-subset regression: for each number of terms, the terms with the smallest residual.
+
+use super::search::{Candidate, Problem, binomial};
+use crate::Triangle;
+
+/// Finds, for each size, the best subset of terms, and says which size to believe.
+///
+/// Every subset of a size is looked at while there are no more than `budget` of them; larger sizes go on from the best
+/// found by forward steps and exchanges, and are marked as not proved. Terms that equal another term (up to a factor)
+/// on the data are represented by the simplest of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BestSubset {
+    max_size: usize,
+    budget: f64,
+}
+
+impl Default for BestSubset {
+    fn default() -> Self {
+        Self { max_size: 20, budget: 2e6 }
+    }
+}
+
+/// What is known about an equation before its terms are chosen.
+#[derive(Debug, Clone, Copy)]
+pub struct Selection<'a> {
+    /// RMS residual \[unit of the target\] that rounding alone leaves; zero if it is not known.
+    pub floor: f64,
+    /// Complexity of each term (F): the simpler of equally good subsets is taken.
+    pub complexity: &'a [u32],
+}
+
+/// The best subset of one size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SizeReport {
+    /// Its terms, ascending.
+    pub support: Vec<usize>,
+    /// RMS residual \[unit of the target\].
+    pub residual: f64,
+    /// Whether every subset of this size was looked at.
+    pub proved: bool,
+}
+
+/// The terms chosen for one equation.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Selected {
+    /// Terms, ascending.
+    pub support: Vec<usize>,
+    /// Their coefficients.
+    pub coefficients: Vec<f64>,
+    /// RMS residual \[unit of the target\].
+    pub residual: f64,
+    /// Whether the residual is no more than rounding explains.
+    pub reached_floor: bool,
+    /// Whether every subset of this size was looked at.
+    pub proved: bool,
+    /// The best subset of each size tried, from no term on.
+    pub path: Vec<SizeReport>,
+}
+
+/// Residuals up to this many times the floor count as rounding.
+const FLOOR_FACTOR: f64 = 2.0;
+
+/// Probability at which a subset is believed not to have reached the floor by chance.
+const CHANCE: f64 = 1e-3;
+
+/// Length of the difference of two unit columns below which they are the same.
+const SAME: f64 = 1e-9;
+
+impl BestSubset {
+    /// The same search with no more than `max_size` terms in an equation.
+    #[must_use]
+    pub fn with_max_size(self, max_size: usize) -> Self {
+        Self { max_size, ..self }
+    }
+
+    /// The same search looking at no more than `budget` subsets of one size.
+    #[must_use]
+    pub fn with_budget(self, budget: u64) -> Self {
+        Self { budget: budget as f64, ..self }
+    }
+
+    /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
+    #[must_use]
+    pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
+        let (columns, problem) = distinct(triangle, target, selection.complexity);
+        let rows = triangle.n_rows();
+        let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
+        let largest = self.max_size.min(columns.len()).min(rows.saturating_sub(2));
+        let mut chosen = None;
+        for size in 0..=largest {
+            let interesting = explained(selection.floor, rows, size);
+            let complete = problem.n_subsets(size) <= self.budget && sizes.last().is_none_or(|s| s.1);
+            let found = match sizes.last() {
+                Some((smaller, _)) if !complete => problem.grow(smaller, interesting),
+                _ => problem.exhaustive(size, interesting, rows > columns.len()),
+            };
+            let best = found.first().map_or(f64::INFINITY, |c| c.rss);
+            sizes.push((found, complete));
+            if best <= interesting && !by_chance(&problem, best.max(interesting), rows, size) {
+                chosen = Some(size);
+                break;
+            }
+            if chosen.is_none() && size >= (rows / 2).max(1) {
+                break;
+            }
+        }
+        let reached_floor = chosen.is_some();
+        let size = chosen.unwrap_or_else(|| by_information(&problem, &sizes, rows, selection.floor));
+        let (candidates, proved) = &sizes[size];
+        let tolerated = explained(selection.floor, rows, size).max(4.0 * candidates.first().map_or(0.0, |c| c.rss));
+        let cost = |c: &Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
+        let simplest = candidates.iter().filter(|c| c.rss <= tolerated).min_by_key(|c| cost(c));
+        let support = simplest.map_or(vec![], |c| support(c, &columns));
+        let coefficients = triangle.solve(&support, target, 0.0);
+        let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
+        let path = sizes.iter().map(|(found, proved)| SizeReport {
+            support: found.first().map_or(vec![], |c| support_of(c, &columns)),
+            residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
+            proved: *proved,
+        });
+        Selected { support, coefficients, residual, reached_floor, proved: *proved, path: path.collect() }
+    }
+}
+
+fn support(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
+    support_of(candidate, columns)
+}
+
+fn support_of(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
+    let mut support: Vec<usize> = candidate.subset.iter().map(|&j| columns[j]).collect();
+    support.sort_unstable();
+    support
+}
+
+/// RMS residual, corrected for the terms fitted.
+fn rms(rss: f64, rows: usize, terms: usize) -> f64 {
+    (rss / rows.saturating_sub(terms).max(1) as f64).sqrt()
+}
+
+/// The squared residual that rounding explains.
+fn explained(floor: f64, rows: usize, terms: usize) -> f64 {
+    (FLOOR_FACTOR * floor).powi(2) * rows.saturating_sub(terms).max(1) as f64
+}
+
+/// Whether some subset of this size would come so close even to a target that has nothing to do with the terms.
+///
+/// A random direction in N − k dimensions is within ε of a given one with probability about ε^(N − k), and there are
+/// as many tries as subsets.
+fn by_chance(problem: &Problem, rss: f64, rows: usize, size: usize) -> bool {
+    if size == 0 {
+        return false;
+    }
+    let left = (rss / problem.total()).sqrt();
+    let free = rows.saturating_sub(size) as f64;
+    binomial(problem.n_columns(), size).ln() + free * left.ln() > CHANCE.ln()
+}
+
+/// The size with the smallest extended BIC, N ln(RSS/N) + k ln N + 2 ln C(F, k).
+///
+/// # References
+/// Chen, Chen (2008), Biometrika 95(3), with γ = 1.
+fn by_information(problem: &Problem, sizes: &[(Vec<Candidate>, bool)], rows: usize, floor: f64) -> usize {
+    let n = rows.max(1) as f64;
+    let smallest = (n * floor * floor).max(1e-30 * problem.total()).max(f64::MIN_POSITIVE);
+    let score = |size: usize| {
+        let rss = sizes[size].0.first().map_or(f64::INFINITY, |c| c.rss).max(smallest);
+        n * (rss / n).ln() + size as f64 * n.ln() + 2.0 * problem.n_subsets(size).ln()
+    };
+    let largest = (rows / 2).min(sizes.len() - 1);
+    (0..=largest).min_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(0)
+}
+
+/// The columns that differ, the most promising first, as a problem; with their numbers in the triangle.
+fn distinct(triangle: &Triangle, target: usize, complexity: &[u32]) -> (Vec<usize>, Problem) {
+    let dim = complexity.len().min(triangle.n_rows());
+    let mut order: Vec<usize> = (0..complexity.len()).collect();
+    order.sort_by_key(|&j| complexity[j]);
+    let mut kept: Vec<(usize, Vec<f64>)> = Vec::new();
+    for j in order {
+        let length = triangle.norm(j);
+        if length == 0.0 {
+            continue;
+        }
+        let mut unit = vec![0.0; dim];
+        for (u, v) in unit.iter_mut().zip(triangle.column(j)) {
+            *u = v / length;
+        }
+        if !kept.iter().any(|(_, other)| same(&unit, other)) {
+            kept.push((j, unit));
+        }
+    }
+    let y = triangle.column(target);
+    let mut reachable = vec![0.0; dim];
+    let shared = dim.min(y.len());
+    reachable[..shared].copy_from_slice(&y[..shared]);
+    let unreachable: f64 = y[shared..].iter().map(|v| v * v).sum();
+    let overlap = |unit: &[f64]| unit.iter().zip(&reachable).map(|(a, b)| a * b).sum::<f64>().abs();
+    kept.sort_by(|(i, a), (j, b)| overlap(b).total_cmp(&overlap(a)).then(i.cmp(j)));
+    let columns = kept.iter().flat_map(|(_, unit)| unit.clone()).collect();
+    (kept.iter().map(|(j, _)| *j).collect(), Problem::new(dim, columns, reachable, unreachable))
+}
+
+/// Whether two unit vectors point along the same line.
+fn same(a: &[f64], b: &[f64]) -> bool {
+    let sign = if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
+    a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>() < SAME * SAME
+}
+
+impl Selected {
+    /// The account of a fit of all terms, with coefficients that may be zero.
+    pub(crate) fn dense(triangle: &Triangle, target: usize, coefficients: &[f64], floor: f64) -> Self {
+        let kept = coefficients.iter().copied().enumerate().filter(|(_, c)| *c != 0.0);
+        let (support, coefficients): (Vec<usize>, Vec<f64>) = kept.unzip();
+        let rows = triangle.n_rows();
+        let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
+        let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
+        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new() }
+    }
+}

@@ -1,0 +1,256 @@
+//! The triangular factor every solver works on.
+
+use faer::{Mat, MatRef};
+use ndarray::{ArrayView2, Axis};
+
+/// The factor R of all candidate columns [Θ | targets], rows of the data pushed so far: RᵀR = [Θ | Y]ᵀ[Θ | Y].
+///
+/// Built block by block with QR, so memory does not grow with the data, blocks from elsewhere merge by one more QR, and
+/// the condition number is not squared as a Gram matrix would square it. Any column can be the target of a regression:
+/// the columns of R are the columns of the data seen in other coordinates, with all their inner products.
+#[derive(Debug, Clone)]
+pub struct Triangle {
+    /// (min(rows, columns), columns), zero below the diagonal.
+    r: Mat<f64>,
+    n_columns: usize,
+    n_rows: usize,
+}
+
+/// Why rows or triangles were refused.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TriangleError {
+    /// Rows of another width.
+    #[error("the rows have {got} columns, the triangle {expected}")]
+    Width {
+        /// Columns of the triangle.
+        expected: usize,
+        /// Columns found.
+        got: usize,
+    },
+    /// A number that is NaN or infinite.
+    #[error("column {column} of row {row} is {value}, which is not finite")]
+    NotFinite {
+        /// Row of the block that was pushed.
+        row: usize,
+        /// Column.
+        column: usize,
+        /// The value found.
+        value: f64,
+    },
+}
+
+/// Rows factored at once.
+const BLOCK: usize = 512;
+
+impl Triangle {
+    /// An empty triangle of `n_columns` columns.
+    #[must_use]
+    pub fn new(n_columns: usize) -> Self {
+        Self { r: Mat::zeros(0, n_columns), n_columns, n_rows: 0 }
+    }
+
+    /// Adds `rows` (N, columns).
+    ///
+    /// # Errors
+    /// [`TriangleError`] for another width or a number that is not finite; the triangle is then as before.
+    pub fn push(&mut self, rows: ArrayView2<'_, f64>) -> Result<(), TriangleError> {
+        if rows.ncols() != self.n_columns {
+            return Err(TriangleError::Width { expected: self.n_columns, got: rows.ncols() });
+        }
+        if let Some(((row, column), value)) = rows.indexed_iter().find(|(_, v)| !v.is_finite()) {
+            return Err(TriangleError::NotFinite { row, column, value: *value });
+        }
+        for block in rows.axis_chunks_iter(Axis(0), BLOCK) {
+            let block = Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[[i, j]]);
+            self.r = factor(self.r.as_ref(), block.as_ref());
+        }
+        self.n_rows += rows.nrows();
+        Ok(())
+    }
+
+    /// Adds the rows behind `other`.
+    ///
+    /// # Errors
+    /// [`TriangleError::Width`] if it has other columns.
+    pub fn merge(&mut self, other: &Self) -> Result<(), TriangleError> {
+        if other.n_columns != self.n_columns {
+            return Err(TriangleError::Width { expected: self.n_columns, got: other.n_columns });
+        }
+        self.r = factor(self.r.as_ref(), other.r.as_ref());
+        self.n_rows += other.n_rows;
+        Ok(())
+    }
+
+    /// Number of columns.
+    #[must_use]
+    pub fn n_columns(&self) -> usize {
+        self.n_columns
+    }
+
+    /// Number of data rows behind it.
+    #[must_use]
+    pub fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    /// Column `j` of R; the rest of it is zero.
+    #[must_use]
+    pub fn column(&self, j: usize) -> &[f64] {
+        let length = (j + 1).min(self.r.nrows());
+        self.r.col(j).try_as_col_major().map_or(&[], |c| &c.as_slice()[..length])
+    }
+
+    /// The Euclidean norm of data column `j`.
+    #[must_use]
+    pub fn norm(&self, j: usize) -> f64 {
+        norm(self.column(j))
+    }
+
+    /// The condition number of `columns`, each scaled to unit norm; columns that are zero are left out.
+    #[must_use]
+    pub fn condition(&self, columns: &[usize]) -> f64 {
+        let columns: Vec<usize> = columns.iter().copied().filter(|&j| self.norm(j) > 0.0).collect();
+        if columns.is_empty() {
+            return 1.0;
+        }
+        let scaled =
+            Mat::from_fn(self.r.nrows(), columns.len(), |i, j| self.r[(i, columns[j])] / self.norm(columns[j]));
+        match scaled.singular_values() {
+            Ok(values) if columns.len() <= self.r.nrows() => {
+                let (first, last) = (values.first().copied(), values.last().copied());
+                first.unwrap_or(1.0) / last.unwrap_or(1.0)
+            }
+            _ => f64::INFINITY,
+        }
+    }
+
+    /// Minimises ‖Θ_S ξ − y‖² + ridge ‖ξ‖² over the columns `support` for the column `target`; ξ (|S|).
+    ///
+    /// Where the columns depend on each other and there is no ridge, of all best ξ the one with the smallest norm.
+    #[must_use]
+    pub fn solve(&self, support: &[usize], target: usize, ridge: f64) -> Vec<f64> {
+        self.solve_scaled(support, target, ridge, |_| 1.0)
+    }
+
+    /// [`Self::solve`] with column j of Θ divided by `scale(j)` first; ξ belongs to the scaled columns.
+    pub(crate) fn solve_scaled(
+        &self,
+        support: &[usize],
+        target: usize,
+        ridge: f64,
+        scale: impl Fn(usize) -> f64,
+    ) -> Vec<f64> {
+        let (n, k) = (self.r.nrows(), support.len());
+        if k == 0 {
+            return Vec::new();
+        }
+        let extra = if ridge > 0.0 { k } else { 0 };
+        let a = Mat::from_fn(n + extra, k, |i, j| {
+            if i < n {
+                self.r[(i, support[j])] / scale(support[j])
+            } else if i - n == j {
+                ridge.sqrt()
+            } else {
+                0.0
+            }
+        });
+        let b = Mat::from_fn(n + extra, 1, |i, _| if i < n { self.r[(i, target)] } else { 0.0 });
+        crate::solve::least_squares(a.as_ref(), b.as_ref())
+    }
+
+    /// ‖Θ_S ξ − y‖ for coefficients `xi` of the columns `support`.
+    #[must_use]
+    pub fn residual_norm(&self, support: &[usize], xi: &[f64], target: usize) -> f64 {
+        let mut residual = vec![0.0; self.r.nrows()];
+        residual[..self.column(target).len()].copy_from_slice(self.column(target));
+        for (&j, &c) in support.iter().zip(xi) {
+            for (r, v) in residual.iter_mut().zip(self.column(j)) {
+                *r -= c * v;
+            }
+        }
+        norm(&residual)
+    }
+}
+
+/// The factor R of `above` on top of `below`.
+fn factor(above: MatRef<'_, f64>, below: MatRef<'_, f64>) -> Mat<f64> {
+    let n = above.nrows();
+    let stacked =
+        Mat::from_fn(n + below.nrows(), above.ncols(), |i, j| if i < n { above[(i, j)] } else { below[(i - n, j)] });
+    let qr = stacked.qr();
+    let r = qr.thin_R();
+    // A positive diagonal makes R unique.
+    let sign = |i: usize| if r[(i, i)] < 0.0 { -1.0 } else { 1.0 };
+    Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { sign(i) * r[(i, j)] } else { 0.0 })
+}
+
+pub(crate) fn norm(v: &[f64]) -> f64 {
+    // Scaled, so that the squares of tiny residuals do not vanish.
+    let largest = v.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    if largest == 0.0 {
+        return 0.0;
+    }
+    largest * v.iter().map(|x| (x / largest) * (x / largest)).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::{Array2, array, s};
+
+    fn rows() -> Array2<f64> {
+        Array2::from_shape_fn((40, 4), |(i, j)| ((i * (j + 2)) as f64 * 0.37).sin() + j as f64)
+    }
+
+    #[test]
+    fn inner_products_are_those_of_the_data() {
+        let rows = rows();
+        let mut triangle = Triangle::new(4);
+        triangle.push(rows.view()).expect("finite rows");
+        let gram = rows.t().dot(&rows);
+        for a in 0..4 {
+            for b in 0..4 {
+                let (x, y) = (triangle.column(a), triangle.column(b));
+                let dot: f64 = x.iter().zip(y).map(|(x, y)| x * y).sum();
+                assert!((dot - gram[[a, b]]).abs() < 1e-10, "{a} {b}");
+            }
+        }
+        assert_eq!(triangle.n_rows(), 40);
+    }
+
+    #[test]
+    fn pieces_merge_to_the_whole() {
+        let rows = rows();
+        let mut whole = Triangle::new(4);
+        whole.push(rows.view()).expect("finite rows");
+        let (mut first, mut second) = (Triangle::new(4), Triangle::new(4));
+        first.push(rows.slice(s![..3, ..])).expect("finite rows");
+        second.push(rows.slice(s![3.., ..])).expect("finite rows");
+        second.merge(&first).expect("same columns");
+        for j in 0..4 {
+            for (a, b) in whole.column(j).iter().zip(second.column(j)) {
+                assert!((a - b).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn wrong_rows_are_refused() {
+        let mut triangle = Triangle::new(2);
+        let width = triangle.push(array![[1.0]].view());
+        assert_eq!(width, Err(TriangleError::Width { expected: 2, got: 1 }));
+        let nan = triangle.push(array![[1.0, 2.0], [3.0, f64::NAN]].view()).expect_err("NaN");
+        assert_eq!(nan.to_string(), "column 1 of row 1 is NaN, which is not finite");
+        assert_eq!(triangle.n_rows(), 0);
+    }
+
+    #[test]
+    fn dependent_columns_get_the_smallest_solution() {
+        let mut triangle = Triangle::new(3);
+        triangle.push(array![[1.0, 1.0, 2.0], [2.0, 2.0, 4.0], [0.0, 0.0, 0.0]].view()).expect("finite rows");
+        let xi = triangle.solve(&[0, 1], 2, 0.0);
+        assert!((xi[0] - 1.0).abs() < 1e-12 && (xi[1] - 1.0).abs() < 1e-12, "{xi:?}");
+        assert_eq!(triangle.solve(&[], 2, 0.0), Vec::<f64>::new());
+    }
+}
