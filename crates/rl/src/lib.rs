@@ -6,6 +6,8 @@
 //!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
 
+#![cfg_attr(test, allow(clippy::float_cmp, reason = "where tests compare exactly, the bits are the claim"))]
+
 mod adam;
 mod config;
 mod critic;

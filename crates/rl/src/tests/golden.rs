@@ -32,7 +32,7 @@ fn flat32(layers: &[Linear]) -> Vec<f32> {
 }
 
 fn load(net: &mut Mlp, layers: &[Linear]) {
-    *net = Mlp::from_params(&net.sizes().to_vec(), flat32(layers));
+    *net = Mlp::from_params(net.sizes(), flat32(layers));
 }
 
 fn table(rows: &Rows) -> Array2<f64> {
