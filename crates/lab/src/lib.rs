@@ -1,1 +1,17 @@
-//! (being built)
+//! The `sindyna` command: names to objects, settings, run records, progress.
+//!
+//! The only crate with files, clock and terminal. Every experiment here is put together from the other crates;
+//! nothing of identification, learning or physics is written here.
+
+mod cli;
+mod config;
+mod failure;
+mod interrupt;
+mod learner;
+mod machine;
+mod progress;
+mod record;
+mod registry;
+mod table;
+
+pub use cli::main;

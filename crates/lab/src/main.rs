@@ -1,2 +1,7 @@
 //! The `sindyna` command.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sindyna_lab::main()
+}

@@ -1,0 +1,91 @@
+//! `sindyna evaluate`: a trained policy on the real system again.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use sindyna_core::{Policy, Seed};
+use sindyna_dyna::evaluate;
+use sindyna_envs::System;
+use sindyna_rl::GaussianPolicy;
+
+use super::{Common, Verdict, print};
+use crate::config::TrainConfig;
+use crate::failure::Failure;
+use crate::record::Evaluation;
+use crate::registry;
+
+/// Runs a trained policy on the real system again
+///
+/// Without options this repeats the evaluation of the run itself: same start states, same returns.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Directory a run left
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Episodes [default: the run's own number]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    episodes: Option<u32>,
+    /// Seed of the start states [default: the run's own seed]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Also print the return of every episode
+    #[arg(long)]
+    returns: bool,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let read = |name: &str| {
+        let path = args.run.join(name);
+        std::fs::read(&path).with_context(|| format!("cannot read {}", path.display())).map_err(|e| {
+            Failure::from(e)
+                .hint("RUN is a directory that `sindyna train` left, with config.toml and policy.safetensors")
+        })
+    };
+    let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
+        .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
+    let policy = GaussianPolicy::from_safetensors(&read("policy.safetensors")?)
+        .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
+    let system = registry::system(&config.task)?;
+    let episodes = args.episodes.map_or(config.evaluation_episodes, |n| n as usize);
+    let seed = Seed::new(args.seed.unwrap_or(config.seed));
+    let evaluation = args.common.pool()?.install(|| on_real_system(&system, &policy, episodes, seed))?;
+    print(&report(&system, &evaluation, args.returns))?;
+    Ok(verdict(&system, &evaluation))
+}
+
+/// The returns of `policy` (its best actions) on the true system, from start states fixed by `seed`.
+pub(crate) fn on_real_system(
+    system: &System,
+    policy: &dyn Policy,
+    episodes: usize,
+    seed: Seed,
+) -> Result<Evaluation, Failure> {
+    let mut envs: Vec<_> = (0..episodes).map(|_| system.environment()).collect();
+    Ok(Evaluation::of(evaluate(&mut envs, policy, episodes, seed, "evaluation")?))
+}
+
+/// Whether the evaluation reached the task's threshold, in one line.
+pub(crate) fn report(system: &System, evaluation: &Evaluation, each: bool) -> String {
+    let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
+    let judgement = match system.spec().solved_at {
+        Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
+        Some(mark) => format!(": not solved (< {mark})"),
+        None => String::new(),
+    };
+    let mut text =
+        format!("return on the real system: {mean_return:.1} ± {std_return:.1} over {episodes} episodes{judgement}\n");
+    if each {
+        text.extend(returns.iter().map(|r| format!("{r}\n")));
+    }
+    text
+}
+
+/// [`Verdict::MissedTarget`] below the task's threshold.
+pub(crate) fn verdict(system: &System, evaluation: &Evaluation) -> Verdict {
+    match system.spec().solved_at {
+        Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
+        _ => Verdict::Done,
+    }
+}

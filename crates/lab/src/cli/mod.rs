@@ -1,0 +1,94 @@
+//! The command line.
+
+mod evaluate;
+mod settings;
+mod tasks;
+mod train;
+
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+use crate::interrupt::EXIT_INTERRUPTED;
+
+/// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
+/// inside them.
+#[derive(Debug, Parser)]
+#[command(name = "sindyna", version, propagate_version = true, after_help = EXIT_CODES)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes: 0 done, 1 ran but missed its target, 2 could not run, 130 stopped by Ctrl-C with a valid record.
+Results go to stdout, progress to stderr.
+
+Begin with:  sindyna train pendulum";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Train(Box<train::Args>),
+    Evaluate(evaluate::Args),
+    Tasks(tasks::Args),
+}
+
+/// How a command that ran came out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    Done,
+    MissedTarget,
+    Interrupted,
+}
+
+/// Runs the command line of this process.
+#[must_use]
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Train(args) => train::run(&args),
+        Command::Evaluate(args) => evaluate::run(&args),
+        Command::Tasks(args) => tasks::run(&args),
+    };
+    match result {
+        Ok(Verdict::Done) => ExitCode::SUCCESS,
+        Ok(Verdict::MissedTarget) => ExitCode::from(1),
+        Ok(Verdict::Interrupted) => ExitCode::from(EXIT_INTERRUPTED),
+        Err(failure) => {
+            // With stderr gone there is nobody left to tell.
+            let _ = writeln!(std::io::stderr(), "{failure}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// Writes `text` to stdout; a reader that has gone away (`| head`) is not an error.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(anyhow::Error::new(e).context("cannot write to stdout").into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What every long-running command understands.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Common {
+    /// Threads to work with; results do not depend on it [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// No progress on stderr
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+impl Common {
+    /// A thread pool of the size asked for.
+    pub(crate) fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
+        let threads = self.threads.map_or(0, usize::from);
+        Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
+    }
+}

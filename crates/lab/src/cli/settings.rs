@@ -1,0 +1,138 @@
+//! The settings of `sindyna train` as options, and how they change the defaults.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use clap::Args;
+
+use crate::config::TrainConfig;
+use crate::failure::Failure;
+use crate::registry;
+
+/// Options that change the defaults of a run, or of the configuration it repeats.
+#[derive(Debug, Args)]
+pub(crate) struct Settings {
+    /// Seed of everything random: same seed, same record
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Repeat the run this config.toml describes; other options change it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
+    /// Real steps before anything is learned, over all warm-up rollouts [default: 20]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
+    real_steps: Option<usize>,
+    /// N_e: rollouts on the real system before anything is learned [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Real data")]
+    warmup_rollouts: Option<usize>,
+    /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 20]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data")]
+    rollout_len: Option<usize>,
+    /// Who acts in the warm-up: `alternating` directions, or `random`
+    #[arg(long, value_name = "NAME", help_heading = "Real data")]
+    explorer: Option<String>,
+
+    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2`
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    library: Option<String>,
+    /// A term of your own, such as `v*abs(v)`; may be given several times
+    #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
+    terms: Vec<String>,
+    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares`
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    solver: Option<String>,
+    /// STLSQ drops coefficients below this [default: 0.0009]
+    #[arg(long, value_name = "X", help_heading = "Identification")]
+    threshold: Option<f64>,
+    /// Ridge weight of STLSQ and least squares [default: 0.05]
+    #[arg(long, value_name = "X", help_heading = "Identification")]
+    ridge: Option<f64>,
+    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    target: Option<String>,
+    /// `recognised` angles (cosine and sine joined), or `raw` observations as states
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    coordinates: Option<String>,
+
+    /// N: imagined rollouts per real one; `inf` never goes back to the real system [default: inf]
+    #[arg(long, value_name = "N|inf", help_heading = "Training")]
+    imagined_rollouts: Option<String>,
+    /// Updates after which training stops, optimal or not
+    #[arg(long, value_name = "N", help_heading = "Training", value_parser = clap::value_parser!(u64).range(1..))]
+    max_updates: Option<u64>,
+    /// Learning rate of actor, critics and temperature
+    #[arg(long, value_name = "X", help_heading = "Training")]
+    learning_rate: Option<f64>,
+    /// Discount γ [default: 1 − 1/max_steps of the task]
+    #[arg(long, value_name = "X", help_heading = "Training")]
+    discount: Option<f64>,
+    /// Transitions per update
+    #[arg(long, value_name = "N", help_heading = "Training")]
+    batch_size: Option<usize>,
+
+    /// Episodes of the evaluation on the real system [default: 100]
+    #[arg(long, value_name = "N", help_heading = "Evaluation", value_parser = clap::value_parser!(u32).range(1..))]
+    episodes: Option<u32>,
+}
+
+impl Settings {
+    /// The configuration these options ask for, for `task` or the task of `--config`.
+    pub(crate) fn config(&self, task: Option<&str>) -> Result<TrainConfig, Failure> {
+        let mut config = match (&self.config, task) {
+            (Some(path), task) => {
+                let text = std::fs::read_to_string(path)
+                    .with_context(|| format!("cannot read {}", path.display()))
+                    .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
+                let config = TrainConfig::parse(&text)
+                    .with_context(|| format!("{} is not a run's configuration", path.display()))?;
+                if let Some(task) = task.filter(|t| *t != config.task) {
+                    return Err(Failure::new(format!("{} is for `{}`, not for `{task}`", path.display(), config.task)));
+                }
+                config
+            }
+            (None, Some(task)) => TrainConfig::defaults(registry::system(task)?.spec()),
+            (None, None) => return Err(Failure::new("neither a task nor --config was given")),
+        };
+        self.apply(&mut config)?;
+        config.check()?;
+        Ok(config)
+    }
+
+    fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
+        set(&mut config.seed, &self.seed);
+        set(&mut config.warmup.rollouts, &self.warmup_rollouts);
+        set(&mut config.warmup.rollout_len, &self.rollout_len);
+        set(&mut config.warmup.explorer, &self.explorer);
+        if let Some(steps) = self.real_steps {
+            let rollouts = config.warmup.rollouts.max(1);
+            if !steps.is_multiple_of(rollouts) {
+                return Err(Failure::new(format!("--real-steps {steps} cannot be shared by {rollouts} rollouts"))
+                    .hint("give a multiple, or set --rollout-len"));
+            }
+            config.warmup.rollout_len = steps / rollouts;
+        }
+        let identification = &mut config.identification;
+        set(&mut identification.library, &self.library);
+        if !self.terms.is_empty() {
+            identification.terms.clone_from(&self.terms);
+        }
+        set(&mut identification.solver, &self.solver);
+        set(&mut identification.threshold, &self.threshold);
+        set(&mut identification.ridge, &self.ridge);
+        set(&mut identification.target, &self.target);
+        set(&mut identification.coordinates, &self.coordinates);
+        set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
+        set(&mut config.optimality.max_updates, &self.max_updates);
+        set(&mut config.sac.learning_rate, &self.learning_rate);
+        set(&mut config.sac.discount, &self.discount);
+        set(&mut config.sac.batch_size, &self.batch_size);
+        set(&mut config.evaluation_episodes, &self.episodes.map(|n| n as usize));
+        Ok(())
+    }
+}
+
+fn set<T: Clone>(setting: &mut T, option: &Option<T>) {
+    if let Some(value) = option {
+        setting.clone_from(value);
+    }
+}

@@ -1,0 +1,265 @@
+//! `sindyna train`: the main job.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sindyna_core::{Event, Observer, Seed, Spec};
+use sindyna_dyna::{Dyna, DynaError, Learned};
+use sindyna_envs::System;
+use sindyna_rl::GaussianPolicy;
+
+use super::evaluate::{on_real_system, report, verdict};
+use super::{Common, Verdict, print};
+use crate::config::TrainConfig;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::learner::{Fitted, Learner};
+use crate::progress::Progress;
+use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, rollout_csv};
+use crate::{machine, registry, table};
+
+/// Learns a system from one short real rollout and trains a controller for it
+///
+/// Collects a few real steps, finds the equations of motion in them by sparse regression, trains soft actor-critic
+/// inside those equations, and evaluates the policy on the real system. Leaves a run directory with the data, the
+/// equations, the policy and the results.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Task to learn, such as `pendulum`; `sindyna tasks` lists them
+    #[arg(value_name = "TASK", required_unless_present = "config")]
+    task: Option<String>,
+    #[command(flatten)]
+    settings: super::settings::Settings,
+    /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let interrupt = Interrupt::listen()?;
+    let config = args.settings.config(args.task.as_deref())?;
+    let system = registry::system(&config.task)?;
+    let pool = args.common.pool()?;
+    let run_dir = match &args.out {
+        Some(path) => RunDir::create(path)?,
+        None => RunDir::create_numbered(&Path::new("runs").join(format!("{}-seed{}", config.task, config.seed)))?,
+    };
+    run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
+    let progress = Progress::new(args.common.quiet);
+    pool.install(|| Run { system: &system, config: &config, run_dir: &run_dir, progress, interrupt }.go())
+}
+
+struct Run<'a> {
+    system: &'a System,
+    config: &'a TrainConfig,
+    run_dir: &'a RunDir,
+    progress: Progress,
+    interrupt: Interrupt,
+}
+
+impl Run<'_> {
+    fn go(self) -> Result<Verdict, Failure> {
+        let start = Instant::now();
+        let (system, config, spec) = (self.system, self.config, self.system.spec());
+        let seed = Seed::new(config.seed);
+        let mut recorder = Recorder {
+            spec,
+            run_dir: self.run_dir,
+            progress: &self.progress,
+            log: EventLog::default(),
+            clock: Clock::default(),
+            start,
+        };
+        let learned = self.learn(seed, &mut recorder);
+        self.progress.finish();
+        let learned = learned?;
+        let trained = Instant::now();
+
+        let mut evaluation = None;
+        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+            let result = on_real_system(system, policy, config.evaluation_episodes, seed)?;
+            recorder.on(&Event::Evaluated { returns: &result.returns })?;
+            evaluation = Some(result);
+        }
+        let clock = recorder.clock;
+        let timing = Timing {
+            identify_seconds: clock.fitted - clock.collected,
+            train_seconds: (trained - start).as_secs_f64() - clock.fitted,
+            evaluate_seconds: trained.elapsed().as_secs_f64(),
+            wall_seconds: start.elapsed().as_secs_f64(),
+            machine: machine::describe(),
+            threads: rayon::current_num_threads(),
+        };
+        let log = recorder.log;
+        let summary = summary(config, spec, &learned, evaluation.clone());
+        // What was found is told even if it cannot be written down.
+        let recorded = self.record(&learned, &summary, &timing, &log);
+        print(&self.conclusion(&learned, &summary, &timing))?;
+        recorded?;
+        Ok(match evaluation {
+            _ if learned.interrupted => Verdict::Interrupted,
+            Some(evaluation) => verdict(system, &evaluation),
+            None => Verdict::MissedTarget,
+        })
+    }
+
+    fn learn(&self, seed: Seed, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted, GaussianPolicy>, Failure> {
+        let (config, spec) = (self.config, self.system.spec());
+        let learner = Learner(config.identifier(spec)?);
+        let schedule = config.schedule(spec)?;
+        let agent = config.sac(spec, &mut seed.stream("initial weights", 0))?;
+        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+        let (task, sensors) = (self.system.task(), self.system.sensors());
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
+        let mut real = self.system.environment();
+        dyna.run(&mut real, &mut *explorer, agent, recorder, &|| self.interrupt.pressed()).map_err(explain)
+    }
+
+    fn record(
+        &self,
+        learned: &Learned<Fitted, GaussianPolicy>,
+        summary: &Summary,
+        timing: &Timing,
+        log: &EventLog,
+    ) -> Result<(), Failure> {
+        let dir = self.run_dir;
+        if let Some(fitted) = &learned.model {
+            dir.write("model.json", fitted.0.model.to_json().as_bytes())?;
+        }
+        if let Some(policy) = &learned.policy {
+            dir.write("policy.safetensors", &policy.to_safetensors())?;
+        }
+        dir.write("events.jsonl", log.as_bytes())?;
+        dir.write("summary.json", &json(summary)?)?;
+        dir.write("timing.json", &json(timing)?)?;
+        Ok(())
+    }
+
+    /// What the user reads when all is done.
+    fn conclusion(&self, learned: &Learned<Fitted, GaussianPolicy>, summary: &Summary, timing: &Timing) -> String {
+        let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
+        let truth: Vec<String> = self.system.true_equations().iter().map(ToString::to_string).collect();
+        let mut text = table::beside(("found", found), ("true", &truth));
+        text += &format!(
+            "\nreal steps: {} in {} episode{}\n",
+            summary.real_steps,
+            summary.real_episodes,
+            if summary.real_episodes == 1 { "" } else { "s" },
+        );
+        if let Some(model_return) = summary.training.model_return {
+            text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
+            text += if summary.training.optimal_in_model { "\n" } else { " (not optimal by the stop rule)\n" };
+        }
+        text += &match &summary.evaluation {
+            Some(evaluation) => report(self.system, evaluation, false),
+            None if learned.interrupted => "stopped before the evaluation on the real system\n".into(),
+            None => "no policy to evaluate: training never came to a trial in the model\n".into(),
+        };
+        text += &format!(
+            "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
+            timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
+        );
+        text + &format!("record: {}\n", self.run_dir.path().display())
+    }
+}
+
+fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {
+    let mut bytes = serde_json::to_vec_pretty(value)?;
+    bytes.push(b'\n');
+    Ok(bytes)
+}
+
+/// What can be done about a run that could not go on.
+fn explain(error: DynaError) -> Failure {
+    let hint = match &error {
+        DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
+        DynaError::Agent(_) => Some("a smaller --learning-rate helps against divergence"),
+        _ => None,
+    };
+    let failure = Failure::from(error);
+    match hint {
+        Some(hint) => failure.hint(hint),
+        None => failure,
+    }
+}
+
+fn summary(
+    config: &TrainConfig,
+    spec: &Spec,
+    learned: &Learned<Fitted, GaussianPolicy>,
+    evaluation: Option<Evaluation>,
+) -> Summary {
+    let identification = learned.model.as_ref().map(|fitted| {
+        let (model, found) = (&fitted.0.model, &fitted.0.report);
+        Identification {
+            method: config.identification.solver.clone(),
+            library: config.identification.library.clone(),
+            features: found.features.len(),
+            parameters: model.parameters(),
+            nonzero: model.nonzero(),
+            nonzero_paper: model.nonzero_paper(),
+            rows: found.rows,
+            rows_at_limit: found.rows_at_limit,
+            equations: model.equations(),
+        }
+    });
+    Summary {
+        task: config.task.clone(),
+        seed: config.seed,
+        real_steps: learned.data.n_steps(),
+        real_episodes: learned.data.n_rollouts(),
+        solved: evaluation.as_ref().zip(spec.solved_at).map(|(e, mark)| e.mean_return >= mark),
+        threshold: spec.solved_at,
+        evaluation,
+        identification,
+        training: Training {
+            algorithm: "sac".into(),
+            updates: learned.updates,
+            model_steps: learned.model_steps,
+            model_rollouts: learned.model_rollouts,
+            diverged: learned.diverged,
+            left_region: learned.left_region,
+            model_return: learned.model_return,
+            optimal_in_model: learned.optimal_in_model,
+        },
+        interrupted: learned.interrupted,
+    }
+}
+
+/// Seconds from the start at which things were done.
+#[derive(Debug, Clone, Copy, Default)]
+struct Clock {
+    collected: f64,
+    fitted: f64,
+}
+
+/// Watches a run: writes down, shows, times.
+struct Recorder<'a> {
+    spec: &'a Spec,
+    run_dir: &'a RunDir,
+    progress: &'a Progress,
+    log: EventLog,
+    clock: Clock,
+    start: Instant,
+}
+
+impl Observer for Recorder<'_> {
+    fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
+        self.log.note(event);
+        self.progress.show(event);
+        let now = self.start.elapsed().as_secs_f64();
+        match event {
+            Event::Collected { data } => {
+                // Real data are what cannot be had again: on the disk before anything else happens.
+                self.run_dir.write("rollout.csv", rollout_csv(self.spec, data).as_bytes())?;
+                self.clock.collected = now;
+            }
+            Event::Fitted { .. } => self.clock.fitted = now,
+            _ => {}
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,226 @@
+//! `config.toml`: everything that is needed to run a run again.
+
+use serde::{Deserialize, Serialize};
+use sindyna_core::{Channel, Rng, Space, Spec};
+use sindyna_dyna::{Optimality, Rollouts, Schedule};
+use sindyna_rl::{Sac, SacConfig, Scaling};
+use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
+
+use crate::failure::Failure;
+
+/// The settings of `sindyna train`, defaults filled in.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TrainConfig {
+    /// Version of sindyna that wrote this.
+    pub(crate) version: String,
+    /// Commit it was built from.
+    pub(crate) commit: String,
+    pub(crate) task: String,
+    pub(crate) seed: u64,
+    pub(crate) warmup: Warmup,
+    pub(crate) identification: IdentificationConfig,
+    pub(crate) imagination: ImaginationConfig,
+    pub(crate) optimality: OptimalityConfig,
+    pub(crate) sac: SacConfig,
+    pub(crate) evaluation_episodes: usize,
+}
+
+/// Real data before anything is learned.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Warmup {
+    pub(crate) rollouts: usize,
+    pub(crate) rollout_len: usize,
+    pub(crate) explorer: String,
+}
+
+/// How equations are found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct IdentificationConfig {
+    pub(crate) library: String,
+    /// The user's own terms, added to the library.
+    pub(crate) terms: Vec<String>,
+    pub(crate) solver: String,
+    pub(crate) threshold: f64,
+    pub(crate) ridge: f64,
+    pub(crate) target: String,
+    pub(crate) coordinates: String,
+}
+
+/// How rollouts are imagined.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ImaginationConfig {
+    /// N of Algorithm 1; `"inf"` or a number.
+    pub(crate) rollouts_per_real: String,
+    pub(crate) worlds: usize,
+    pub(crate) rollout_len: usize,
+    pub(crate) scattered_starts: f64,
+    pub(crate) random_steps: usize,
+    pub(crate) updates_per_turn: usize,
+    pub(crate) replay_capacity: usize,
+}
+
+/// When training stops.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OptimalityConfig {
+    pub(crate) trial_every: u64,
+    pub(crate) trial_episodes: usize,
+    pub(crate) patience: usize,
+    pub(crate) tolerance: f64,
+    pub(crate) max_updates: u64,
+}
+
+impl TrainConfig {
+    /// The defaults for the system `spec`: one rule for all, no knowledge of any single one.
+    pub(crate) fn defaults(spec: &Spec) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION").into(),
+            commit: env!("SINDYNA_COMMIT").into(),
+            task: spec.name.clone(),
+            seed: 0,
+            warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
+            identification: IdentificationConfig {
+                library: "auto".into(),
+                terms: Vec::new(),
+                solver: "best-subset".into(),
+                threshold: 0.0009,
+                ridge: 0.05,
+                target: "increment".into(),
+                coordinates: "recognised".into(),
+            },
+            imagination: ImaginationConfig {
+                rollouts_per_real: "inf".into(),
+                worlds: 32,
+                rollout_len: spec.max_steps.min(200),
+                scattered_starts: 0.5,
+                random_steps: 5_000,
+                updates_per_turn: 8,
+                replay_capacity: 200_000,
+            },
+            optimality: OptimalityConfig {
+                trial_every: 1_000,
+                trial_episodes: 100,
+                patience: 5,
+                tolerance: 0.01,
+                max_updates: 60_000,
+            },
+            sac: SacConfig {
+                discount: 1.0 - 1.0 / (spec.max_steps as f64).clamp(100.0, 1000.0),
+                learning_rate: 1e-3,
+                initial_temperature: 0.1,
+                reward_scale: 0.1,
+                ..SacConfig::default()
+            },
+            evaluation_episodes: 100,
+        }
+    }
+
+    /// Reads a `config.toml`.
+    pub(crate) fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text)
+    }
+
+    /// Writes a `config.toml`, stamped with the version that runs it.
+    pub(crate) fn to_toml(&self) -> Result<String, toml::ser::Error> {
+        toml::to_string(self)
+    }
+
+    /// Refuses settings no run can have; the parts check their own when they are built.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        at_least_one("--warmup-rollouts", self.warmup.rollouts)?;
+        at_least_one("--rollout-len (or --real-steps)", self.warmup.rollout_len)?;
+        at_least_one("--batch-size", self.sac.batch_size)?;
+        at_least_one("worlds", self.imagination.worlds)?;
+        at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
+        at_least_one("updates_per_turn", self.imagination.updates_per_turn)?;
+        at_least_one("trial_every", self.optimality.trial_every as usize)?;
+        at_least_one("trial_episodes", self.optimality.trial_episodes)?;
+        at_least_one("evaluation_episodes", self.evaluation_episodes)?;
+        if !(0.0..=1.0).contains(&self.imagination.scattered_starts) {
+            let got = self.imagination.scattered_starts;
+            return Err(Failure::new(format!("scattered_starts must be between 0 and 1, got {got}")));
+        }
+        self.rollouts_per_real().map(drop)
+    }
+
+    fn rollouts_per_real(&self) -> Result<Rollouts, Failure> {
+        match self.imagination.rollouts_per_real.as_str() {
+            "inf" => Ok(Rollouts::Unlimited),
+            text => match text.parse() {
+                Ok(n) if n > 0 => Ok(Rollouts::Count(n)),
+                _ => Err(Failure::new(format!("--imagined-rollouts must be `inf` or a number from 1, got `{text}`"))),
+            },
+        }
+    }
+
+    /// The identification these settings describe.
+    pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
+        let settings = &self.identification;
+        let solver = match settings.solver.parse()? {
+            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(Stlsq::new(settings.threshold, settings.ridge)?),
+            SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: settings.ridge },
+            other => other,
+        };
+        let identifier = Identifier::new(spec)
+            .with_coordinates(settings.coordinates.parse()?)
+            .with_library(settings.library.parse()?)?
+            .with_solver(solver)
+            .with_target(settings.target.parse()?);
+        Ok(identifier)
+    }
+
+    /// The agent these settings describe, with weights drawn from `rng`.
+    pub(crate) fn sac(&self, spec: &Spec, rng: &mut Rng) -> Result<Sac, Failure> {
+        let Space::Box { low, high } = &spec.action_space else {
+            return Err(Failure::new(format!("`{}` has numbered actions; SAC here needs real ones", spec.name))
+                .hint("try another task: `sindyna tasks` lists them"));
+        };
+        Ok(Sac::new(self.sac.clone(), scaling(spec), low, high, rng)?)
+    }
+
+    /// The schedule these settings describe.
+    pub(crate) fn schedule(&self, spec: &Spec) -> Result<Schedule, Failure> {
+        Ok(Schedule {
+            warmup_rollouts: self.warmup.rollouts,
+            rollout_len: self.warmup.rollout_len,
+            imagined_rollouts: self.rollouts_per_real()?,
+            worlds: self.imagination.worlds,
+            imagined_len: self.imagination.rollout_len,
+            scattered_starts: self.imagination.scattered_starts,
+            random_steps: self.imagination.random_steps,
+            updates_per_turn: self.imagination.updates_per_turn,
+            batch_size: self.sac.batch_size,
+            replay_capacity: self.imagination.replay_capacity,
+            discount: self.sac.discount,
+            optimality: Optimality {
+                trial_every: self.optimality.trial_every,
+                trial_episodes: self.optimality.trial_episodes,
+                patience: self.optimality.patience,
+                tolerance: self.optimality.tolerance,
+                target: spec.solved_at,
+                max_updates: self.optimality.max_updates,
+            },
+        })
+    }
+}
+
+fn at_least_one(name: &str, value: usize) -> Result<(), Failure> {
+    match value {
+        0 => Err(Failure::new(format!("{name} must be at least 1, got 0"))),
+        _ => Ok(()),
+    }
+}
+
+/// Observations scaled to about −1..1: by their declared bounds, else by their typical magnitude.
+fn scaling(spec: &Spec) -> Scaling {
+    let of = |c: &Channel| match c.bounds {
+        (low, high) if c.is_bounded() => (0.5 * (low + high), 0.5 * (high - low)),
+        _ => (0.0, c.scale),
+    };
+    let (center, scale) = spec.observation.iter().map(of).unzip();
+    Scaling { center, scale }
+}

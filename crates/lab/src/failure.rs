@@ -1,0 +1,97 @@
+//! Errors as the user meets them: what is wrong, and what to do about it.
+
+use std::fmt;
+
+/// Why a command could not run, with a hint where there is one.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    error: anyhow::Error,
+    hint: Option<String>,
+}
+
+impl Failure {
+    /// A failure that says `message`.
+    pub(crate) fn new(message: impl fmt::Display + fmt::Debug + Send + Sync + 'static) -> Self {
+        Self { error: anyhow::Error::msg(message), hint: None }
+    }
+
+    fn disk_is_full(&self) -> bool {
+        use std::io::{Error, ErrorKind};
+        self.error.chain().any(|cause| {
+            cause
+                .downcast_ref::<Error>()
+                .is_some_and(|e| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded))
+        })
+    }
+
+    /// Adds what the user can do about it.
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+impl<E: Into<anyhow::Error>> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Self { error: error.into(), hint: None }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {:#}", self.error)?;
+        match (&self.hint, self.disk_is_full()) {
+            (Some(hint), _) => write!(f, "\n\nhint: {hint}"),
+            (None, true) => write!(f, "\n\nhint: free some room, or name a directory on another disk with --out"),
+            (None, false) => Ok(()),
+        }
+    }
+}
+
+/// The known name most like `given`, if one is alike enough to be a slip.
+pub(crate) fn closest<'a>(given: &str, known: &[&'a str]) -> Option<&'a str> {
+    let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+    let distances = known.iter().map(|name| (edit_distance(&plain(given), &plain(name)), *name));
+    distances.min().filter(|(distance, name)| *distance <= name.len() / 3).map(|(_, name)| name)
+}
+
+/// Insertions, deletions and substitutions that turn `a` into `b` (Levenshtein 1966).
+fn edit_distance(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, ca) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, cb) in b.iter().enumerate() {
+            let substituted = diagonal + usize::from(ca != *cb);
+            diagonal = row[j + 1];
+            row[j + 1] = substituted.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_find_their_name() {
+        let known = ["cart-pole", "mountain-car", "pendulum", "inverted-pendulum"];
+        for (given, meant) in [
+            ("cartpole", Some("cart-pole")),
+            ("pendulm", Some("pendulum")),
+            ("MountainCar", Some("mountain-car")),
+            ("walker", None),
+        ] {
+            assert_eq!(closest(given, &known), meant, "{given}");
+        }
+    }
+
+    #[test]
+    fn causes_and_hints_are_printed() {
+        let cause = std::io::Error::other("no space left");
+        let failure = Failure::from(anyhow::Error::new(cause).context("cannot write a.json")).hint("free some room");
+        assert_eq!(failure.to_string(), "error: cannot write a.json: no space left\n\nhint: free some room");
+    }
+}

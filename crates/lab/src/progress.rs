@@ -1,0 +1,65 @@
+//! How a run is going, on stderr: a bar on a terminal, plain lines elsewhere.
+
+use std::io::{IsTerminal as _, Write as _};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use sindyna_core::Event;
+
+/// Tells the user how far a run is.
+pub(crate) enum Progress {
+    Quiet,
+    Lines,
+    Bar(ProgressBar),
+}
+
+impl Progress {
+    pub(crate) fn new(quiet: bool) -> Self {
+        if quiet {
+            Self::Quiet
+        } else if std::io::stderr().is_terminal() {
+            let style = ProgressStyle::with_template("training {bar:30} {pos}/{len} updates at most, {msg}");
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            Self::Bar(ProgressBar::new(0).with_style(style))
+        } else {
+            Self::Lines
+        }
+    }
+
+    /// A line above whatever else is shown.
+    pub(crate) fn say(&self, line: &str) {
+        match self {
+            Self::Quiet => {}
+            // Progress that nobody can read any more is no reason to stop.
+            Self::Lines => drop(writeln!(std::io::stderr(), "{line}")),
+            Self::Bar(bar) => bar.println(line),
+        }
+    }
+
+    pub(crate) fn show(&self, event: &Event<'_>) {
+        match (self, event) {
+            (Self::Bar(bar), Event::Updated { updates, max_updates, .. }) => {
+                bar.set_length(*max_updates);
+                bar.set_position(*updates);
+            }
+            (Self::Bar(bar), Event::Imagined { mean_return, best_return, .. }) => {
+                bar.set_message(format!("return in the model {mean_return:.1}, best {best_return:.1}"));
+            }
+            (_, Event::Imagined { updates, mean_return, best_return }) => self.say(&format!(
+                "training: {updates} updates, return in the model {mean_return:.1}, best {best_return:.1}"
+            )),
+            (_, Event::Collected { data }) => self.say(&format!(
+                "collected: {} real steps in {} episode{}",
+                data.n_steps(),
+                data.n_rollouts(),
+                if data.n_rollouts() == 1 { "" } else { "s" }
+            )),
+            _ => {}
+        }
+    }
+
+    pub(crate) fn finish(&self) {
+        if let Self::Bar(bar) = self {
+            bar.finish_and_clear();
+        }
+    }
+}

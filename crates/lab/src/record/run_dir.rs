@@ -1,0 +1,97 @@
+//! A directory that holds a run, written so that no file is ever half there.
+
+use std::fs;
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+
+use crate::failure::Failure;
+
+/// The directory of one run. Files appear in it whole or not at all.
+#[derive(Debug)]
+pub(crate) struct RunDir {
+    path: PathBuf,
+}
+
+impl RunDir {
+    /// Makes the directory `path`, which must not exist yet.
+    pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
+        if let Some(parent) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+            fs::create_dir_all(parent).with_context(|| format!("cannot make the directory {}", parent.display()))?;
+        }
+        match fs::create_dir(path) {
+            Ok(()) => Ok(Self { path: path.to_owned() }),
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {
+                Err(Failure::new(format!("{} exists already; a run never overwrites another", path.display()))
+                    .hint("name another directory with --out, or remove this one"))
+            }
+            Err(e) => Err(anyhow::Error::new(e).context(format!("cannot make {}", path.display())).into()),
+        }
+    }
+
+    /// Makes the first free one of `stem`, `stem-2`, `stem-3`, …
+    pub(crate) fn create_numbered(stem: &Path) -> Result<Self, Failure> {
+        let name = stem.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let mut path = stem.to_owned();
+        let mut number = 1;
+        while path.exists() {
+            number += 1;
+            path = stem.with_file_name(format!("{name}-{number}"));
+        }
+        Self::create(&path)
+    }
+
+    /// Where the run is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Writes the file `name` under a temporary name, sees it on the disk, and renames it.
+    pub(crate) fn write(&self, name: &str, contents: &[u8]) -> io::Result<()> {
+        let path = self.path.join(name);
+        write_atomic(&path, contents)
+            .map_err(|e| io::Error::new(e.kind(), format!("cannot write {}: {e}", path.display())))
+    }
+}
+
+fn write_atomic(path: &Path, contents: &[u8]) -> io::Result<()> {
+    let directory = path.parent().unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(directory)?;
+    file.write_all(contents)?;
+    file.as_file().sync_all()?;
+    // A temporary file is private to its owner; a result is as readable as any other file.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        file.as_file().set_permissions(fs::Permissions::from_mode(0o644))?;
+    }
+    file.persist(path)?;
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_never_overwrites_another() {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path().join("runs/a");
+        RunDir::create(&path).unwrap().write("x", b"1").unwrap();
+        let refusal = RunDir::create(&path).unwrap_err().to_string();
+        assert!(refusal.contains("exists already") && refusal.contains("--out"), "{refusal}");
+        assert_eq!(RunDir::create_numbered(&path).unwrap().path(), temp.path().join("runs/a-2"));
+        assert_eq!(RunDir::create_numbered(&path).unwrap().path(), temp.path().join("runs/a-3"));
+        assert_eq!(fs::read(path.join("x")).unwrap(), b"1");
+    }
+
+    #[test]
+    fn a_failed_write_leaves_no_file() {
+        let temp = tempfile::tempdir().unwrap();
+        let run = RunDir::create(&temp.path().join("a")).unwrap();
+        fs::remove_dir(run.path()).unwrap();
+        let failure = run.write("x", b"1").unwrap_err().to_string();
+        assert!(failure.contains("cannot write") && failure.contains('x'), "{failure}");
+    }
+}

@@ -1,0 +1,135 @@
+//! Whatever goes wrong gets a message that helps and the exit code that was promised; nothing is lost.
+
+mod common;
+
+use std::fs;
+use std::process::Stdio;
+use std::time::{Duration, Instant};
+
+use common::{command, json, parts, sindyna};
+
+/// Runs `args` in a fresh directory and expects exit code 2, no stdout, and all of `words` on stderr.
+fn refuses(args: &[&str], words: &[&str]) {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), args));
+    assert_eq!((code, stdout.as_str()), (2, ""), "{args:?}: {stderr}");
+    for word in words {
+        assert!(stderr.contains(word), "{args:?} should say {word:?}: {stderr}");
+    }
+    assert!(!stderr.contains("panicked"), "{stderr}");
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_known_ones() {
+    refuses(&["train", "cartpole"], &["no task named `cartpole`", "`mountain-car`", "did you mean `cart-pole`?"]);
+    refuses(&["train", "pendulum", "--library", "papr"], &["papr", "paper", "auto"]);
+    refuses(&["train", "pendulum", "--solver", "lasso"], &["lasso", "best-subset", "stlsq"]);
+    refuses(&["train", "pendulum", "--target", "x"], &["increment", "discrete", "continuous"]);
+    refuses(&["train", "pendulum", "--explorer", "alternate"], &["did you mean `alternating`?"]);
+    refuses(&["train", "pendulum", "--term", "sin(phi)"], &["phi"]);
+    refuses(&["tasks", "walker"], &["no task named `walker`"]);
+    refuses(&["train", "--polcy"], &["--polcy"]);
+}
+
+#[test]
+fn settings_out_of_range_are_named_with_their_bound() {
+    refuses(&["train", "pendulum", "--real-steps", "0"], &["at least 1", "got 0"]);
+    refuses(&["train", "pendulum", "--real-steps", "3"], &["3 usable rows", "at least", "--real-steps"]);
+    refuses(&["train", "pendulum", "--real-steps", "-4"], &["--real-steps"]);
+    refuses(&["train", "pendulum", "--real-steps", "5", "--warmup-rollouts", "2"], &["5", "2 rollouts"]);
+    refuses(&["train", "pendulum", "--imagined-rollouts", "0"], &["`inf`", "`0`"]);
+    refuses(&["train", "pendulum", "--learning-rate", "NaN"], &["learning_rate", "NaN"]);
+    refuses(&["train", "pendulum", "--discount", "1.5"], &["discount", "1.5"]);
+    refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
+    refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
+    refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
+    refuses(&["train", "pendulum", "--episodes", "0"], &["--episodes"]);
+}
+
+#[test]
+fn files_that_are_not_what_they_should_be_are_named() {
+    refuses(&["evaluate", "nowhere"], &["cannot read nowhere/config.toml", "hint: RUN is a directory"]);
+    refuses(&["train", "--config", "missing.toml"], &["cannot read missing.toml"]);
+
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "pendulum", "--max-updates", "1000", "--out", "run", "--quiet"];
+    assert_eq!(parts(&sindyna(temp.path(), &args)).0, 1);
+    let run = temp.path().join("run");
+    let policy = fs::read(run.join("policy.safetensors")).unwrap();
+    for damaged in [&policy[..policy.len() / 2], &policy[..3], b"", b"not a policy at all"] {
+        fs::write(run.join("policy.safetensors"), damaged).unwrap();
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run"]));
+        assert_eq!(code, 2, "{stderr}");
+        assert!(stderr.contains("policy.safetensors") && !stderr.contains("panicked"), "{stderr}");
+    }
+    let config = fs::read_to_string(run.join("config.toml")).unwrap();
+    fs::write(run.join("config.toml"), config.replace("seed =", "sead =")).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--config", "run/config.toml"]));
+    assert_eq!(code, 2);
+    assert!(stderr.contains("sead"), "{stderr}");
+}
+
+#[test]
+fn an_existing_run_is_never_overwritten() {
+    let temp = tempfile::tempdir().unwrap();
+    fs::create_dir(temp.path().join("mine")).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--out", "mine"]));
+    assert_eq!(code, 2);
+    assert!(stderr.contains("mine exists already") && stderr.contains("hint:"), "{stderr}");
+    assert_eq!(fs::read_dir(temp.path().join("mine")).unwrap().count(), 0);
+}
+
+#[test]
+fn a_model_that_diverges_in_imagination_is_counted() {
+    let temp = tempfile::tempdir().unwrap();
+    // Ten steps against 41 polynomial features, and no ridge to hold them: the model blows up away from the data.
+    let args = ["train", "inverted-pendulum", "--library", "paper", "--solver", "least-squares", "--ridge", "0"];
+    let args = [&args[..], &["--real-steps", "10", "--max-updates", "1000", "--out", "wild", "--quiet"]].concat();
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 || code == 1, "{stdout}{stderr}");
+    let training = &json(&temp.path().join("wild/summary.json"))["training"];
+    let ended_early = training["diverged"].as_u64().unwrap() + training["left_region"].as_u64().unwrap();
+    assert!(ended_early > 0, "{training}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_leaves_a_valid_record() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "mountain-car", "--max-updates", "100000000", "--out", "run"];
+    let mut child = command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let run = temp.path().join("run");
+    let begun = Instant::now();
+    while !run.join("rollout.csv").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the run never began");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let summary = json(&run.join("summary.json"));
+    assert_eq!(summary["interrupted"], true);
+    assert_eq!(summary["evaluation"], serde_json::Value::Null);
+    assert_eq!(summary["real_steps"], 20);
+    assert!(run.join("model.json").exists() && run.join("timing.json").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_reported_and_the_real_data_are_kept() {
+    let temp = tempfile::tempdir().unwrap();
+    // No file may grow beyond 8 KiB: the data and the equations fit, the policy does not.
+    let script = format!(
+        "ulimit -f 8; trap '' XFSZ; exec {} train pendulum --max-updates 1000 --out run --quiet",
+        env!("CARGO_BIN_EXE_sindyna")
+    );
+    let output = std::process::Command::new("bash").current_dir(temp.path()).args(["-c", &script]).output().unwrap();
+    let (code, stdout, stderr) = parts(&output);
+    assert_eq!(code, 2, "{stdout}{stderr}");
+    assert!(stderr.contains("cannot write") && stderr.contains("policy.safetensors"), "{stderr}");
+    assert!(stdout.contains("found"), "what was found is still told: {stdout}");
+    let run = temp.path().join("run");
+    assert!(run.join("rollout.csv").exists() && run.join("model.json").exists());
+    let leftovers = fs::read_dir(&run).unwrap().filter(|f| f.as_ref().unwrap().file_name() == "policy.safetensors");
+    assert_eq!(leftovers.count(), 0, "no half-written file");
+}

@@ -1,0 +1,90 @@
+//! The main job, as the user sees it.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+
+use common::{json, parts, sindyna};
+
+const RECORD: [&str; 6] =
+    ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "summary.json"];
+
+#[test]
+fn a_pendulum_is_learned_from_twenty_steps_and_swung_up() {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--seed", "3"]));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("real steps: 20 in 1 episode"), "{stdout}");
+    assert!(stdout.contains(": solved (≥ -180)"), "{stdout}");
+
+    let run = temp.path().join("runs/pendulum-seed3");
+    let summary = json(&run.join("summary.json"));
+    assert_eq!(summary["solved"], true);
+    assert_eq!(summary["real_steps"], 20);
+    assert_eq!(summary["evaluation"]["episodes"], 100);
+    assert!(summary["evaluation"]["mean_return"].as_f64().unwrap() >= -180.0);
+    assert_eq!(summary["identification"]["nonzero"], 2, "sin θ and u: {summary}");
+    assert!(json(&run.join("timing.json"))["wall_seconds"].as_f64().unwrap() > 0.0);
+    let rollout = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    assert_eq!(rollout.lines().count(), 1 + 21, "a header and 21 samples");
+
+    // The record is enough to repeat the evaluation...
+    let (code, stdout, _) = parts(&sindyna(temp.path(), &["evaluate", run.to_str().unwrap(), "--returns"]));
+    assert_eq!(code, 0);
+    let returns: Vec<f64> = stdout.lines().filter_map(|l| l.parse().ok()).collect();
+    let recorded: Vec<f64> =
+        summary["evaluation"]["returns"].as_array().unwrap().iter().map(|r| r.as_f64().unwrap()).collect();
+    assert_eq!(returns, recorded);
+
+    // ...and the run.
+    let config = run.join("config.toml");
+    let args = ["train", "--config", config.to_str().unwrap(), "--out", "again", "--quiet"];
+    assert_eq!(parts(&sindyna(temp.path(), &args)).0, 0);
+    same_record(&run, &temp.path().join("again"));
+}
+
+#[test]
+fn one_seed_gives_the_same_bytes_with_one_thread_and_with_two() {
+    let temp = tempfile::tempdir().unwrap();
+    for task in ["mountain-car", "inverted-pendulum"] {
+        let one = format!("{task}-one");
+        let two = format!("{task}-two");
+        for (out, threads) in [(&one, "1"), (&two, "2")] {
+            let args = ["train", task, "--max-updates", "1000", "--threads", threads, "--out", out, "--quiet"];
+            let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+            assert!(code == 0 || code == 1, "{stdout}{stderr}");
+            assert_eq!(stderr, "", "--quiet is quiet");
+        }
+        same_record(&temp.path().join(one), &temp.path().join(two));
+    }
+}
+
+#[test]
+fn a_missed_target_is_a_result_with_exit_code_1() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "mountain-car", "--max-updates", "1000", "--out", "short"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 1, "{stdout}{stderr}");
+    assert!(stdout.contains("not solved") && stdout.contains("not optimal by the stop rule"), "{stdout}");
+    assert_eq!(json(&temp.path().join("short/summary.json"))["solved"], false);
+}
+
+#[test]
+fn for_finite_n_real_rollouts_are_counted() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "inverted-pendulum", "--imagined-rollouts", "200", "--max-updates", "2000", "--out", "n"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 || code == 1, "{stdout}{stderr}");
+    let summary = json(&temp.path().join("n/summary.json"));
+    let (steps, episodes) = (summary["real_steps"].as_u64().unwrap(), summary["real_episodes"].as_u64().unwrap());
+    assert!(steps > 20 && episodes > 1, "{steps} steps, {episodes} episodes");
+    let rows = fs::read_to_string(temp.path().join("n/rollout.csv")).unwrap().lines().count() as u64;
+    assert_eq!(rows, 1 + steps + episodes, "every real step is in the record");
+}
+
+fn same_record(a: &Path, b: &Path) {
+    for name in RECORD {
+        assert!(fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap(), "{name} differs");
+    }
+}
