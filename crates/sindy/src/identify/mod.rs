@@ -1,6 +1,7 @@
 //! From recorded rollouts to equations of motion.
 
 mod choices;
+mod region;
 mod report;
 mod rows;
 
@@ -125,8 +126,13 @@ impl Identifier {
             let unknowns = format!("{n} equations");
             return Err(FitError::TooFewRows { got: rows.z.nrows(), needed, unknowns });
         }
-        let triangle = triangle(&terms, &rows).map_err(failed)?;
-        let fits: Vec<Selected> = (0..n).map(|i| self.fit_equation(&triangle, &terms, i, rows.floor[i])).collect();
+        let triangle = triangle(&terms, &rows.z, &rows.targets).map_err(failed)?;
+        let points = region::points(&self.spec, self.channels(), &self.inputs(), &rows.z);
+        // A term that is not finite somewhere in the region says nothing about the others there.
+        let region = self::triangle(&terms, &points, &Array2::zeros((points.nrows(), 0))).ok();
+        let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
+        let selection = |i: usize| Selection { floor: rows.floor[i], complexity: &complexity, region: region.as_ref() };
+        let fits: Vec<Selected> = (0..n).map(|i| self.fit_equation(&triangle, terms.len() + i, selection(i))).collect();
         let model = self.model(&terms, &fits).map_err(failed)?;
         let report = Report::new(self.names(), &terms, &rows, &triangle, fits);
         Ok(Identified { model, report })
@@ -140,21 +146,18 @@ impl Identifier {
         shape("controls", self.spec.control_dim(), data.control_dim())
     }
 
-    fn fit_equation(&self, triangle: &Triangle, terms: &[Term], i: usize, floor: f64) -> Selected {
-        let target = terms.len() + i;
+    fn fit_equation(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
+        let n_features = selection.complexity.len();
         match &self.solver {
-            SolverChoice::BestSubset(solver) => {
-                let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
-                solver.solve(triangle, target, Selection { floor, complexity: &complexity })
-            }
+            SolverChoice::BestSubset(solver) => solver.solve(triangle, target, selection),
             SolverChoice::Stlsq(solver) => {
-                let fit = solver.solve(triangle, terms.len(), target);
-                Selected::dense(triangle, target, &fit.coefficients, floor)
+                let fit = solver.solve(triangle, n_features, target);
+                Selected::dense(triangle, target, &fit.coefficients, selection.floor)
             }
             SolverChoice::LeastSquares { ridge } => {
-                let all: Vec<usize> = (0..terms.len()).collect();
+                let all: Vec<usize> = (0..n_features).collect();
                 let xi = triangle.solve(&all, target, *ridge);
-                Selected::dense(triangle, target, &xi, floor)
+                Selected::dense(triangle, target, &xi, selection.floor)
             }
         }
     }
@@ -220,22 +223,22 @@ impl Identifier {
     }
 }
 
-/// The triangle of [Θ | targets].
-fn triangle(terms: &[Term], rows: &Rows) -> Result<Triangle, String> {
-    let tape = Tape::new(rows.z.ncols(), terms.iter().map(|t| &t.expr));
+/// The triangle of [Θ(z) | targets].
+fn triangle(terms: &[Term], z: &Array2<f64>, targets: &Array2<f64>) -> Result<Triangle, String> {
+    let tape = Tape::new(z.ncols(), terms.iter().map(|t| &t.expr));
     let mut registers = vec![0.0; tape.n_registers()];
-    let width = terms.len() + rows.targets.ncols();
+    let width = terms.len() + targets.ncols();
     let mut triangle = Triangle::new(width);
-    let mut columns = Array2::zeros((rows.z.nrows(), width));
+    let mut columns = Array2::zeros((z.nrows(), width));
     for (i, mut row) in columns.rows_mut().into_iter().enumerate() {
-        for (register, value) in registers.iter_mut().zip(rows.z.row(i)) {
+        for (register, value) in registers.iter_mut().zip(z.row(i)) {
             *register = *value;
         }
         tape.run(&mut registers);
         for (slot, &register) in row.iter_mut().zip(tape.outputs()) {
             *slot = registers[register as usize];
         }
-        for (slot, target) in row.iter_mut().skip(terms.len()).zip(rows.targets.row(i)) {
+        for (slot, target) in row.iter_mut().skip(terms.len()).zip(targets.row(i)) {
             *slot = *target;
         }
     }

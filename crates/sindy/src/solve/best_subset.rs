@@ -1,6 +1,7 @@
 //! Best-subset regression: for each number of terms, the terms with the smallest residual.
 
-use super::search::{Candidate, Problem, binomial};
+use super::criterion::{Criterion, FLOOR_FACTOR, by_chance, explained, rms};
+use super::search::{Candidate, Problem};
 use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
@@ -16,7 +17,7 @@ pub struct BestSubset {
 
 impl Default for BestSubset {
     fn default() -> Self {
-        Self { max_size: 20, budget: 2e6 }
+        Self { max_size: 20, budget: 7e5 }
     }
 }
 
@@ -27,6 +28,9 @@ pub struct Selection<'a> {
     pub floor: f64,
     /// Complexity of each term (F): the simpler of equally good subsets is taken.
     pub complexity: &'a [u32],
+    /// The terms (F, and any other columns) over the region where the equation is to be used; without it, where the
+    /// data are.
+    pub region: Option<&'a Triangle>,
 }
 
 /// The best subset of one size.
@@ -57,12 +61,6 @@ pub struct Selected {
     pub path: Vec<SizeReport>,
 }
 
-/// Residuals up to this many times the floor count as rounding.
-const FLOOR_FACTOR: f64 = 2.0;
-
-/// Probability at which a subset is believed not to have reached the floor by chance.
-const CHANCE: f64 = 1e-3;
-
 /// Length of the difference of two unit columns below which they are the same.
 const SAME: f64 = 1e-9;
 
@@ -86,7 +84,7 @@ impl BestSubset {
         let rows = triangle.n_rows();
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let largest = self.max_size.min(columns.len()).min(rows.saturating_sub(2));
-        let mut chosen = None;
+        let mut tried = rows / 2;
         for size in 0..=largest {
             let interesting = explained(selection.floor, rows, size);
             let complete = problem.n_subsets(size) <= self.budget && sizes.last().is_none_or(|s| s.1);
@@ -97,20 +95,37 @@ impl BestSubset {
             let best = found.first().map_or(f64::INFINITY, |c| c.rss);
             sizes.push((found, complete));
             if best <= interesting && !by_chance(&problem, best.max(interesting), rows, size) {
-                chosen = Some(size);
+                // More terms can only fit rounding.
+                tried = tried.max(size);
                 break;
             }
-            if chosen.is_none() && size >= (rows / 2).max(1) {
+            if size >= tried {
                 break;
             }
         }
-        let reached_floor = chosen.is_some();
-        let size = chosen.unwrap_or_else(|| by_information(&problem, &sizes, rows, selection.floor));
-        let (candidates, proved) = &sizes[size];
-        let tolerated = explained(selection.floor, rows, size).max(4.0 * candidates.first().map_or(0.0, |c| c.rss));
-        let cost = |c: &Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
-        let simplest = candidates.iter().filter(|c| c.rss <= tolerated).min_by_key(|c| cost(c));
-        let support = simplest.map_or(vec![], |c| support(c, &columns));
+        let criterion = Criterion {
+            problem: &problem,
+            triangle,
+            columns: &columns,
+            region: selection.region,
+            floor: selection.floor,
+        };
+        let all = sizes.iter().flat_map(|(found, _)| found).filter(|c| c.subset.len() <= tried);
+        let scored = all.map(|c| (criterion.score(c), c)).min_by(|(a, _), (b, _)| a.total_cmp(b));
+        let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
+        let reached_floor = scored.is_some_and(|(_, c)| exact(c));
+        let picked = scored.and_then(|(_, c)| {
+            if !exact(c) {
+                return Some(c);
+            }
+            let found = &sizes[c.subset.len()].0;
+            let tolerated =
+                explained(selection.floor, rows, c.subset.len()).max(4.0 * found.first().map_or(0.0, |c| c.rss));
+            let cost = |c: &&Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
+            found.iter().filter(|c| c.rss <= tolerated).min_by_key(cost)
+        });
+        let support = picked.map_or(vec![], |c| support_of(c, &columns));
+        let proved = sizes.get(support.len()).is_some_and(|(_, proved)| *proved);
         let coefficients = triangle.solve(&support, target, 0.0);
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let path = sizes.iter().map(|(found, proved)| SizeReport {
@@ -118,56 +133,14 @@ impl BestSubset {
             residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
             proved: *proved,
         });
-        Selected { support, coefficients, residual, reached_floor, proved: *proved, path: path.collect() }
+        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect() }
     }
-}
-
-fn support(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
-    support_of(candidate, columns)
 }
 
 fn support_of(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
     let mut support: Vec<usize> = candidate.subset.iter().map(|&j| columns[j]).collect();
     support.sort_unstable();
     support
-}
-
-/// RMS residual, corrected for the terms fitted.
-fn rms(rss: f64, rows: usize, terms: usize) -> f64 {
-    (rss / rows.saturating_sub(terms).max(1) as f64).sqrt()
-}
-
-/// The squared residual that rounding explains.
-fn explained(floor: f64, rows: usize, terms: usize) -> f64 {
-    (FLOOR_FACTOR * floor).powi(2) * rows.saturating_sub(terms).max(1) as f64
-}
-
-/// Whether some subset of this size would come so close even to a target that has nothing to do with the terms.
-///
-/// A random direction in N − k dimensions is within ε of a given one with probability about ε^(N − k), and there are
-/// as many tries as subsets.
-fn by_chance(problem: &Problem, rss: f64, rows: usize, size: usize) -> bool {
-    if size == 0 {
-        return false;
-    }
-    let left = (rss / problem.total()).sqrt();
-    let free = rows.saturating_sub(size) as f64;
-    binomial(problem.n_columns(), size).ln() + free * left.ln() > CHANCE.ln()
-}
-
-/// The size with the smallest extended BIC, N ln(RSS/N) + k ln N + 2 ln C(F, k).
-///
-/// # References
-/// Chen, Chen (2008), Biometrika 95(3), with γ = 1.
-fn by_information(problem: &Problem, sizes: &[(Vec<Candidate>, bool)], rows: usize, floor: f64) -> usize {
-    let n = rows.max(1) as f64;
-    let smallest = (n * floor * floor).max(1e-30 * problem.total()).max(f64::MIN_POSITIVE);
-    let score = |size: usize| {
-        let rss = sizes[size].0.first().map_or(f64::INFINITY, |c| c.rss).max(smallest);
-        n * (rss / n).ln() + size as f64 * n.ln() + 2.0 * problem.n_subsets(size).ln()
-    };
-    let largest = (rows / 2).min(sizes.len() - 1);
-    (0..=largest).min_by(|&a, &b| score(a).total_cmp(&score(b))).unwrap_or(0)
 }
 
 /// The columns that differ, the most promising first, as a problem; with their numbers in the triangle.

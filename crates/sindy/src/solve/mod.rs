@@ -1,6 +1,7 @@
 //! Sparse regressions, all of them on a [`Triangle`](crate::Triangle).
 
 mod best_subset;
+mod criterion;
 mod least_squares;
 mod search;
 mod stlsq;

@@ -58,10 +58,10 @@ pub fn mountain_car() -> Truth {
 
 fn four_states(name: &str, precision: Precision, u: f64, dt: f64, bounded: bool) -> Spec {
     let (rail, tilt) = if bounded { (4.8, 0.418_879) } else { (f64::INFINITY, f64::INFINITY) };
-    let x = Channel::new("x", "m", Kind::Plain, 1.0).within(-rail, rail);
+    let x = Channel::new("x", "m", Kind::Plain, if bounded { 2.4 } else { 1.0 }).within(-rail, rail);
     let angle = Channel::new("θ", "rad", Kind::Angle, 0.2).within(-tilt, tilt);
-    let v = Channel::new("v", "m/s", Kind::RateOf(0), 1.0);
-    let rate = Channel::new("ω", "rad/s", Kind::RateOf(if bounded { 2 } else { 1 }), 1.0);
+    let v = Channel::new("v", "m/s", Kind::RateOf(0), 2.0);
+    let rate = Channel::new("ω", "rad/s", Kind::RateOf(if bounded { 2 } else { 1 }), 2.0);
     let state = if bounded { vec![x, v, angle, rate] } else { vec![x, angle, v, rate] };
     spec(name, state.clone(), state, u, precision, dt)
 }
