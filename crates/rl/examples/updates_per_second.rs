@@ -1,4 +1,5 @@
-//! Updates of SAC per second, one thread, at two widths: `cargo run --release -p sindyna-rl --example updates_per_second`.
+//! Updates of SAC per second, one thread, at two widths, or at the one named:
+//! `cargo run --release -p sindyna-rl --example updates_per_second [64|256]`.
 
 #![allow(clippy::print_stdout, reason = "printing is what it is for")]
 
@@ -10,7 +11,11 @@ use sindyna_rl::{Sac, SacConfig, Scaling};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut rng = Seed::new(0).stream("benchmark", 0);
     println!("observation 3, action 1, batch 256, one thread; the best of the windows, in updates per second");
-    for (width, n_windows, window) in [(64, 40, 100), (256, 20, 20)] {
+    let wanted: Option<usize> = std::env::args().nth(1).map(|w| w.parse()).transpose()?;
+    for (width, n_windows, window) in [(64, 1000, 5), (256, 200, 2)] {
+        if wanted.is_some_and(|w| w != width) {
+            continue;
+        }
         let config = SacConfig { hidden: vec![width, width], ..SacConfig::default() };
         let mut sac = Sac::new(config, Scaling::identity(3), &[-2.0], &[2.0], &mut rng)?;
         let mut batch = Batch::zeros(256, 3, 1);

@@ -61,8 +61,11 @@ impl Critic {
         self.adam.step_and_track(&mut self.net.params, &self.gradients, &mut self.target.params, polyak);
     }
 
-    /// ∂L/∂(input columns from `first` on), given ∂L/∂Q of the rows of the last [`Self::values`].
-    pub(crate) fn input_gradients(&mut self, d_values: &[f32], first: usize) -> &[f32] {
-        self.pass.backward_inputs(&self.net, d_values, first)
+    /// ∂L/∂(input columns from `first` on), given that ∂L/∂Q is `d_value` in the rows `rows` of the last
+    /// [`Self::values`].
+    pub(crate) fn input_gradients(&mut self, rows: &[usize], d_value: f32, first: usize) -> &[f32] {
+        self.d_values.clear();
+        self.d_values.resize(rows.len(), d_value);
+        self.pass.backward_inputs(&self.net, rows, &self.d_values, first)
     }
 }

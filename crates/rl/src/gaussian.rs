@@ -83,11 +83,11 @@ impl Squashed {
     }
 }
 
-/// tanh u and 1 - tanh²u, both to full precision.
+/// tanh u, to 1e-16, and 1 - tanh²u, to full precision also where tanh saturates.
 pub(crate) fn squash(u: f64) -> (f64, f64) {
     let e = (-2.0 * u.abs()).exp();
-    let tanh = -(-2.0 * u.abs()).exp_m1() / (1.0 + e);
-    (tanh.copysign(u), 4.0 * e / ((1.0 + e) * (1.0 + e)))
+    let inverse = 1.0 / (1.0 + e);
+    (((1.0 - e) * inverse).copysign(u), 4.0 * e * inverse * inverse)
 }
 
 /// The spread of a head's action: σ of its clamped logarithm.

@@ -9,6 +9,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "where tests compare exactly, the bits are the claim"))]
 
 mod adam;
+mod affine;
 mod config;
 mod critic;
 mod gaussian;
@@ -23,6 +24,7 @@ mod simd;
 mod temperature;
 #[cfg(test)]
 mod tests;
+mod thin;
 
 pub use config::{SacConfig, SacError};
 pub use interface::Scaling;

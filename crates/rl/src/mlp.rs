@@ -3,7 +3,10 @@
 use rand::RngExt as _;
 use sindyna_core::Rng;
 
-use crate::simd::vectorized;
+use crate::{
+    affine::{affine_row, relu},
+    simd::vectorized,
+};
 
 /// A fully connected network with ReLU after every layer but the last.
 ///
@@ -118,35 +121,4 @@ impl Mlp {
 
 fn n_params(sizes: &[usize]) -> usize {
     sizes.windows(2).map(|w| (w[0] + 1) * w[1]).sum()
-}
-
-/// max(v, 0), except that a number that is none stays none: a broken input must not look healthy.
-#[inline(always)]
-pub(crate) fn relu(v: f32) -> f32 {
-    if v < 0.0 { 0.0 } else { v }
-}
-
-/// y = x W + b for one row, a block of outputs at a time so that the sums stay in registers.
-#[inline(always)]
-fn affine_row(x: &[f32], weights: &[f32], biases: &[f32], y: &mut [f32]) {
-    const BLOCK: usize = 32;
-    let n = biases.len();
-    let mut start = 0;
-    while start + BLOCK <= n {
-        let mut sums = [0.0_f32; BLOCK];
-        sums.copy_from_slice(&biases[start..start + BLOCK]);
-        for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
-            for (s, w) in sums.iter_mut().zip(&row[start..start + BLOCK]) {
-                *s += v * w;
-            }
-        }
-        y[start..start + BLOCK].copy_from_slice(&sums);
-        start += BLOCK;
-    }
-    y[start..n].copy_from_slice(&biases[start..]);
-    for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
-        for (s, w) in y[start..n].iter_mut().zip(&row[start..]) {
-            *s += v * w;
-        }
-    }
 }

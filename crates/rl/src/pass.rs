@@ -1,25 +1,25 @@
 //! Forward and backward passes of a network over a batch of rows.
 
 use crate::{
+    affine::{add_biases, sum_rows, through_relu},
     matmul::{Matrix, matmul},
-    mlp::{Mlp, relu},
-    simd::vectorized,
+    mlp::Mlp,
+    thin::{MOST_OUTPUTS, Thin},
 };
 
 /// What one network remembers of a batch between its forward and its backward pass. Memory is kept from call to call.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Pass {
-    rows: usize,
     /// Output of every layer, (rows, outputs) each.
     outputs: Vec<Vec<f32>>,
     /// ∂L/∂(output of a layer) and ∂L/∂(input of that layer), taking turns.
     deltas: [Vec<f32>; 2],
+    thin: Thin,
 }
 
 impl Pass {
     /// Runs `net` on the rows of `inputs` (rows, inputs); returns the outputs (rows, outputs).
     pub(crate) fn forward(&mut self, net: &Mlp, inputs: &[f32], rows: usize) -> &[f32] {
-        self.rows = rows;
         self.outputs.resize(net.depth(), Vec::new());
         for l in 0..net.depth() {
             let layer = net.layer(l);
@@ -28,9 +28,13 @@ impl Pass {
             let x = before.last().map_or(inputs, Vec::as_slice);
             let y = &mut after[0];
             y.resize(rows * layer.outputs, 0.0);
-            let x = Matrix::new(x, rows, layer.inputs);
-            matmul(y, x, Matrix::new(weights, layer.inputs, layer.outputs));
-            add_biases(y, biases, l + 1 < net.depth());
+            let hidden = l + 1 < net.depth();
+            if layer.outputs <= MOST_OUTPUTS && !hidden {
+                self.thin.forward(x, weights, biases, y);
+            } else {
+                matmul(y, Matrix::new(x, rows, layer.inputs), Matrix::new(weights, layer.inputs, layer.outputs));
+                add_biases(y, biases, hidden);
+            }
         }
         self.outputs.last().map_or(&[], Vec::as_slice)
     }
@@ -38,95 +42,65 @@ impl Pass {
     /// Overwrites `gradients` with ∂L/∂params, given ∂L/∂outputs `d_outputs` of the first rows of the last forward
     /// pass over `inputs`; rows beyond those of `d_outputs` do not count.
     pub(crate) fn backward_params(&mut self, net: &Mlp, inputs: &[f32], d_outputs: &[f32], gradients: &mut [f32]) {
-        let rows = self.begin(net, d_outputs);
+        let rows = d_outputs.len() / net.outputs();
+        self.begin(d_outputs);
         for l in (0..net.depth()).rev() {
             let layer = net.layer(l);
             let x = if l == 0 { inputs } else { &self.outputs[l - 1] };
             let x = &x[..rows * layer.inputs];
             let (d_weights, d_biases) = layer.of_mut(gradients);
-            let delta = Matrix::new(&self.deltas[0], rows, layer.outputs);
-            matmul(d_weights, Matrix::new(x, rows, layer.inputs).t(), delta);
+            if layer.outputs <= MOST_OUTPUTS {
+                self.thin.weight_gradients(x, &self.deltas[0], layer.outputs, d_weights);
+            } else {
+                let delta = Matrix::new(&self.deltas[0], rows, layer.outputs);
+                matmul(d_weights, Matrix::new(x, rows, layer.inputs).t(), delta);
+            }
             sum_rows(&self.deltas[0], d_biases);
             if l > 0 {
-                self.through_layer(net, l);
+                self.through_layer(net, l, 0..rows);
             }
         }
     }
 
-    /// ∂L/∂inputs from column `first` on, shape (rows, inputs - first), given ∂L/∂outputs `d_outputs` of the last
-    /// forward pass. No parameter's gradient is computed.
-    pub(crate) fn backward_inputs(&mut self, net: &Mlp, d_outputs: &[f32], first: usize) -> &[f32] {
-        let rows = self.begin(net, d_outputs);
+    /// ∂L/∂inputs from column `first` on, shape (rows of `d_outputs`, inputs - first). `d_outputs` is ∂L/∂outputs of
+    /// the rows `rows` of the last forward pass. No parameter's gradient is computed.
+    pub(crate) fn backward_inputs(&mut self, net: &Mlp, rows: &[usize], d_outputs: &[f32], first: usize) -> &[f32] {
+        debug_assert_eq!(d_outputs.len(), rows.len() * net.outputs());
+        self.begin(d_outputs);
         for l in (1..net.depth()).rev() {
-            self.through_layer(net, l);
+            self.through_layer(net, l, rows.iter().copied());
         }
         let layer = net.layer(0);
         let (weights, _) = layer.of(&net.params);
         let wanted = layer.inputs - first;
         let weights = Matrix::new(&weights[first * layer.outputs..], wanted, layer.outputs);
         let [delta, d_inputs] = &mut self.deltas;
-        d_inputs.resize(rows * wanted, 0.0);
-        matmul(d_inputs, Matrix::new(delta, rows, layer.outputs), weights.t());
+        d_inputs.resize(rows.len() * wanted, 0.0);
+        matmul(d_inputs, Matrix::new(delta, rows.len(), layer.outputs), weights.t());
         d_inputs
     }
 
-    /// Takes ∂L/∂outputs in; returns the number of its rows.
-    fn begin(&mut self, net: &Mlp, d_outputs: &[f32]) -> usize {
-        let rows = d_outputs.len() / net.outputs();
-        debug_assert!(rows <= self.rows && d_outputs.len() == rows * net.outputs());
+    fn begin(&mut self, d_outputs: &[f32]) {
         self.deltas[0].clear();
         self.deltas[0].extend_from_slice(d_outputs);
-        rows
     }
 
-    /// Carries `deltas[0]` from the output of layer `l` (at least 1) to the output of the layer before, through W and ReLU.
-    fn through_layer(&mut self, net: &Mlp, l: usize) {
+    /// Carries `deltas[0]` from the output of layer `l` (at least 1) to the output of the layer before, through W and
+    /// ReLU. Its rows belong to `rows` of the last forward pass.
+    fn through_layer(&mut self, net: &Mlp, l: usize, rows: impl Iterator<Item = usize>) {
         let layer = net.layer(l);
         let (weights, _) = layer.of(&net.params);
         let [delta, d_inputs] = &mut self.deltas;
-        let rows = delta.len() / layer.outputs;
-        d_inputs.resize(rows * layer.inputs, 0.0);
-        let weights = Matrix::new(weights, layer.inputs, layer.outputs);
-        matmul(d_inputs, Matrix::new(delta, rows, layer.outputs), weights.t());
-        let active = &self.outputs[l - 1][..rows * layer.inputs];
-        vectorized(
-            #[inline(always)]
-            || {
-                for (d, y) in d_inputs.iter_mut().zip(active) {
-                    // A select, not a branch: branches keep this loop from becoming vector code.
-                    *d = if *y > 0.0 { *d } else { 0.0 };
-                }
-            },
-        );
+        let n_rows = delta.len() / layer.outputs;
+        d_inputs.resize(n_rows * layer.inputs, 0.0);
+        let active = &self.outputs[l - 1];
+        if layer.outputs <= MOST_OUTPUTS {
+            self.thin.backward(active, rows, weights, layer.outputs, delta, d_inputs);
+        } else {
+            let weights = Matrix::new(weights, layer.inputs, layer.outputs);
+            matmul(d_inputs, Matrix::new(delta, n_rows, layer.outputs), weights.t());
+            through_relu(d_inputs, active, rows, layer.inputs);
+        }
         self.deltas.swap(0, 1);
     }
-}
-
-/// Adds `biases` to every row of `y`, and applies ReLU if this is a `hidden` layer.
-fn add_biases(y: &mut [f32], biases: &[f32], hidden: bool) {
-    vectorized(
-        #[inline(always)]
-        || {
-            for row in y.chunks_exact_mut(biases.len()) {
-                if hidden {
-                    row.iter_mut().zip(biases).for_each(|(v, b)| *v = relu(*v + b));
-                } else {
-                    row.iter_mut().zip(biases).for_each(|(v, b)| *v += b);
-                }
-            }
-        },
-    );
-}
-
-/// Overwrites `sums` with the sums over the rows of `values`.
-fn sum_rows(values: &[f32], sums: &mut [f32]) {
-    vectorized(
-        #[inline(always)]
-        || {
-            sums.fill(0.0);
-            for row in values.chunks_exact(sums.len()) {
-                sums.iter_mut().zip(row).for_each(|(s, v)| *s += v);
-            }
-        },
-    );
 }

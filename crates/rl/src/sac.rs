@@ -51,7 +51,8 @@ pub(crate) struct Workspace {
     pass: Pass,
     pub(crate) drawn: Squashed,
     pub(crate) targets: Vec<f32>,
-    d_values: [Vec<f32>; 2],
+    /// Rows in which each critic has the lesser value.
+    lesser_rows: [Vec<usize>; 2],
     d_actions: Vec<f32>,
     d_head: Vec<f32>,
 }
@@ -201,25 +202,26 @@ impl Sac {
         let [first, second] = &mut self.critics;
         let (q1, q2) = (first.values(&work.inputs, rows), second.values(&work.inputs, rows));
 
-        // Of the twins only the one with the lesser value passes a gradient, row by row.
-        let per_row = -1.0 / rows as f32;
-        work.d_values.iter_mut().for_each(Vec::clear);
         let mut sum = 0.0;
-        for (q1, q2) in q1.iter().zip(q2) {
+        work.lesser_rows.iter_mut().for_each(Vec::clear);
+        for (row, (q1, q2)) in q1.iter().zip(q2).enumerate() {
             sum += f64::from(lesser(*q1, *q2));
-            let from_first = if q1 <= q2 { 1.0 } else { 0.0 };
-            work.d_values[0].push(per_row * from_first);
-            work.d_values[1].push(per_row * (1.0 - from_first));
+            work.lesser_rows[usize::from(q1 > q2)].push(row);
         }
         let loss = temperature * mean_log_prob - sum / rows as f64;
+        self.finite("the actor's loss", loss)?;
 
-        let d_first = first.input_gradients(&work.d_values[0], m);
-        let d_second = second.input_gradients(&work.d_values[1], m);
-        work.d_actions.clear();
-        work.d_actions.extend(d_first.iter().zip(d_second).map(|(a, b)| a + b));
+        // Of the twins only the one with the lesser value passes a gradient, so each goes back over its own rows.
+        let work = &mut self.work;
+        work.d_actions.resize(rows * k, 0.0);
+        for (critic, rows_of) in self.critics.iter_mut().zip(&work.lesser_rows) {
+            let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, m);
+            for (row, d) in rows_of.iter().zip(gradients.chunks_exact(k)) {
+                work.d_actions[row * k..(row + 1) * k].copy_from_slice(d);
+            }
+        }
         work.drawn.backward(&work.d_actions, temperature / rows as f64, k, &mut work.d_head);
         work.pass.backward_params(&self.policy.net, &work.observations, &work.d_head, &mut self.actor_gradients);
-        self.finite("the actor's loss", loss)?;
         self.actor_adam.step(&mut self.policy.net.params, &self.actor_gradients);
         Ok(loss)
     }
