@@ -1,7 +1,8 @@
 //! Sparse identification of nonlinear dynamics (SINDy): equations of motion from little data.
 //!
 //! Data flows one way: rollouts → coordinates → target (ẋ, x⁺ or Δx/Δt) → library Θ → [`Triangle`] → solver →
-//! [`Model`]. [`Identifier`] runs all of it for a system that a [`Spec`](sindyna_core::Spec) declares.
+//! [`Model`]. [`Identifier`] runs all of it for a system that a [`Spec`](sindyna_core::Spec) declares, [`Sindy`] for plain
+//! arrays.
 //!
 //! Not here: agents, tasks, rewards; files, clocks, the terminal.
 
@@ -14,6 +15,8 @@ mod library;
 mod model;
 mod names;
 mod number;
+mod plain;
+mod regression;
 mod solve;
 mod triangle;
 
@@ -24,5 +27,6 @@ pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{EquationReport, Identified, Identifier, LibraryChoice, Report, SolverChoice, Target};
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{Form, Model, ModelError, ModelParts, Reading};
+pub use plain::{Sindy, SindyError, SindyFit, Trajectory};
 pub use solve::{BestSubset, Columns, Finish, Selected, Selection, SizeReport, SparseFit, Stlsq};
 pub use triangle::{Triangle, TriangleError};

@@ -3,6 +3,8 @@
 use faer::{Mat, MatRef};
 use ndarray::{ArrayView2, Axis};
 
+use crate::solve::{least_squares, truncated};
+
 /// The factor R of all candidate columns [Θ | targets], rows of the data pushed so far: RᵀR = [Θ | Y]ᵀ[Θ | Y].
 ///
 /// Built block by block with QR, so memory does not grow with the data, blocks from elsewhere merge by one more QR, and
@@ -141,10 +143,37 @@ impl Triangle {
         ridge: f64,
         scale: impl Fn(usize) -> f64,
     ) -> Vec<f64> {
-        let (n, k) = (self.r.nrows(), support.len());
-        if k == 0 {
+        if support.is_empty() {
             return Vec::new();
         }
+        let (a, b) = self.system(support, target, ridge, scale);
+        least_squares(a.as_ref(), b.as_ref())
+    }
+
+    /// The same without a ridge, and with singular values up to `cutoff` times the largest taken as zero.
+    pub(crate) fn solve_truncated(
+        &self,
+        support: &[usize],
+        target: usize,
+        cutoff: f64,
+        scale: impl Fn(usize) -> f64,
+    ) -> Vec<f64> {
+        if support.is_empty() {
+            return Vec::new();
+        }
+        let (a, b) = self.system(support, target, 0.0, scale);
+        truncated(a.as_ref(), b.as_ref(), cutoff)
+    }
+
+    /// (Θ_S, y) in the triangle's coordinates, with √ridge I below.
+    fn system(
+        &self,
+        support: &[usize],
+        target: usize,
+        ridge: f64,
+        scale: impl Fn(usize) -> f64,
+    ) -> (Mat<f64>, Mat<f64>) {
+        let (n, k) = (self.r.nrows(), support.len());
         let extra = if ridge > 0.0 { k } else { 0 };
         let a = Mat::from_fn(n + extra, k, |i, j| {
             if i < n {
@@ -156,7 +185,7 @@ impl Triangle {
             }
         });
         let b = Mat::from_fn(n + extra, 1, |i, _| if i < n { self.r[(i, target)] } else { 0.0 });
-        crate::solve::least_squares(a.as_ref(), b.as_ref())
+        (a, b)
     }
 
     /// ‖Θ_S ξ − y‖ for coefficients `xi` of the columns `support`.

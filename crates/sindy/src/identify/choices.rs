@@ -5,7 +5,9 @@ use std::str::FromStr;
 use sindyna_core::Scheme;
 
 use crate::error::UnknownName;
-use crate::{BestSubset, CoordinateMode, Differentiator, Library, Stlsq};
+use crate::model::Form;
+use crate::solve::{Selected, Selection};
+use crate::{BestSubset, CoordinateMode, Differentiator, Library, Stlsq, Triangle};
 
 /// Where the candidate terms come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,6 +82,38 @@ pub enum Target {
         /// How the model is stepped afterwards.
         scheme: Scheme,
     },
+}
+
+impl Target {
+    /// The left-hand side of a model fitted to this target.
+    #[must_use]
+    pub fn form(&self) -> Form {
+        match *self {
+            Self::Increment => Form::Increment,
+            Self::Discrete => Form::Discrete,
+            Self::Continuous { scheme, .. } => Form::Continuous(scheme),
+        }
+    }
+}
+
+impl SolverChoice {
+    /// One equation: column `target` of `triangle`, whose first columns are the terms `selection` speaks of.
+    #[must_use]
+    pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
+        let n_features = selection.complexity.len();
+        match self {
+            Self::BestSubset(solver) => solver.solve(triangle, target, selection),
+            Self::Stlsq(solver) => {
+                let fit = solver.solve(triangle, n_features, target);
+                Selected::dense(triangle, target, &fit.coefficients, selection.floor)
+            }
+            Self::LeastSquares { ridge } => {
+                let all: Vec<usize> = (0..n_features).collect();
+                let xi = triangle.solve(&all, target, *ridge);
+                Selected::dense(triangle, target, &xi, selection.floor)
+            }
+        }
+    }
 }
 
 impl FromStr for Target {

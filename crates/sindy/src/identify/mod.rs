@@ -12,12 +12,12 @@ pub use choices::{LibraryChoice, SolverChoice, Target};
 pub use report::{EquationReport, Identified, Report};
 
 use crate::coordinates::{Coordinates, inputs};
-use crate::expr::Tape;
 use crate::library::{Input, LibraryError, Term, auto, complexity, paper, paper_degree2};
-use crate::model::{Form, Model, ModelParts, Reading};
+use crate::model::{Model, Reading};
 use crate::names::symbols;
+use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
-use crate::{BestSubset, CoordinateMode, Triangle};
+use crate::{BestSubset, CoordinateMode};
 use rows::Rows;
 
 /// Identifies equations of motion from rollouts of a system that a [`Spec`] declares.
@@ -126,13 +126,13 @@ impl Identifier {
             let unknowns = format!("{n} equations");
             return Err(FitError::TooFewRows { got: rows.z.nrows(), needed, unknowns });
         }
-        let triangle = triangle(&terms, &rows.z, &rows.targets).map_err(failed)?;
+        let triangle = design(&terms, rows.z.view(), rows.targets.view()).map_err(|e| failed(e.to_string()))?;
         let points = region::points(&self.spec, self.channels(), &self.inputs(), &rows.z);
         // A term that is not finite somewhere in the region says nothing about the others there.
-        let region = self::triangle(&terms, &points, &Array2::zeros((points.nrows(), 0))).ok();
+        let region = design(&terms, points.view(), Array2::zeros((points.nrows(), 0)).view()).ok();
         let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
         let selection = |i: usize| Selection { floor: rows.floor[i], complexity: &complexity, region: region.as_ref() };
-        let fits: Vec<Selected> = (0..n).map(|i| self.fit_equation(&triangle, terms.len() + i, selection(i))).collect();
+        let fits: Vec<Selected> = (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection(i))).collect();
         let model = self.model(&terms, &fits).map_err(failed)?;
         let report = Report::new(self.names(), &terms, &rows, &triangle, fits);
         Ok(Identified { model, report })
@@ -146,50 +146,19 @@ impl Identifier {
         shape("controls", self.spec.control_dim(), data.control_dim())
     }
 
-    fn fit_equation(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
-        let n_features = selection.complexity.len();
-        match &self.solver {
-            SolverChoice::BestSubset(solver) => solver.solve(triangle, target, selection),
-            SolverChoice::Stlsq(solver) => {
-                let fit = solver.solve(triangle, n_features, target);
-                Selected::dense(triangle, target, &fit.coefficients, selection.floor)
-            }
-            SolverChoice::LeastSquares { ridge } => {
-                let all: Vec<usize> = (0..n_features).collect();
-                let xi = triangle.solve(&all, target, *ridge);
-                Selected::dense(triangle, target, &xi, selection.floor)
-            }
-        }
-    }
-
     fn names(&self) -> Vec<String> {
         self.channels().iter().map(|c| c.name.clone()).chain(self.spec.control.iter().map(|c| c.name.clone())).collect()
     }
 
     fn model(&self, terms: &[Term], fits: &[Selected]) -> Result<Model, String> {
-        let mut active: Vec<usize> = fits.iter().flat_map(|f| f.support.iter().copied()).collect();
-        active.sort_unstable();
-        active.dedup();
-        let symbols: Vec<String> = self.inputs().into_iter().map(|i| i.name).collect();
-        let place = |j: &usize| active.binary_search(j).unwrap_or(0);
-        let equation =
-            |f: &Selected| f.support.iter().map(place).zip(f.coefficients.iter().copied()).collect::<Vec<_>>();
-        let parts = ModelParts {
-            states: self.channels().iter().map(|c| c.name.clone()).collect(),
+        let channels = self.channels();
+        let space = Space {
+            states: channels.iter().map(|c| c.name.clone()).collect(),
             controls: self.spec.control.iter().map(|c| c.name.clone()).collect(),
-            form: match self.target {
-                Target::Increment => Form::Increment,
-                Target::Discrete => Form::Discrete,
-                Target::Continuous { scheme, .. } => Form::Continuous(scheme),
-            },
-            dt: self.spec.dt,
             readings: self.readings()?,
-            terms: active.iter().map(|&j| terms[j].expr.display(&symbols).to_string()).collect(),
-            equations: fits.iter().map(equation).collect(),
             kinematic: self.kinematic(),
-            n_features: terms.len(),
         };
-        Model::new(parts).map_err(|e| e.to_string())
+        model(space, terms, fits, self.target.form(), self.spec.dt).map_err(|e| e.to_string())
     }
 
     /// Per state of the model: whether another state is declared to be its rate.
@@ -221,34 +190,6 @@ impl Identifier {
         };
         self.spec.observation.iter().map(reading).collect::<Result<_, _>>().map(Some)
     }
-}
-
-/// The triangle of [Θ(z) | targets].
-fn triangle(terms: &[Term], z: &Array2<f64>, targets: &Array2<f64>) -> Result<Triangle, String> {
-    let tape = Tape::new(z.ncols(), terms.iter().map(|t| &t.expr));
-    let mut registers = vec![0.0; tape.n_registers()];
-    let width = terms.len() + targets.ncols();
-    let mut triangle = Triangle::new(width);
-    let mut columns = Array2::zeros((z.nrows(), width));
-    for (i, mut row) in columns.rows_mut().into_iter().enumerate() {
-        for (register, value) in registers.iter_mut().zip(z.row(i)) {
-            *register = *value;
-        }
-        tape.run(&mut registers);
-        for (slot, &register) in row.iter_mut().zip(tape.outputs()) {
-            *slot = registers[register as usize];
-        }
-        for (slot, target) in row.iter_mut().skip(terms.len()).zip(targets.row(i)) {
-            *slot = *target;
-        }
-    }
-    triangle.push(columns.view()).map_err(|e| match e {
-        crate::TriangleError::NotFinite { row, column, value } if column < terms.len() => {
-            format!("the term `{}` is {value} in row {row}", terms[column].name)
-        }
-        other => other.to_string(),
-    })?;
-    Ok(triangle)
 }
 
 impl DynamicsLearner for Identifier {

@@ -12,13 +12,16 @@ pub(crate) fn least_squares(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Vec<f64> 
         let x = qr.solve_lstsq(b);
         return (0..k).map(|j| x[(j, 0)]).collect();
     }
-    let Ok(svd) = a.thin_svd() else { return vec![0.0; k] };
-    let (u, s, v) = (svd.U(), svd.S(), svd.V());
-    let values: Vec<f64> = (0..s.column_vector().nrows()).map(|i| s.column_vector()[i]).collect();
-    let smallest = values.first().copied().unwrap_or(0.0) * f64::EPSILON;
-    let mut x = vec![0.0; k];
-    for (i, &sigma) in values.iter().enumerate().filter(|(_, sigma)| **sigma > smallest) {
-        let weight: f64 = (0..a.nrows()).map(|row| u[(row, i)] * b[(row, 0)]).sum::<f64>() / sigma;
+    truncated(a, b, f64::EPSILON)
+}
+
+/// The x of smallest norm that minimises ‖A x − b‖ where singular values up to `cutoff` times the largest count as zero.
+pub(crate) fn truncated(a: MatRef<'_, f64>, b: MatRef<'_, f64>, cutoff: f64) -> Vec<f64> {
+    let mut x = vec![0.0; a.ncols()];
+    let Ok(svd) = a.thin_svd() else { return x };
+    let (u, s, v) = (svd.U(), svd.S().column_vector(), svd.V());
+    for i in (0..s.nrows()).filter(|&i| s[i] > cutoff * s[0]) {
+        let weight: f64 = (0..a.nrows()).map(|row| u[(row, i)] * b[(row, 0)]).sum::<f64>() / s[i];
         for (j, x) in x.iter_mut().enumerate() {
             *x += weight * v[(j, i)];
         }

@@ -7,5 +7,5 @@ mod search;
 mod stlsq;
 
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
-pub(crate) use least_squares::least_squares;
+pub(crate) use least_squares::{least_squares, truncated};
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};

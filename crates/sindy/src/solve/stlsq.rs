@@ -27,7 +27,9 @@ pub enum Finish {
 /// repeat until the support stands still. `threshold` has the units of ξ.
 ///
 /// Numbers and supports are those of PySINDy 2.1: the comparison keeps |ξ| = `threshold`, the ridge weight is not
-/// divided by the number of rows, and the last solve has no ridge term and no further threshold.
+/// divided by the number of rows, and the last solve has no ridge term and no further threshold. Where the kept columns
+/// nearly depend on each other, that solve takes singular values up to 1e-6 of the largest as zero, which is the `tol`
+/// of the scikit-learn (1.9) regression PySINDy hands it to.
 ///
 /// # Deviations
 /// 1. An equation that loses every term is a zero row, not a warning; reaching the last round is
@@ -44,6 +46,9 @@ pub struct Stlsq {
     columns: Columns,
     finish: Finish,
 }
+
+/// Relative singular value below which the last solve sees a dependence.
+const CUTOFF: f64 = 1e-6;
 
 /// A sparse row of coefficients.
 #[derive(Debug, Clone, PartialEq)]
@@ -129,7 +134,7 @@ impl Stlsq {
         kept.retain(|(_, c)| c.abs() > 1e-14);
         if self.finish == Finish::Unbiased {
             let support: Vec<usize> = kept.iter().map(|(j, _)| *j).collect();
-            let xi = triangle.solve_scaled(&support, target, 0.0, scale);
+            let xi = triangle.solve_truncated(&support, target, CUTOFF, scale);
             kept = support.into_iter().zip(xi).collect();
         }
         let mut coefficients = vec![0.0; n_features];

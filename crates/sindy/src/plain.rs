@@ -1,0 +1,267 @@
+//! Identification from plain arrays, with no task around: PySINDy's `SINDy` and `DiscreteSINDy`.
+
+use ndarray::{Array2, ArrayView2, Axis, concatenate, s};
+
+use crate::differentiate::TooShort;
+use crate::identify::{SolverChoice, Target};
+use crate::library::LibraryError;
+use crate::model::{Model, ModelError};
+use crate::names::symbols;
+use crate::regression::{Space, design, model};
+use crate::solve::{Selected, Selection};
+use crate::{Library, Triangle};
+
+/// One trajectory of uniform samples.
+#[derive(Debug, Clone, Copy)]
+pub struct Trajectory<'a> {
+    /// States (T, n).
+    pub x: ArrayView2<'a, f64>,
+    /// Controls (T, k); for differences between samples (T − 1, k) will do. `None` for a system without any.
+    pub u: Option<ArrayView2<'a, f64>>,
+    /// Derivatives (T, n) where they are known; otherwise they are estimated.
+    pub x_dot: Option<ArrayView2<'a, f64>>,
+}
+
+impl<'a> Trajectory<'a> {
+    /// A trajectory of states alone.
+    #[must_use]
+    pub fn new(x: ArrayView2<'a, f64>) -> Self {
+        Self { x, u: None, x_dot: None }
+    }
+
+    /// The same with controls.
+    #[must_use]
+    pub fn with_controls(self, u: ArrayView2<'a, f64>) -> Self {
+        Self { u: Some(u), ..self }
+    }
+
+    /// The same with known derivatives.
+    #[must_use]
+    pub fn with_derivatives(self, x_dot: ArrayView2<'a, f64>) -> Self {
+        Self { x_dot: Some(x_dot), ..self }
+    }
+}
+
+/// Why nothing was identified.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SindyError {
+    /// Arrays that do not fit each other.
+    #[error("trajectory {trajectory}: {what}: expected {expected}, got {got}")]
+    Shape {
+        /// Which trajectory.
+        trajectory: usize,
+        /// What was counted.
+        what: &'static str,
+        /// Number wanted.
+        expected: usize,
+        /// Number found.
+        got: usize,
+    },
+    /// A sample that is NaN or infinite.
+    #[error("trajectory {trajectory}: {what} is {value} in row {row}, column {column}")]
+    NotFinite {
+        /// Which trajectory.
+        trajectory: usize,
+        /// States, controls or derivatives.
+        what: &'static str,
+        /// Row.
+        row: usize,
+        /// Column.
+        column: usize,
+        /// The value found.
+        value: f64,
+    },
+    /// A time step that is no time.
+    #[error("the time step must be finite and > 0, got {dt}")]
+    TimeStep {
+        /// The value it was given.
+        dt: f64,
+    },
+    /// No trajectory, or none with a usable row.
+    #[error("there are no rows to identify anything from")]
+    Empty,
+    /// A trajectory with too few samples.
+    #[error("trajectory {trajectory}: {source}")]
+    TooShort {
+        /// Which trajectory.
+        trajectory: usize,
+        /// How many are needed.
+        source: TooShort,
+    },
+    /// The library does not fit the variables.
+    #[error(transparent)]
+    Library(#[from] LibraryError),
+    /// A term that is not finite on the data.
+    #[error("{reason}")]
+    Term {
+        /// Which term, and where.
+        reason: String,
+    },
+    /// The solver left the finite numbers.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+}
+
+/// Identification from arrays: a library, a target and a solver.
+///
+/// # Examples
+/// ```
+/// use ndarray::Array2;
+/// use sindyna_sindy::{Library, Sindy, SolverChoice, Stlsq, Target, Trajectory};
+///
+/// let x = Array2::from_shape_fn((200, 1), |(i, _)| (-2.0 * 0.01 * i as f64).exp());
+/// let sindy = Sindy::new(Library::polynomial(2), "continuous".parse()?, SolverChoice::Stlsq(Stlsq::default()));
+/// let fit = sindy.fit(&[Trajectory::new(x.view())], 0.01)?;
+/// assert!((fit.coefficients[[0, 1]] + 2.0).abs() < 1e-3);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Sindy {
+    library: Library,
+    target: Target,
+    solver: SolverChoice,
+}
+
+/// What [`Sindy::fit`] found.
+#[derive(Debug, Clone)]
+pub struct SindyFit {
+    /// Names of the terms, in PySINDy's notation.
+    pub names: Vec<String>,
+    /// Ξ (n, F).
+    pub coefficients: Array2<f64>,
+    /// The derivative (or next state, or increment) the terms were fitted to (N, n).
+    pub targets: Array2<f64>,
+    /// The account of each equation.
+    pub equations: Vec<Selected>,
+    /// The triangle of [Θ | targets], for more solvers.
+    pub triangle: Triangle,
+    /// The equations, ready to step.
+    pub model: Model,
+}
+
+impl Sindy {
+    /// Explains `target` by terms of `library` with `solver`. Variables are called x0, x1, …, u0, u1, ….
+    #[must_use]
+    pub fn new(library: Library, target: Target, solver: SolverChoice) -> Self {
+        Self { library, target, solver }
+    }
+
+    /// Identifies the equations behind `trajectories` of samples `dt` \[s\] apart. Nothing crosses from one to the next.
+    ///
+    /// # Errors
+    /// [`SindyError`] for arrays that do not fit, numbers that are not finite, or too short trajectories.
+    pub fn fit(&self, trajectories: &[Trajectory<'_>], dt: f64) -> Result<SindyFit, SindyError> {
+        if !(dt.is_finite() && dt > 0.0) {
+            return Err(SindyError::TimeStep { dt });
+        }
+        let first = trajectories.first().ok_or(SindyError::Empty)?;
+        let (n, k) = (first.x.ncols(), first.u.map_or(0, |u| u.ncols()));
+        let (mut z, mut targets) = (Array2::zeros((0, n + k)), Array2::zeros((0, n)));
+        for (index, trajectory) in trajectories.iter().enumerate() {
+            check(index, trajectory, n, k, &self.target)?;
+            let (rows, explained) = self.rows(index, trajectory, dt)?;
+            z.append(Axis(0), rows.view()).expect("widths were checked");
+            targets.append(Axis(0), explained.view()).expect("widths were checked");
+        }
+        if z.nrows() == 0 {
+            return Err(SindyError::Empty);
+        }
+        let states: Vec<String> = (0..n).map(|i| format!("x{i}")).collect();
+        let controls: Vec<String> = (0..k).map(|i| format!("u{i}")).collect();
+        let names: Vec<String> = states.iter().chain(&controls).cloned().collect();
+        let terms = self.library.terms(&symbols(&names))?;
+        let triangle =
+            design(&terms, z.view(), targets.view()).map_err(|e| SindyError::Term { reason: e.to_string() })?;
+        let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
+        let selection = Selection { floor: 0.0, complexity: &complexity, region: None };
+        let equations: Vec<Selected> =
+            (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection)).collect();
+        let mut coefficients = Array2::zeros((n, terms.len()));
+        for (i, equation) in equations.iter().enumerate() {
+            for (&j, &c) in equation.support.iter().zip(&equation.coefficients) {
+                coefficients[[i, j]] = c;
+            }
+        }
+        let space = Space { states, controls, readings: None, kinematic: vec![false; n] };
+        let model = model(space, &terms, &equations, self.target.form(), dt)?;
+        let names = terms.into_iter().map(|t| t.name).collect();
+        Ok(SindyFit { names, coefficients, targets, equations, triangle, model })
+    }
+
+    /// (z, targets) of one trajectory.
+    fn rows(
+        &self,
+        index: usize,
+        trajectory: &Trajectory<'_>,
+        dt: f64,
+    ) -> Result<(Array2<f64>, Array2<f64>), SindyError> {
+        let x = trajectory.x;
+        let t = x.nrows();
+        let (states, targets) = match (&self.target, trajectory.x_dot) {
+            (Target::Continuous { .. }, Some(x_dot)) => (x.to_owned(), x_dot.to_owned()),
+            (Target::Continuous { differentiator, .. }, None) => {
+                let too_short = |source| SindyError::TooShort { trajectory: index, source };
+                let result = differentiator.differentiate(x, dt).map_err(too_short)?;
+                (result.x, result.x_dot)
+            }
+            (target, _) => {
+                let last = t.saturating_sub(1);
+                let (now, next) = (x.slice(s![..last, ..]), x.slice(s![t.min(1).., ..]));
+                let targets = match target {
+                    Target::Discrete => next.to_owned(),
+                    _ => (&next - &now) / dt,
+                };
+                (now.to_owned(), targets)
+            }
+        };
+        let z = match trajectory.u {
+            Some(u) => concatenate![Axis(1), states, u.slice(s![..states.nrows(), ..])],
+            None => states,
+        };
+        Ok((z, targets))
+    }
+}
+
+impl SindyFit {
+    /// The coefficient of determination R² of the fitted targets, averaged over the states.
+    #[must_use]
+    pub fn score(&self) -> f64 {
+        let (n_rows, n) = self.targets.dim();
+        let n_features = self.names.len();
+        let score = |i: usize| {
+            let column = self.targets.column(i);
+            let mean = column.sum() / n_rows as f64;
+            let total: f64 = column.iter().map(|v| (v - mean) * (v - mean)).sum();
+            let equation = &self.equations[i];
+            let left = self.triangle.residual_norm(&equation.support, &equation.coefficients, n_features + i);
+            1.0 - left * left / total
+        };
+        (0..n).map(score).sum::<f64>() / n as f64
+    }
+}
+
+fn check(index: usize, trajectory: &Trajectory<'_>, n: usize, k: usize, target: &Target) -> Result<(), SindyError> {
+    let shape = |what, expected, got| {
+        if expected == got { Ok(()) } else { Err(SindyError::Shape { trajectory: index, what, expected, got }) }
+    };
+    let t = trajectory.x.nrows();
+    shape("states", n, trajectory.x.ncols())?;
+    shape("controls", k, trajectory.u.map_or(0, |u| u.ncols()))?;
+    if let Some(u) = trajectory.u {
+        let between = !matches!(target, Target::Continuous { .. }) && u.nrows() + 1 == t;
+        shape("rows of controls", t, if between { t } else { u.nrows() })?;
+    }
+    if let Some(x_dot) = trajectory.x_dot {
+        shape("rows of derivatives", t, x_dot.nrows())?;
+        shape("derivatives", n, x_dot.ncols())?;
+    }
+    let arrays = [("a state", Some(trajectory.x)), ("a control", trajectory.u), ("a derivative", trajectory.x_dot)];
+    for (what, array) in arrays {
+        let bad = array.and_then(|a| a.indexed_iter().find(|(_, v)| !v.is_finite()).map(|(at, v)| (at, *v)));
+        if let Some(((row, column), value)) = bad {
+            return Err(SindyError::NotFinite { trajectory: index, what, row, column, value });
+        }
+    }
+    Ok(())
+}
