@@ -8,29 +8,42 @@ pub(crate) fn relu(v: f32) -> f32 {
     if v < 0.0 { 0.0 } else { v }
 }
 
-/// y = x W + b for one row, a block of outputs at a time so that the sums stay in registers.
+/// y = x W + b for one row, with ReLU if this is a `hidden` layer. Every sum starts at the bias and runs over the
+/// inputs in order.
 #[inline(always)]
-pub(crate) fn affine_row(x: &[f32], weights: &[f32], biases: &[f32], y: &mut [f32]) {
-    const BLOCK: usize = 32;
+pub(crate) fn affine_row(x: &[f32], weights: &[f32], biases: &[f32], hidden: bool, y: &mut [f32]) {
+    let at = affine_blocks::<32>(x, weights, biases, hidden, y, 0);
+    let at = affine_blocks::<8>(x, weights, biases, hidden, y, at);
+    let at = affine_blocks::<2>(x, weights, biases, hidden, y, at);
+    affine_blocks::<1>(x, weights, biases, hidden, y, at);
+}
+
+/// Outputs from `at` on, N at a time so that their sums stay in registers; returns the first that is left.
+#[inline(always)]
+fn affine_blocks<const N: usize>(
+    x: &[f32],
+    weights: &[f32],
+    biases: &[f32],
+    hidden: bool,
+    y: &mut [f32],
+    mut at: usize,
+) -> usize {
     let n = biases.len();
-    let mut start = 0;
-    while start + BLOCK <= n {
-        let mut sums = [0.0_f32; BLOCK];
-        sums.copy_from_slice(&biases[start..start + BLOCK]);
+    while at + N <= n {
+        let mut sums = [0.0; N];
+        sums.copy_from_slice(&biases[at..at + N]);
         for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
-            for (s, w) in sums.iter_mut().zip(&row[start..start + BLOCK]) {
+            for (s, w) in sums.iter_mut().zip(&row[at..at + N]) {
                 *s += v * w;
             }
         }
-        y[start..start + BLOCK].copy_from_slice(&sums);
-        start += BLOCK;
-    }
-    y[start..n].copy_from_slice(&biases[start..]);
-    for (v, row) in x.iter().zip(weights.chunks_exact(n)) {
-        for (s, w) in y[start..n].iter_mut().zip(&row[start..]) {
-            *s += v * w;
+        if hidden {
+            sums.iter_mut().for_each(|s| *s = relu(*s));
         }
+        y[at..at + N].copy_from_slice(&sums);
+        at += N;
     }
+    at
 }
 
 /// Adds `biases` to every row of `y`, and applies ReLU if this is a `hidden` layer.

@@ -3,10 +3,7 @@
 use rand::RngExt as _;
 use sindyna_core::Rng;
 
-use crate::{
-    affine::{affine_row, relu},
-    simd::vectorized,
-};
+use crate::{affine::affine_row, simd::vectorized};
 
 /// A fully connected network with ReLU after every layer but the last.
 ///
@@ -106,10 +103,8 @@ impl Mlp {
                     for l in 0..self.depth() {
                         let layer = self.layer(l);
                         let (weights, biases) = layer.of(&self.params);
-                        affine_row(&x[..layer.inputs], weights, biases, &mut y[..layer.outputs]);
-                        if l + 1 < self.depth() {
-                            y[..layer.outputs].iter_mut().for_each(|v| *v = relu(*v));
-                        }
+                        let hidden = l + 1 < self.depth();
+                        affine_row(&x[..layer.inputs], weights, biases, hidden, &mut y[..layer.outputs]);
                         std::mem::swap(&mut x, &mut y);
                     }
                     output.copy_from_slice(&x[..self.outputs()]);
