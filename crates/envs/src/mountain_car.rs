@@ -26,7 +26,7 @@ pub(crate) fn system() -> System {
         name: "mountain-car",
         gymnasium_id: "MountainCarContinuous-v0",
         summary: "rock a weak car out of a valley with as little throttle as possible",
-        true_equations: &["v' = v + 0.0015 u − 0.0025 cos 3x", "x' = x + v'"],
+        true_equations: &["x' = x + v'", "v' = v + 0.0015 u − 0.0025 cos 3x"],
     };
     let spec = spec(card.name);
     System::new(card, MountainCarTask { spec }, MountainCar)

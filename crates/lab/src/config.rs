@@ -7,6 +7,7 @@ use sindyna_rl::{Sac, SacConfig, Scaling};
 use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
 
 use crate::failure::Failure;
+use crate::registry;
 
 /// The settings of `sindyna train`, defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -129,6 +130,31 @@ impl TrainConfig {
         toml::to_string(self)
     }
 
+    /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
+    pub(crate) fn with(self, text: &str) -> Result<Self, Failure> {
+        let (key, value) =
+            text.split_once('=').ok_or_else(|| Failure::new(format!("--set takes KEY=VALUE, got `{text}`")))?;
+        let mut document = toml::Table::try_from(&self)?;
+        let mut table = &mut document;
+        let mut path = key.trim().split('.').peekable();
+        while let Some(name) = path.next() {
+            let known: Vec<String> = table.keys().cloned().collect();
+            let Some(slot) = table.get_mut(name) else {
+                let known: Vec<&str> = known.iter().map(String::as_str).collect();
+                return Err(registry::unknown("setting", name, &known));
+            };
+            match (slot, path.peek()) {
+                (toml::Value::Table(inner), Some(_)) => table = inner,
+                (slot, None) => {
+                    *slot = read(slot, value.trim());
+                    break;
+                }
+                (_, Some(_)) => return Err(Failure::new(format!("`{name}` in `{key}` is not a group of settings"))),
+            }
+        }
+        document.try_into().map_err(|e| Failure::new(format!("--set {text}: {e}")))
+    }
+
     /// Refuses settings no run can have; the parts check their own when they are built.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         at_least_one("--warmup-rollouts", self.warmup.rollouts)?;
@@ -223,4 +249,46 @@ fn scaling(spec: &Spec) -> Scaling {
     };
     let (center, scale) = spec.observation.iter().map(of).unzip();
     Scaling { center, scale }
+}
+
+/// `text` as a value of the kind `old` is; a whole number will do for a fraction, and words need no quotes.
+fn read(old: &toml::Value, text: &str) -> toml::Value {
+    let parsed = text.parse::<toml::Value>();
+    match (old, parsed) {
+        (toml::Value::Float(_), Ok(toml::Value::Integer(i))) => toml::Value::Float(i as f64),
+        (toml::Value::String(_), _) | (_, Err(_)) => toml::Value::String(text.trim_matches('"').to_owned()),
+        (_, Ok(value)) => value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn defaults() -> TrainConfig {
+        TrainConfig::defaults(sindyna_envs::find("pendulum").expect("it is registered").spec())
+    }
+
+    #[test]
+    fn a_configuration_survives_its_file() {
+        let config = defaults();
+        assert_eq!(TrainConfig::parse(&config.to_toml().unwrap()), Ok(config));
+    }
+
+    #[test]
+    fn any_setting_can_be_changed_and_unknown_ones_are_answered() {
+        let config = defaults().with("sac.reward_scale=1").unwrap().with("sac.hidden = [32, 32]").unwrap();
+        let config = config.with("warmup.explorer=random").unwrap();
+        assert_eq!((config.sac.reward_scale, config.sac.hidden.clone()), (1.0, vec![32, 32]));
+        assert_eq!(config.warmup.explorer, "random");
+        for (text, says) in [
+            ("sac.reward_scal=1", "did you mean `reward_scale`?"),
+            ("sac.reward_scale=much", "reward_scale"),
+            ("seed.x=1", "not a group"),
+            ("seed", "KEY=VALUE"),
+        ] {
+            let refusal = defaults().with(text).unwrap_err().to_string();
+            assert!(refusal.contains(says), "{text}: {refusal}");
+        }
+    }
 }

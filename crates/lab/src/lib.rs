@@ -15,3 +15,8 @@ mod registry;
 mod table;
 
 pub use cli::main;
+
+/// The examples of the README, executed.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

@@ -30,7 +30,8 @@ pub(crate) fn explorer(name: &str, spec: &Spec) -> Result<Box<dyn Explorer>, Fai
     }
 }
 
-fn unknown(what: &str, name: &str, known: &[&str]) -> Failure {
+/// A name nobody knows, answered with those there are.
+pub(crate) fn unknown(what: &str, name: &str, known: &[&str]) -> Failure {
     let list = known.iter().map(|k| format!("`{k}`")).collect::<Vec<_>>().join(", ");
     let failure = Failure::new(format!("no {what} named `{name}`; known: {list}"));
     match closest(name, known) {

@@ -1,5 +1,7 @@
 //! Whatever goes wrong gets a message that helps and the exit code that was promised; nothing is lost.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use std::fs;

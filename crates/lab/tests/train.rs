@@ -1,5 +1,7 @@
 //! The main job, as the user sees it.
 
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
 mod common;
 
 use std::fs;

@@ -12,12 +12,15 @@ use crate::registry;
 /// Options that change the defaults of a run, or of the configuration it repeats.
 #[derive(Debug, Args)]
 pub(crate) struct Settings {
-    /// Seed of everything random: same seed, same record
+    /// Seed of everything random: same seed, same record [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Repeat the run this config.toml describes; other options change it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
+    /// Change any setting of config.toml, such as `sac.reward_scale=1`; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
 
     /// Real steps before anything is learned, over all warm-up rollouts [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
@@ -28,17 +31,17 @@ pub(crate) struct Settings {
     /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
-    /// Who acts in the warm-up: `alternating` directions, or `random`
+    /// Who acts in the warm-up: `alternating` directions of random size, or `random` [default: alternating]
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<String>,
 
-    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2`
+    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2` [default: auto]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     library: Option<String>,
     /// A term of your own, such as `v*abs(v)`; may be given several times
     #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
     terms: Vec<String>,
-    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares`
+    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares` [default: best-subset]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     solver: Option<String>,
     /// STLSQ drops coefficients below this [default: 0.0009]
@@ -47,26 +50,28 @@ pub(crate) struct Settings {
     /// Ridge weight of STLSQ and least squares [default: 0.05]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     ridge: Option<f64>,
-    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative
+    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences,
+    /// `smoothed` derivative after Savitzky–Golay smoothing [default: increment]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     target: Option<String>,
-    /// `recognised` angles (cosine and sine joined), or `raw` observations as states
+    /// `recognised` angles (cosine and sine joined), or `raw` observations as states [default: recognised; raw for
+    /// the paper's libraries]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<String>,
 
     /// N: imagined rollouts per real one; `inf` never goes back to the real system [default: inf]
     #[arg(long, value_name = "N|inf", help_heading = "Training")]
     imagined_rollouts: Option<String>,
-    /// Updates after which training stops, optimal or not
+    /// Updates after which training stops, optimal or not [default: 60000]
     #[arg(long, value_name = "N", help_heading = "Training", value_parser = clap::value_parser!(u64).range(1..))]
     max_updates: Option<u64>,
-    /// Learning rate of actor, critics and temperature
+    /// Learning rate of actor, critics and temperature [default: 0.001]
     #[arg(long, value_name = "X", help_heading = "Training")]
     learning_rate: Option<f64>,
     /// Discount γ [default: 1 − 1/max_steps of the task]
     #[arg(long, value_name = "X", help_heading = "Training")]
     discount: Option<f64>,
-    /// Transitions per update
+    /// Transitions per update [default: 256]
     #[arg(long, value_name = "N", help_heading = "Training")]
     batch_size: Option<usize>,
 
@@ -94,6 +99,9 @@ impl Settings {
             (None, None) => return Err(Failure::new("neither a task nor --config was given")),
         };
         self.apply(&mut config)?;
+        for text in &self.overrides {
+            config = config.with(text)?;
+        }
         config.check()?;
         Ok(config)
     }
@@ -120,6 +128,10 @@ impl Settings {
         set(&mut identification.threshold, &self.threshold);
         set(&mut identification.ridge, &self.ridge);
         set(&mut identification.target, &self.target);
+        // The paper's terms are over what is observed: cos θ, sin θ and ω are three states there.
+        if self.library.as_ref().is_some_and(|name| name.starts_with("paper")) {
+            identification.coordinates = "raw".into();
+        }
         set(&mut identification.coordinates, &self.coordinates);
         set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
         set(&mut config.optimality.max_updates, &self.max_updates);

@@ -4,10 +4,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Event, Observer, Seed, Spec};
-use sindyna_dyna::{Dyna, DynaError, Learned};
+use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
+use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_envs::System;
-use sindyna_rl::GaussianPolicy;
+use sindyna_rl::{GaussianPolicy, Sac};
 
 use super::evaluate::{on_real_system, report, verdict};
 use super::{Common, Verdict, print};
@@ -25,6 +25,7 @@ use crate::{machine, registry, table};
 /// inside those equations, and evaluates the policy on the real system. Leaves a run directory with the data, the
 /// equations, the policy and the results.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Task to learn, such as `pendulum`; `sindyna tasks` lists them
     #[arg(value_name = "TASK", required_unless_present = "config")]
@@ -42,6 +43,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
     let config = args.settings.config(args.task.as_deref())?;
     let system = registry::system(&config.task)?;
+    // Everything that can be refused is refused before the first file and the first real step.
+    let plan = Plan::new(&config, &system)?;
     let pool = args.common.pool()?;
     let run_dir = match &args.out {
         Some(path) => RunDir::create(path)?,
@@ -49,7 +52,29 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     };
     run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
     let progress = Progress::new(args.common.quiet);
-    pool.install(|| Run { system: &system, config: &config, run_dir: &run_dir, progress, interrupt }.go())
+    let run = Run { system: &system, config: &config, run_dir: &run_dir, progress, interrupt };
+    pool.install(|| run.go(plan))
+}
+
+/// What a run is put together from.
+struct Plan {
+    learner: Learner,
+    schedule: Schedule,
+    agent: Sac,
+    explorer: Box<dyn Explorer>,
+}
+
+impl Plan {
+    fn new(config: &TrainConfig, system: &System) -> Result<Self, Failure> {
+        let spec = system.spec();
+        let mut weights = Seed::new(config.seed).stream("initial weights", 0);
+        Ok(Self {
+            learner: Learner(config.identifier(spec)?),
+            schedule: config.schedule(spec)?,
+            agent: config.sac(spec, &mut weights)?,
+            explorer: registry::explorer(&config.warmup.explorer, spec)?,
+        })
+    }
 }
 
 struct Run<'a> {
@@ -61,7 +86,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn go(self) -> Result<Verdict, Failure> {
+    fn go(self, plan: Plan) -> Result<Verdict, Failure> {
         let start = Instant::now();
         let (system, config, spec) = (self.system, self.config, self.system.spec());
         let seed = Seed::new(config.seed);
@@ -73,7 +98,7 @@ impl Run<'_> {
             clock: Clock::default(),
             start,
         };
-        let learned = self.learn(seed, &mut recorder);
+        let learned = self.learn(plan, seed, &mut recorder);
         self.progress.finish();
         let learned = learned?;
         let trained = Instant::now();
@@ -106,12 +131,13 @@ impl Run<'_> {
         })
     }
 
-    fn learn(&self, seed: Seed, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted, GaussianPolicy>, Failure> {
-        let (config, spec) = (self.config, self.system.spec());
-        let learner = Learner(config.identifier(spec)?);
-        let schedule = config.schedule(spec)?;
-        let agent = config.sac(spec, &mut seed.stream("initial weights", 0))?;
-        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+    fn learn(
+        &self,
+        plan: Plan,
+        seed: Seed,
+        recorder: &mut Recorder<'_>,
+    ) -> Result<Learned<Fitted, GaussianPolicy>, Failure> {
+        let Plan { learner, schedule, agent, mut explorer } = plan;
         let (task, sensors) = (self.system.task(), self.system.sensors());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
         let mut real = self.system.environment();

@@ -1,5 +1,7 @@
 //! The binary as a user runs it.
 
+#![allow(dead_code, reason = "no test file needs all of it")]
+
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -7,25 +9,25 @@ use std::process::{Command, Output};
 use serde_json::Value;
 
 /// The `sindyna` command with `args`, run in `directory`.
-pub fn command(directory: &Path, args: &[&str]) -> Command {
+pub(crate) fn command(directory: &Path, args: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sindyna"));
     command.current_dir(directory).args(args);
     command
 }
 
 /// Runs `sindyna` with `args` in `directory`.
-pub fn sindyna(directory: &Path, args: &[&str]) -> Output {
+pub(crate) fn sindyna(directory: &Path, args: &[&str]) -> Output {
     command(directory, args).output().expect("the binary was built")
 }
 
 /// Exit code, stdout and stderr.
-pub fn parts(output: &Output) -> (i32, String, String) {
+pub(crate) fn parts(output: &Output) -> (i32, String, String) {
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
     (output.status.code().expect("it was not killed"), text(&output.stdout), text(&output.stderr))
 }
 
 /// A JSON file.
-pub fn json(path: &Path) -> Value {
+pub(crate) fn json(path: &Path) -> Value {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_json::from_str(&text).expect("a record is valid JSON")
 }
