@@ -76,14 +76,12 @@ fn check(name: &str, library: Library, target: Target, solver: Stlsq) {
     assert!(difference(&head, &matrix(&golden.theta_head)) < 1e-14, "{name}: Θ");
     if let Some(x_dot) = &golden.x_dot {
         let error = difference(&fit.targets, &matrix(x_dot));
-        println!("{name}: derivatives {error:.1e}");
         assert!(error < 1e-8, "{name}: derivatives differ by {error:e}");
     }
     let theirs = matrix(&golden.coefficients);
     let support = |m: &Array2<f64>| m.mapv(|c| c.abs() > 0.0);
     assert_eq!(support(&fit.coefficients), support(&theirs), "{name}: supports");
     let error = difference(&fit.coefficients, &theirs);
-    println!("{name}: coefficients {error:.1e}");
     assert!(error < 1e-8, "{name}: coefficients differ by {error:e}");
 }
 

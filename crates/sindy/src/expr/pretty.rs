@@ -21,7 +21,12 @@ impl<'a> Pretty<'a> {
         Self { expr, names: self.names }
     }
 
-    /// The text in parentheses unless it is one name, number or power.
+    /// The text as it stands behind a coefficient.
+    pub(crate) fn as_factor(&self) -> String {
+        self.factor(self.expr)
+    }
+
+    /// The text in parentheses where it would fall apart as a factor.
     fn factor(&self, expr: &'a Expr) -> String {
         let text = self.with(expr).to_string();
         match expr {

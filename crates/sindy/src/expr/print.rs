@@ -76,7 +76,10 @@ impl Printed<'_> {
                 self.write(f, a, Tie::Sum)?;
                 f.write_str(")")
             }
-            Expr::Constant(c) => write!(f, "{c:?}"),
+            Expr::Constant(c) => {
+                let text = format!("{c:?}");
+                f.write_str(text.strip_suffix(".0").unwrap_or(&text))
+            }
             Expr::Variable(i) => match self.names.get(*i) {
                 Some(name) => f.write_str(name),
                 None => write!(f, "z{i}"),

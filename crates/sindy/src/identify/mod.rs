@@ -91,7 +91,7 @@ impl Identifier {
         let names: Vec<String> = inputs.iter().map(|i| i.name.clone()).collect();
         let roles: Vec<_> = inputs.iter().map(|i| i.role).collect();
         let mut terms = match &self.library {
-            LibraryChoice::Auto => auto(&inputs),
+            LibraryChoice::Auto => auto(&inputs, self.target == Target::Discrete),
             LibraryChoice::Paper => paper(&inputs, n_states),
             LibraryChoice::PaperDegree2 => paper_degree2(&inputs, n_states),
             LibraryChoice::Terms(texts) => crate::Library::Custom(texts.clone()).terms(&names)?,
@@ -143,7 +143,13 @@ impl Identifier {
             if expected == got { Ok(()) } else { Err(FitError::Shape { what, expected, got }) }
         };
         shape("observed values", self.spec.observation_dim(), data.observation_dim())?;
-        shape("controls", self.spec.control_dim(), data.control_dim())
+        shape("controls", self.spec.control_dim(), data.control_dim())?;
+        let (declared, recorded) = (self.spec.dt, data.dt());
+        if (declared - recorded).abs() > 1e-9 * declared {
+            let reason = format!("the data were recorded every {recorded} s, the system is declared with {declared} s");
+            return Err(FitError::Regression { reason });
+        }
+        Ok(())
     }
 
     fn names(&self) -> Vec<String> {

@@ -12,11 +12,14 @@ const FREQUENCIES: usize = 3;
 /// An angle that goes round enters through its sine and cosine alone, also where a product asks for it (ω²·sin θ,
 /// cos θ·u); its squares are left to the second frequency (cos 2θ = 1 − 2 sin² θ), so that no term is a combination of
 /// others. Over quantities that do not go round the rule holds every term of the paper's libraries.
-pub(crate) fn auto(inputs: &[Input]) -> Vec<Term> {
+///
+/// With `next` the terms are to explain the next state itself, of which the angle is a part: then it is a term too.
+pub(crate) fn auto(inputs: &[Input], next: bool) -> Vec<Term> {
     let turning: Vec<usize> = (0..inputs.len()).filter(|&i| inputs[i].role == Role::Turning).collect();
     let straight: Vec<usize> = (0..inputs.len()).filter(|&i| inputs[i].role != Role::Turning).collect();
     let mut terms = vec![Expr::Constant(1.0)];
     terms.extend(straight.iter().map(|&a| variable(a, 1)));
+    terms.extend(turning.iter().filter(|_| next).map(|&t| variable(t, 1)));
     terms.extend(turning.iter().flat_map(|&t| waves(t, 1)));
     terms.extend(straight.iter().map(|&a| variable(a, 2)));
     terms.extend(turning.iter().flat_map(|&t| waves(t, 2)));
@@ -59,8 +62,8 @@ mod tests {
     #[test]
     fn turning_angles_enter_through_waves_only() {
         let inputs = [Input::new("θ", Role::Turning), Input::new("ω", Role::Rate), Input::new("u", Role::Control)];
-        let names: Vec<_> = auto(&inputs).into_iter().map(|t| t.name).collect();
-        for wanted in ["1", "ω", "sin(θ)", "cos(3.0*θ)", "ω^2*sin(θ)", "u*cos(θ)", "ω^2*u", "sin(ω)"] {
+        let names: Vec<_> = auto(&inputs, false).into_iter().map(|t| t.name).collect();
+        for wanted in ["1", "ω", "sin(θ)", "cos(3*θ)", "ω^2*sin(θ)", "u*cos(θ)", "ω^2*u", "sin(ω)"] {
             assert!(names.iter().any(|n| n == wanted), "{wanted} is missing in {names:?}");
         }
         assert!(!names.iter().any(|n| n == "θ" || n == "θ^2"));
@@ -72,7 +75,7 @@ mod tests {
     #[test]
     fn every_term_of_the_paper_is_there() {
         let inputs = ["x", "v", "u"].map(|n| Input::new(n, Role::Plain));
-        let ours = auto(&inputs);
+        let ours = auto(&inputs, false);
         for n_states in [2, 4] {
             for term in paper(&inputs, n_states) {
                 assert!(ours.iter().any(|t| t.expr == term.expr), "{} is missing", term.name);

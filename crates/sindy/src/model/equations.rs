@@ -29,7 +29,11 @@ impl Model {
     fn right(&self, i: usize) -> String {
         let names: Vec<String> = self.parts.states.iter().chain(&self.parts.controls).cloned().collect();
         let mut text = String::new();
-        for &(j, c) in &self.parts.equations[i] {
+        let mut row = self.parts.equations[i].clone();
+        // What the system does by itself is read first, what is done to it last.
+        let controlled = |j: usize| self.terms[j].max_variable().is_some_and(|v| v >= self.parts.states.len());
+        row.sort_by_key(|&(j, _)| controlled(j));
+        for (j, c) in row {
             let sign = match (text.is_empty(), c < 0.0) {
                 (true, false) => "",
                 (true, true) => "−",
@@ -38,11 +42,12 @@ impl Model {
             };
             let size = readable(c.abs());
             let term = &self.terms[j];
-            let factor = term.pretty(&names).to_string();
+            let factor = term.pretty(&names).as_factor();
             text.push_str(sign);
             text.push_str(&match (term.is_one(), size.as_str()) {
                 (true, _) => size,
                 (false, "1") => factor,
+                _ if factor.starts_with(|c: char| c.is_ascii_digit()) => format!("{size}·{factor}"),
                 _ => format!("{size} {factor}"),
             });
         }

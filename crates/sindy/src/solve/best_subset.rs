@@ -1,7 +1,7 @@
 //! Best-subset regression: for each number of terms, the terms with the smallest residual.
 
 use super::criterion::{Criterion, FLOOR_FACTOR, by_chance, explained, rms};
-use super::search::{Candidate, Problem};
+use super::search::{Candidate, NEAR_BEST, Problem};
 use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
@@ -61,6 +61,15 @@ pub struct Selected {
     pub path: Vec<SizeReport>,
 }
 
+/// Part of the floor within which residuals are as good as equal: the floor is generous, ties should not be.
+const TIE: f64 = 0.25;
+
+/// Sizes always tried where rounding is known.
+const SHORT: usize = 4;
+
+/// Sizes tried beyond the best one so far.
+const PATIENCE: usize = 5;
+
 /// Length of the difference of two unit columns below which they are the same.
 const SAME: f64 = 1e-9;
 
@@ -82,45 +91,50 @@ impl BestSubset {
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
         let (columns, problem) = distinct(triangle, target, selection.complexity);
         let rows = triangle.n_rows();
+        let criterion = Criterion {
+            problem: &problem,
+            triangle,
+            columns: &columns,
+            complexity: selection.complexity,
+            region: selection.region,
+            floor: selection.floor,
+        };
+        let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
-        let largest = self.max_size.min(columns.len()).min(rows.saturating_sub(2));
-        let mut tried = rows / 2;
-        for size in 0..=largest {
+        let mut winner: Option<(f64, Candidate)> = None;
+        for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let interesting = explained(selection.floor, rows, size);
             let complete = problem.n_subsets(size) <= self.budget && sizes.last().is_none_or(|s| s.1);
             let found = match sizes.last() {
                 Some((smaller, _)) if !complete => problem.grow(smaller, interesting),
                 _ => problem.exhaustive(size, interesting, rows > columns.len()),
             };
-            let best = found.first().map_or(f64::INFINITY, |c| c.rss);
-            sizes.push((found, complete));
-            if best <= interesting && !by_chance(&problem, best.max(interesting), rows, size) {
-                // More terms can only fit rounding.
-                tried = tried.max(size);
-                break;
+            // More terms than this can only fit rounding.
+            let enough =
+                found.first().is_some_and(|c| exact(c) && !by_chance(&problem, c.rss.max(interesting), rows, size));
+            if enough || size <= rows / 2 {
+                let scored = found.iter().map(|c| (criterion.score(c), c)).min_by(|(a, _), (b, _)| a.total_cmp(b));
+                if let Some((score, candidate)) = scored.filter(|(s, _)| winner.as_ref().is_none_or(|(w, _)| s < w)) {
+                    winner = Some((score, candidate.clone()));
+                }
             }
-            if size >= tried {
+            sizes.push((found, complete));
+            let best_size = winner.as_ref().map_or(0, |(_, c)| c.subset.len());
+            // Exact equations are short; they may be found on hardly more rows than terms.
+            let short = size < SHORT && selection.floor > 0.0;
+            if enough || (size >= (rows / 2).min(best_size + PATIENCE) && !short) {
                 break;
             }
         }
-        let criterion = Criterion {
-            problem: &problem,
-            triangle,
-            columns: &columns,
-            region: selection.region,
-            floor: selection.floor,
-        };
-        let all = sizes.iter().flat_map(|(found, _)| found).filter(|c| c.subset.len() <= tried);
-        let scored = all.map(|c| (criterion.score(c), c)).min_by(|(a, _), (b, _)| a.total_cmp(b));
-        let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
-        let reached_floor = scored.is_some_and(|(_, c)| exact(c));
-        let picked = scored.and_then(|(_, c)| {
-            if !exact(c) {
-                return Some(c);
+        let winner = winner.map(|(_, c)| c);
+        let reached_floor = winner.as_ref().is_some_and(exact);
+        let picked = winner.as_ref().and_then(|winner| {
+            if !reached_floor {
+                return Some(winner);
             }
-            let found = &sizes[c.subset.len()].0;
-            let tolerated =
-                explained(selection.floor, rows, c.subset.len()).max(4.0 * found.first().map_or(0.0, |c| c.rss));
+            let found = &sizes[winner.subset.len()].0;
+            let best = found.first().map_or(0.0, |c| c.rss);
+            let tolerated = explained(TIE * selection.floor, rows, winner.subset.len()).max(NEAR_BEST * best);
             let cost = |c: &&Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
             found.iter().filter(|c| c.rss <= tolerated).min_by_key(cost)
         });

@@ -40,6 +40,8 @@ pub(super) struct Criterion<'a> {
     pub(super) triangle: &'a Triangle,
     /// Number of each of the problem's columns in the triangle.
     pub(super) columns: &'a [usize],
+    /// Complexity of each column of the triangle.
+    pub(super) complexity: &'a [u32],
     /// The terms over the region where the equations are to be used.
     pub(super) region: Option<&'a Triangle>,
     /// RMS residual that rounding explains.
@@ -48,12 +50,12 @@ pub(super) struct Criterion<'a> {
 
 impl Criterion<'_> {
     /// The score of a subset S of k of F terms, the smaller the better:
-    /// N ln σ²(1 + ℓ) + k ln N + 2 ln C(F, k).
+    /// N ln σ²(1 + ℓ) + k ln N + 2 ln C(F, k) + Σ c.
     ///
     /// σ² = RSS/(N − k), and ℓ is the mean leverage θᵀ(Θ_SᵀΘ_S)⁻¹θ over the region where the equations are to be used:
     /// σ²(1 + ℓ) is the squared error expected there. Over the data themselves ℓ = k/N and this is the extended BIC.
     /// Data from a narrow path leave many subsets with nearly the same residual that differ without limit elsewhere;
-    /// ℓ is what tells them apart.
+    /// ℓ is what tells them apart. c is the terms' complexity, the log-odds against them before any data are seen.
     ///
     /// # References
     /// Chen, Chen (2008), Biometrika 95(3), with γ = 1. Akaike (1970), final prediction error.
@@ -67,7 +69,8 @@ impl Criterion<'_> {
             Some(region) => leverage(self.triangle, region, &support),
             None => k as f64 / n,
         };
-        n * (variance * (1.0 + leverage)).ln() + k as f64 * n.ln() + 2.0 * self.problem.n_subsets(k).ln()
+        let complexity: f64 = support.iter().map(|&j| f64::from(self.complexity[j])).sum();
+        n * (variance * (1.0 + leverage)).ln() + k as f64 * n.ln() + 2.0 * self.problem.n_subsets(k).ln() + complexity
     }
 }
 

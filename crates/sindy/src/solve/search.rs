@@ -30,7 +30,7 @@ const DEPENDENT: f64 = 1e-18;
 const CANCELLATION: f64 = 1e-12;
 
 /// Residuals this many times the best one's (squared) are of no interest.
-const NEAR_BEST: f64 = 4.0;
+pub(super) const NEAR_BEST: f64 = 4.0;
 
 /// Subtrees with fewer leaves are searched rather than bounded.
 const WORTH_A_BOUND: f64 = 20_000.0;
@@ -172,7 +172,7 @@ impl Problem {
     /// Good subsets of one more column than `from` have: a forward step from each, then exchanges until none helps.
     pub(crate) fn grow(&self, from: &[Candidate], interesting: f64) -> Vec<Candidate> {
         /// Subsets to start from.
-        const STARTS: usize = 4;
+        const STARTS: usize = 2;
         /// Rounds of exchanges; each one improves the residual, so this is never reached in practice.
         const ROUNDS: usize = 40;
         let mut kept = Kept { best: Vec::new(), interesting };

@@ -5,9 +5,9 @@
 use sindyna_core::{Channel, Dataset, Kind, Observe as _, Precision, Rng, Seed, Sensors, Space, Spec};
 
 /// A system whose truth is known.
-pub struct Truth {
-    pub spec: Spec,
-    pub step: fn(&[f64], &[f64]) -> Vec<f64>,
+pub(crate) struct Truth {
+    pub(crate) spec: Spec,
+    pub(crate) step: fn(&[f64], &[f64]) -> Vec<f64>,
 }
 
 fn spec(name: &str, state: Vec<Channel>, observation: Vec<Channel>, u: f64, precision: Precision, dt: f64) -> Spec {
@@ -25,7 +25,7 @@ fn spec(name: &str, state: Vec<Channel>, observation: Vec<Channel>, u: f64, prec
 }
 
 /// ω' = clip(ω + 0.05 (15 sin θ + 3 u), ±8), θ' = θ + 0.05 ω'; cosine, sine and rate are seen as float32.
-pub fn pendulum() -> Truth {
+pub(crate) fn pendulum() -> Truth {
     let rate = || Channel::new("ω", "rad/s", Kind::RateOf(0), 8.0).within(-8.0, 8.0);
     let seen = |name: &str, kind| Channel::new(name, "", kind, 1.0).within(-1.0, 1.0);
     let state = vec![Channel::new("θ", "rad", Kind::Angle, 1.0), rate()];
@@ -40,7 +40,7 @@ pub fn pendulum() -> Truth {
 }
 
 /// v' = clip(v + 0.0015 u − 0.0025 cos 3x, ±0.07), x' = clip(x + v', −1.2, 0.6), stopped at the left wall; all float32.
-pub fn mountain_car() -> Truth {
+pub(crate) fn mountain_car() -> Truth {
     let position = Channel::new("x", "", Kind::Plain, 1.0).within(-1.2, 0.6);
     let speed = Channel::new("v", "", Kind::RateOf(0), 0.07).within(-0.07, 0.07);
     let state = vec![position, speed];
@@ -67,7 +67,7 @@ fn four_states(name: &str, precision: Precision, u: f64, dt: f64, bounded: bool)
 }
 
 /// Gymnasium's cart-pole: explicit Euler, float32 observations.
-pub fn cart_pole() -> Truth {
+pub(crate) fn cart_pole() -> Truth {
     Truth {
         spec: four_states("cart-pole", Precision::F32, 10.0, 0.02, true),
         step: |x, u| {
@@ -80,7 +80,7 @@ pub fn cart_pole() -> Truth {
 }
 
 /// MuJoCo's inverted pendulum in closed form: two Runge–Kutta steps of 0.02 s, float64 observations (x, θ, v, ω).
-pub fn inverted_pendulum() -> Truth {
+pub(crate) fn inverted_pendulum() -> Truth {
     fn field(x: &[f64], u: f64) -> [f64; 4] {
         const CART: f64 = 10.471_975_5;
         const POLE: f64 = 5.018_591_6;
@@ -115,13 +115,13 @@ pub fn inverted_pendulum() -> Truth {
 }
 
 /// A number between `low` and `high`.
-pub fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
+pub(crate) fn uniform(rng: &mut Rng, low: f64, high: f64) -> f64 {
     use rand::RngExt as _;
     rng.random_range(low..=high)
 }
 
 /// Records `steps` steps; `start` gives start states, `control` controls, and `over` says where a rollout ends.
-pub fn record(
+pub(crate) fn record(
     truth: &Truth,
     seed: u64,
     steps: usize,
@@ -149,18 +149,18 @@ pub fn record(
     data
 }
 
-pub fn pendulum_data(seed: u64, steps: usize) -> Dataset {
-    let start = |rng: &mut Rng| vec![uniform(rng, -3.14, 3.14), uniform(rng, -1.0, 1.0)];
+pub(crate) fn pendulum_data(seed: u64, steps: usize) -> Dataset {
+    let start = |rng: &mut Rng| vec![uniform(rng, -3.1, 3.1), uniform(rng, -1.0, 1.0)];
     record(&pendulum(), seed, steps, start, |rng, _| uniform(rng, -2.0, 2.0), |_| false)
 }
 
-pub fn mountain_car_data(seed: u64, steps: usize) -> Dataset {
+pub(crate) fn mountain_car_data(seed: u64, steps: usize) -> Dataset {
     let start = |rng: &mut Rng| vec![f64::from(uniform(rng, -0.6, -0.4) as f32), 0.0];
     record(&mountain_car(), seed, steps, start, |rng, _| uniform(rng, -1.0, 1.0), |_| false)
 }
 
 /// Pushes in opposite directions with occasional random ones, until the pole falls.
-pub fn cart_pole_data(seed: u64, steps: usize) -> Dataset {
+pub(crate) fn cart_pole_data(seed: u64, steps: usize) -> Dataset {
     let start = |rng: &mut Rng| (0..4).map(|_| uniform(rng, -0.05, 0.05)).collect();
     let control = |rng: &mut Rng, i: usize| {
         let sign = if uniform(rng, 0.0, 1.0) < 0.1 { uniform(rng, -1.0, 1.0).signum() } else { 1.0 };
@@ -170,7 +170,7 @@ pub fn cart_pole_data(seed: u64, steps: usize) -> Dataset {
 }
 
 /// Alternating pushes of random size, until the pole falls.
-pub fn inverted_pendulum_data(seed: u64, steps: usize) -> Dataset {
+pub(crate) fn inverted_pendulum_data(seed: u64, steps: usize) -> Dataset {
     let start = |rng: &mut Rng| (0..4).map(|_| uniform(rng, -0.01, 0.01)).collect();
     let control = |rng: &mut Rng, i: usize| {
         let size = uniform(rng, 0.0, 3.0);
