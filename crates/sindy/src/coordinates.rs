@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView1, ArrayView2};
 use sindyna_core::{Kind, Precision, Spec};
 
 use crate::library::{Input, Role};
@@ -64,9 +64,14 @@ impl Coordinates {
     }
 
     /// The error \[unit of z\] that rounding the observation `o` leaves on state `i`, as a standard deviation.
-    pub(crate) fn rounding(&self, i: usize, o: &[f64]) -> f64 {
-        // A rounding error is uniform over one unit in the last place.
-        let spread = |v: f64| ulp(v, self.precision) / 12_f64.sqrt();
+    pub(crate) fn rounding(&self, i: usize, o: ArrayView1<'_, f64>) -> f64 {
+        // A rounding error is uniform over one unit in the last place. A system seen as finely as it computes has rounded
+        // a few times on its way.
+        let times = match self.precision {
+            Precision::F32 => 1.0,
+            Precision::F64 => 4.0,
+        };
+        let spread = |v: f64| times * ulp(v, self.precision) / 12_f64.sqrt();
         match self.sources[i] {
             Source::Shown(at) => spread(o[at]),
             Source::Turned { cosine, sine } => {
@@ -138,4 +143,23 @@ pub(crate) fn inputs(spec: &Spec, mode: CoordinateMode) -> Vec<Input> {
 fn goes_round(spec: &Spec, name: &str) -> bool {
     let bounded = spec.state.iter().any(|s| s.name == name && s.is_bounded());
     !bounded && !spec.observation.iter().any(|o| o.name == name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_unit_in_the_last_place() {
+        assert_eq!(ulp(-1.0, Precision::F64), f64::EPSILON);
+        assert_eq!(ulp(0.75, Precision::F32), f64::from(f32::EPSILON) / 2.0);
+        assert!(ulp(0.0, Precision::F32) > 0.0);
+    }
+
+    #[test]
+    fn angles_stay_near_the_last_one() {
+        assert!((near(-3.0, 3.0) - (TAU - 3.0)).abs() < 1e-15);
+        assert!((near(0.1, -12.5) - (0.1 - 2.0 * TAU)).abs() < 1e-15);
+        assert_eq!(near(1.0, 1.5), 1.0);
+    }
 }

@@ -36,7 +36,7 @@ impl Rows {
         data: &Dataset,
     ) -> Result<Self, TooShort> {
         let mut rows = Collected::default();
-        for rollout in data.rollouts().filter(|r| !r.controls.is_empty() || r.observations.nrows() > 1) {
+        for rollout in data.rollouts().filter(|r| r.controls.nrows() > 0) {
             rows.add(spec, coordinates, target, &rollout)?;
         }
         let n = coordinates.n_states();
@@ -90,7 +90,7 @@ impl Collected {
             self.z.extend(states.row(i).iter().chain(rollout.controls.row(i)));
             for j in 0..n {
                 let (x, x_next) = (states[[i, j]], states[[i + 1, j]]);
-                let error = |o: ArrayView1<'_, f64>| coordinates.rounding(j, &o.to_vec());
+                let error = |o: ArrayView1<'_, f64>| coordinates.rounding(j, o);
                 let (value, spread) = match (&derivative, target) {
                     (Some(x_dot), _) => (x_dot[[i, j]], 0.0),
                     (None, Target::Discrete) => (x_next, error(now).hypot(error(next))),

@@ -343,3 +343,53 @@ fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of unit length and a target near the span of three of them.
+    fn problem(dim: usize, m: usize) -> Problem {
+        let mut state = 11_u64;
+        let mut next = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let columns: Vec<Vec<f64>> =
+            (0..m).map(|_| normalised(&(0..dim).map(|_| next()).collect::<Vec<_>>()).expect("not zero")).collect();
+        let target = (0..dim).map(|i| columns[2][i] - 2.0 * columns[7][i] + columns[11][i] + 0.1 * next()).collect();
+        Problem::new(dim, columns.concat(), target, 0.3)
+    }
+
+    #[test]
+    fn bounds_cut_nothing_that_would_be_kept() {
+        let problem = problem(60, 36);
+        assert!(problem.n_subsets(4) > WORTH_A_BOUND);
+        let (all, bounded) = (problem.exhaustive(4, 0.0, false), problem.exhaustive(4, 0.0, true));
+        assert_eq!(all, bounded);
+        assert_eq!(all.len(), KEPT);
+    }
+
+    #[test]
+    fn growing_finds_the_best_here_too() {
+        let problem = problem(60, 36);
+        let grown = problem.grow(&problem.exhaustive(3, 0.0, true), 0.0);
+        assert_eq!(grown[0].subset, problem.exhaustive(4, 0.0, true)[0].subset);
+    }
+
+    #[test]
+    fn residuals_far_below_the_target_are_seen() {
+        let mut problem = problem(60, 36);
+        problem.unreachable = 0.0;
+        let sum = |i: usize| [4, 9, 20].iter().map(|j| column(&problem.columns, 60, *j)[i]).sum::<f64>();
+        problem.target = (0..60).map(|i| sum(i) + 1e-10 * (i as f64).sin()).collect();
+        let best = &problem.exhaustive(3, 0.0, true)[0];
+        assert_eq!(best.subset, [4, 9, 20]);
+        assert!(best.rss < 60.0 * 1e-20, "{}", best.rss);
+    }
+
+    #[test]
+    fn ways_to_choose() {
+        assert_eq!([binomial(40, 5), binomial(3, 4), binomial(7, 0)], [658_008.0, 0.0, 1.0]);
+    }
+}
