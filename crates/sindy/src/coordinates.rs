@@ -151,15 +151,16 @@ mod tests {
 
     #[test]
     fn one_unit_in_the_last_place() {
-        assert_eq!(ulp(-1.0, Precision::F64), f64::EPSILON);
-        assert_eq!(ulp(0.75, Precision::F32), f64::from(f32::EPSILON) / 2.0);
+        let is = |got: f64, expected: f64| assert!((got / expected - 1.0).abs() < 1e-12, "{got} is not {expected}");
+        is(ulp(-1.0, Precision::F64), f64::EPSILON);
+        is(ulp(0.75, Precision::F32), f64::from(f32::EPSILON) / 2.0);
         assert!(ulp(0.0, Precision::F32) > 0.0);
     }
 
     #[test]
     fn angles_stay_near_the_last_one() {
-        assert!((near(-3.0, 3.0) - (TAU - 3.0)).abs() < 1e-15);
-        assert!((near(0.1, -12.5) - (0.1 - 2.0 * TAU)).abs() < 1e-15);
-        assert_eq!(near(1.0, 1.5), 1.0);
+        for (angle, to, expected) in [(-3.0, 3.0, TAU - 3.0), (0.1, -12.5, 0.1 - 2.0 * TAU), (1.0, 1.5, 1.0)] {
+            assert!((near(angle, to) - expected).abs() < 1e-14);
+        }
     }
 }
