@@ -23,6 +23,37 @@ use rows::Rows;
 /// Identifies equations of motion from rollouts of a system that a [`Spec`] declares.
 ///
 /// By default: the library of one rule for every system, best subsets, increments, recognised coordinates.
+///
+/// # Examples
+/// A mass of 2 kg on a line, pushed by a force g:
+/// ```
+/// use sindyna_core::{Channel, Dataset, Kind, Precision, Space, Spec};
+/// use sindyna_sindy::Identifier;
+///
+/// let state = vec![Channel::new("x", "m", Kind::Plain, 1.0), Channel::new("v", "m/s", Kind::RateOf(0), 1.0)];
+/// let spec = Spec {
+///     name: "mass".into(),
+///     observation: state.clone(),
+///     state,
+///     control: vec![Channel::new("g", "N", Kind::Plain, 1.0)],
+///     action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
+///     precision: Precision::F64,
+///     dt: 0.1,
+///     max_steps: 20,
+///     solved_at: None,
+/// };
+/// let mut data = Dataset::new(2, 1, 1, spec.dt);
+/// let (mut x, mut v) = (0.3, -0.2);
+/// data.begin(&[x, v])?;
+/// for i in 0..20 {
+///     let g = (0.9 * f64::from(i)).sin();
+///     (x, v) = (x + 0.1 * v, v + 0.1 * g / 2.0);
+///     data.push(&[g], &[g], 0.0, &[x, v])?;
+/// }
+/// let found = Identifier::new(&spec).identify(&data)?;
+/// assert_eq!(found.model.equations(), ["Δx/Δt = v", "Δv/Δt = 0.5 g"]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Identifier {
     spec: Spec,

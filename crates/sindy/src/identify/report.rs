@@ -24,7 +24,7 @@ pub struct Report {
     pub rows_at_limit: usize,
     /// Candidate terms, as people write them.
     pub features: Vec<String>,
-    /// Condition number of the candidate columns, each scaled to unit length.
+    /// Condition number of the candidate columns, each scaled to unit length; infinite with fewer rows than terms.
     pub condition: f64,
     /// One entry per state.
     pub equations: Vec<EquationReport>,
