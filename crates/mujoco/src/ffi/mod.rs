@@ -1,0 +1,11 @@
+//! The only unsafe code: MuJoCo's functions and memory, behind types that cannot be misused from safe Rust.
+
+mod api;
+mod data;
+mod guard;
+mod model;
+
+pub(crate) use api::{Api, OpenError};
+pub(crate) use data::{DataHandle, Part};
+pub(crate) use guard::{Raised, take_warning};
+pub(crate) use model::{LoadError, ModelHandle};

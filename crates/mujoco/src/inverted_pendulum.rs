@@ -1,0 +1,28 @@
+//! The inverted pendulum on MuJoCo.
+
+use std::sync::Arc;
+
+use sindyna_core::{Sensors, Task};
+
+use crate::environment::MujocoEnvironment;
+use crate::error::MujocoError;
+use crate::library::Library;
+use crate::model::MujocoModel;
+use crate::search::Search;
+
+const MODEL: &str = include_str!("inverted_pendulum.xml");
+/// MuJoCo's steps in one control interval.
+const FRAME_SKIP: usize = 2;
+
+/// The system `inverted-pendulum` of `sindyna-envs` with MuJoCo as its physics (Gymnasium's `InvertedPendulum-v5`).
+///
+/// Task and sensors are those of the native system; the first call must be a reset.
+///
+/// # Errors
+/// [`MujocoError::NotFound`] if no MuJoCo is found where `search` looks.
+pub fn inverted_pendulum(search: &Search) -> Result<MujocoEnvironment<Arc<dyn Task>>, MujocoError> {
+    let model = MujocoModel::from_xml(&Library::load(search)?, MODEL)?;
+    let system = sindyna_envs::find("inverted-pendulum").expect("sindyna-envs registers it");
+    let sensors: Sensors = system.sensors();
+    MujocoEnvironment::new(&model, FRAME_SKIP, system.task(), sensors)
+}

@@ -1,0 +1,84 @@
+//! A MuJoCo that was found, loaded and checked.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::error::{Attempt, MujocoError};
+use crate::ffi::{Api, OpenError};
+use crate::layout;
+use crate::search::Search;
+use crate::self_check;
+
+/// MuJoCo's shared library. Clones share it; it stays loaded until the process ends.
+#[derive(Clone)]
+pub struct Library {
+    file: PathBuf,
+    api: Arc<Api>,
+}
+
+impl Library {
+    /// The first usable library among the places of `search`.
+    ///
+    /// A library is usable if there is a table of offsets for its version (3.3.7, 3.17.0 and 4.0.0) and the table
+    /// agrees with what the library does to a small model.
+    ///
+    /// # Errors
+    /// [`MujocoError::NotFound`] with every place that was looked at and why it would not do.
+    pub fn load(search: &Search) -> Result<Self, MujocoError> {
+        let mut tried = Vec::new();
+        for place in search.places() {
+            for (place, found) in place.libraries() {
+                let files = match found {
+                    Ok(files) => files,
+                    Err(reason) => {
+                        tried.push(Attempt { place, reason });
+                        continue;
+                    }
+                };
+                for file in files {
+                    match Self::open(&file) {
+                        Ok(library) => return Ok(library),
+                        Err(reason) => tried.push(Attempt { place: file.display().to_string(), reason }),
+                    }
+                }
+            }
+        }
+        Err(MujocoError::NotFound { tried })
+    }
+
+    fn open(file: &Path) -> Result<Self, String> {
+        let api = Api::open(file).map_err(|e| match e {
+            OpenError::Load(e) => e.to_string(),
+            OpenError::Unknown(version) => {
+                format!("this is MuJoCo {version}; the versions supported are {}", layout::known_versions())
+            }
+        })?;
+        let api = Arc::new(api);
+        self_check::check(&api)
+            .map_err(|e| format!("MuJoCo {} does not behave as expected: {e}", layout::release(api.layout.version)))?;
+        Ok(Self { file: file.into(), api })
+    }
+
+    /// Version, such as `3.17.0`.
+    #[must_use]
+    pub fn version(&self) -> String {
+        layout::release(self.api.layout.version)
+    }
+
+    /// The file it was loaded from; a bare name if the system's loader found it.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    pub(crate) fn api(&self) -> &Arc<Api> {
+        &self.api
+    }
+}
+
+impl fmt::Debug for Library {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Library").field("version", &self.version()).field("file", &self.file).finish()
+    }
+}
