@@ -130,11 +130,18 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
     }
 
     fn move_to(&mut self, x: &[f64], rng: &mut Rng) -> Result<(), EnvError> {
-        self.data.set(Part::State, x).map_err(system)?;
-        self.data.forward().map_err(system)?;
+        let moved = self.data.set(Part::State, x).and_then(|()| self.data.forward());
+        self.keep_warning();
+        moved.map_err(system)?;
         self.state.copy_from_slice(x);
         self.sensors.observe(&self.state, rng, &mut self.observation);
         Ok(())
+    }
+
+    fn keep_warning(&mut self) {
+        if let Some(warning) = take_warning() {
+            self.warning = Some(warning);
+        }
     }
 
     /// One control interval, into `next`.
@@ -180,9 +187,7 @@ impl<T: Task, H: Observe> Environment for MujocoEnvironment<T, H> {
             return Err(EnvError::NotAnAction { action: action.to_vec() });
         }
         let advanced = self.advance();
-        if let Some(warning) = take_warning() {
-            self.warning = Some(warning);
-        }
+        self.keep_warning();
         if let Err(failed) = advanced {
             self.running = false;
             return Err(failed);

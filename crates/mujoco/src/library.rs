@@ -49,7 +49,8 @@ impl Library {
 
     fn open(file: &Path) -> Result<Self, String> {
         let api = Api::open(file).map_err(|e| match e {
-            OpenError::Load(e) => e.to_string(),
+            OpenError::Load(reason) => reason,
+            OpenError::Missing(name) => format!("this is no MuJoCo: it has no function `{name}`"),
             OpenError::Unknown(version) => {
                 format!("this is MuJoCo {version}; the versions supported are {}", layout::known_versions())
             }

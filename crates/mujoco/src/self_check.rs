@@ -55,3 +55,43 @@ pub(crate) fn check(api: &Arc<Api>) -> Result<(), String> {
 fn demand(met: bool, what: &str) -> Result<(), String> {
     if met { Ok(()) } else { Err(format!("the table of offsets is wrong about {what}")) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Layout;
+    use crate::search::Place;
+
+    /// The library the tests use, see `tests/common`.
+    fn api() -> Api {
+        let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
+        let venv = venv.unwrap_or_else(|| concat!(env!("CARGO_MANIFEST_DIR"), "/../../.venv").into());
+        let (place, found) = Place::VirtualEnvironment(venv.into()).libraries().remove(0);
+        let files = found.unwrap_or_else(|reason| panic!("{place}: {reason}\n\nrun scripts/mujoco_install"));
+        Api::open(&files[0]).unwrap_or_else(|_| panic!("{} is no MuJoCo we know", files[0].display()))
+    }
+
+    #[test]
+    fn a_table_that_is_wrong_in_one_place_is_refused() {
+        type Tamper = fn(&mut Layout);
+        let tampers: [(&str, Tamper); 10] = [
+            ("lengths", |l| l.state_qpos = l.state_qvel),
+            ("lengths", |l| l.state_ctrl = 1 << 3),
+            ("invalid", |l| l.state_ctrl = 1 << 30),
+            ("nq, nv and nu", |l| std::mem::swap(&mut l.nq, &mut l.nv)),
+            ("nq, nv and nu", |l| l.nu.offset = l.timestep.offset),
+            ("time step", |l| l.timestep.offset += 8),
+            ("qpos and qvel", |l| std::mem::swap(&mut l.qpos, &mut l.qvel)),
+            ("qpos and qvel", |l| l.qvel.offset = 0),
+            ("warnings", |l| l.bad_qpos = l.bad_qacc),
+            ("warnings", |l| l.warnings.offset -= 4),
+        ];
+        for (i, (words, tamper)) in tampers.into_iter().enumerate() {
+            let mut api = api();
+            tamper(&mut api.layout);
+            let refused = check(&Arc::new(api)).expect_err(words);
+            assert!(refused.to_lowercase().contains(words), "{i}: {refused}");
+        }
+        check(&Arc::new(api())).expect("the table itself is right");
+    }
+}

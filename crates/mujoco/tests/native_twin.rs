@@ -2,6 +2,9 @@
 //!
 //! `--nocapture` prints the largest deviations.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at what it cannot do")]
+#![allow(clippy::print_stdout, reason = "the largest deviations are shown to whoever asks with --nocapture")]
+
 mod common;
 
 use sindyna_core::{Environment as _, Seed};

@@ -1,5 +1,7 @@
 //! States equal those of the same version of MuJoCo under Python, bit for bit.
 
+#![allow(clippy::unwrap_used, reason = "a test stops at what it cannot do")]
+
 mod common;
 
 use common::{bits, floats};

@@ -2,6 +2,7 @@
 
 #![allow(unsafe_code, reason = "a shared library is opened and its functions are given types")]
 
+use std::error::Error as _;
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
 use std::mem::ManuallyDrop;
 use std::path::Path;
@@ -21,8 +22,10 @@ pub(super) type RawVfs = c_void;
 /// Why a file is not a MuJoCo we can use.
 #[derive(Debug)]
 pub(crate) enum OpenError {
-    /// The system cannot load it, or a function is missing.
-    Load(libloading::Error),
+    /// The system cannot load it.
+    Load(String),
+    /// It has no function of this name.
+    Missing(&'static str),
     /// There is no table of offsets for its version.
     Unknown(String),
 }
@@ -54,40 +57,40 @@ impl Api {
     pub(crate) fn open(file: &Path) -> Result<Self, OpenError> {
         // SAFETY: loading runs the library's initialisers. The file was named by the user or by the folder of a package
         // called mujoco; there is no other way to tell that it is MuJoCo.
-        let library = unsafe { Library::new(file) }.map_err(OpenError::Load)?;
-        // SAFETY: the types here and in the macro are those of MuJoCo's header, the same in all versions with a row but
-        // for the sign of `sig`, which is passed alike. `get` makes no use of the type beyond copying an address.
+        let library = unsafe { Library::new(file) }.map_err(|e| {
+            // The reason is in the source alone.
+            OpenError::Load(e.source().map_or_else(|| e.to_string(), ToString::to_string))
+        })?;
+        macro_rules! symbol {
+            ($name:literal) => {
+                *library.get(concat!($name, "\0").as_bytes()).map_err(|_| OpenError::Missing($name))?
+            };
+        }
+        // SAFETY: the types here and in `Self` are those of MuJoCo's header, the same in all versions with a row but for
+        // the sign of `sig`, which is passed alike. `get` makes no use of the type beyond copying an address.
         unsafe {
-            let version: unsafe extern "C-unwind" fn() -> c_int =
-                *library.get(b"mj_version\0").map_err(OpenError::Load)?;
+            let version: unsafe extern "C-unwind" fn() -> c_int = symbol!("mj_version");
             let number = version();
             let layout = layout::find(number).ok_or_else(|| OpenError::Unknown(layout::release(number)))?;
-            macro_rules! function {
-                ($name:literal) => {
-                    *library.get(concat!($name, "\0").as_bytes()).map_err(OpenError::Load)?
-                };
-            }
-            let api = Self {
+            guard::install(symbol!("mju_user_error"), symbol!("mju_user_warning"));
+            Ok(Self {
                 layout,
-                load_xml: function!("mj_loadXML"),
-                default_vfs: function!("mj_defaultVFS"),
-                add_buffer_vfs: function!("mj_addBufferVFS"),
-                delete_vfs: function!("mj_deleteVFS"),
-                delete_model: function!("mj_deleteModel"),
-                make_data: function!("mj_makeData"),
-                delete_data: function!("mj_deleteData"),
-                reset_data: function!("mj_resetData"),
-                state_size: function!("mj_stateSize"),
-                get_state: function!("mj_getState"),
-                set_state: function!("mj_setState"),
-                forward: function!("mj_forward"),
-                step: function!("mj_step"),
-                rne_post_constraint: function!("mj_rnePostConstraint"),
+                load_xml: symbol!("mj_loadXML"),
+                default_vfs: symbol!("mj_defaultVFS"),
+                add_buffer_vfs: symbol!("mj_addBufferVFS"),
+                delete_vfs: symbol!("mj_deleteVFS"),
+                delete_model: symbol!("mj_deleteModel"),
+                make_data: symbol!("mj_makeData"),
+                delete_data: symbol!("mj_deleteData"),
+                reset_data: symbol!("mj_resetData"),
+                state_size: symbol!("mj_stateSize"),
+                get_state: symbol!("mj_getState"),
+                set_state: symbol!("mj_setState"),
+                forward: symbol!("mj_forward"),
+                step: symbol!("mj_step"),
+                rne_post_constraint: symbol!("mj_rnePostConstraint"),
                 _library: ManuallyDrop::new(library),
-            };
-            let slot = |name: &[u8]| api._library.get::<*mut *mut ()>(name).map(|s| *s).map_err(OpenError::Load);
-            guard::install(slot(b"mju_user_error\0")?, slot(b"mju_user_warning\0")?);
-            Ok(api)
+            })
         }
     }
 

@@ -10,8 +10,9 @@ use sindyna_core::{Channel, Kind, Precision, Rng, Sensors, Space, Spec, Task};
 use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Place, Search};
 
 pub(crate) fn venv() -> PathBuf {
-    std::env::var_os("SINDYNA_MUJOCO_VENV")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from)
+    let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
+    let venv = venv.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from);
+    std::path::absolute(&venv).unwrap_or(venv)
 }
 
 pub(crate) fn search() -> Search {
@@ -26,7 +27,9 @@ pub(crate) fn library() -> Library {
 pub(crate) fn python(script: &str, arguments: &[&str]) -> Vec<String> {
     let python = venv().join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
-    let output = Command::new(&python).arg(&script).args(arguments).output();
+    // Python's MuJoCo writes its warnings to a file in the current folder.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = Command::new(&python).arg(&script).args(arguments).current_dir(&folder).output();
     let output = output.unwrap_or_else(|e| panic!("{}: {e}\n\nrun scripts/mujoco_install", python.display()));
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{} failed:\n{errors}", script.display());
