@@ -9,7 +9,7 @@ Usage, from the root of the repository:
       python3 -m venv /tmp/mujoco-$v && /tmp/mujoco-$v/bin/pip install mujoco==$v
     done
     python3 scripts/mujoco_layout/make_layout.py /tmp/mujoco-*/lib/python3*/site-packages/mujoco/include \\
-      > crates/mujoco/src/layout/table.rs
+      > crates/mujoco/src/layout/table.rs && cargo fmt -p sindyna-mujoco
 
 Needs: a C compiler called `cc`. Made on x86-64 Linux; the structs hold nothing whose size differs on other
 64-bit machines, and the crate checks the row against the library whenever it loads one.
