@@ -1,7 +1,7 @@
 """Write the table of struct offsets that crates/mujoco reads MuJoCo's memory with.
 
 Compiles a C program of offsetof and sizeof against the headers of each wheel, runs it, and prints Rust: one row
-per version, in the order of the arguments.
+per version, the oldest first.
 
 Usage, from the root of the repository:
 
