@@ -194,8 +194,15 @@ impl TrainConfig {
         let identifier = Identifier::new(spec)
             .with_coordinates(settings.coordinates.parse()?)
             .with_library(settings.library.parse()?)?
+            .with_own_terms(settings.terms.clone())?
             .with_solver(solver)
             .with_target(settings.target.parse()?);
+        let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
+        if steps < needed {
+            let name = &spec.name;
+            return Err(Failure::new(format!("{steps} real steps are too few: `{name}` needs at least {needed}"))
+                .hint("give it more with --real-steps"));
+        }
         Ok(identifier)
     }
 

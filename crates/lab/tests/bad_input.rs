@@ -36,7 +36,7 @@ fn unknown_names_are_answered_with_the_known_ones() {
 #[test]
 fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--real-steps", "0"], &["at least 1", "got 0"]);
-    refuses(&["train", "pendulum", "--real-steps", "3"], &["3 usable rows", "at least", "--real-steps"]);
+    refuses(&["train", "pendulum", "--real-steps", "3"], &["3 real steps are too few", "at least 4", "--real-steps"]);
     refuses(&["train", "pendulum", "--real-steps", "-4"], &["--real-steps"]);
     refuses(&["train", "pendulum", "--real-steps", "5", "--warmup-rollouts", "2"], &["5", "2 rollouts"]);
     refuses(&["train", "pendulum", "--imagined-rollouts", "0"], &["`inf`", "`0`"]);

@@ -7,7 +7,7 @@ use sindyna_core::Scheme;
 use crate::error::UnknownName;
 use crate::model::Form;
 use crate::solve::{Selected, Selection};
-use crate::{BestSubset, CoordinateMode, Differentiator, Library, Stlsq, Triangle};
+use crate::{BestSubset, CoordinateMode, Differentiator, Library, SavitzkyGolay, Stlsq, Triangle};
 
 /// Where the candidate terms come from.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,15 +119,16 @@ impl SolverChoice {
 impl FromStr for Target {
     type Err = UnknownName;
 
-    /// `continuous` is central differences, stepped by one Runge–Kutta step of fourth order.
+    /// `continuous` is central differences, `smoothed` the same after Savitzky–Golay smoothing; both are stepped by one
+    /// Runge–Kutta step of fourth order.
     fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let continuous = |differentiator| Self::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } };
         match name {
             "increment" => Ok(Self::Increment),
             "discrete" => Ok(Self::Discrete),
-            "continuous" => {
-                Ok(Self::Continuous { differentiator: Differentiator::default(), scheme: Scheme::Rk4 { substeps: 1 } })
-            }
-            _ => Err(unknown("target", name, "`increment`, `discrete`, `continuous`")),
+            "continuous" => Ok(continuous(Differentiator::default())),
+            "smoothed" => Ok(continuous(Differentiator::Smoothed(SavitzkyGolay::default()))),
+            _ => Err(unknown("target", name, "`increment`, `discrete`, `continuous`, `smoothed`")),
         }
     }
 }

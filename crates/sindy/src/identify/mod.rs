@@ -58,6 +58,7 @@ use rows::Rows;
 pub struct Identifier {
     spec: Spec,
     library: LibraryChoice,
+    own_terms: Vec<String>,
     solver: SolverChoice,
     target: Target,
     coordinates: CoordinateMode,
@@ -70,6 +71,7 @@ impl Identifier {
         Self {
             spec: spec.clone(),
             library: LibraryChoice::Auto,
+            own_terms: Vec::new(),
             solver: SolverChoice::BestSubset(BestSubset::default()),
             target: Target::Increment,
             coordinates: CoordinateMode::Recognised,
@@ -82,6 +84,16 @@ impl Identifier {
     /// [`LibraryError`] if they cannot be terms over the variables of the chosen coordinates.
     pub fn with_library(self, library: LibraryChoice) -> Result<Self, LibraryError> {
         let chosen = Self { library, ..self };
+        chosen.terms()?;
+        Ok(chosen)
+    }
+
+    /// The same with terms of the user's own, such as `v*abs(v)`, beside those of the library.
+    ///
+    /// # Errors
+    /// [`LibraryError`] if they cannot be terms over the variables of the chosen coordinates.
+    pub fn with_own_terms(self, own_terms: Vec<String>) -> Result<Self, LibraryError> {
+        let chosen = Self { own_terms, ..self };
         chosen.terms()?;
         Ok(chosen)
     }
@@ -128,6 +140,9 @@ impl Identifier {
             LibraryChoice::Terms(texts) => crate::Library::Custom(texts.clone()).terms(&names)?,
             LibraryChoice::Custom(library) => library.terms(&names)?,
         };
+        if !self.own_terms.is_empty() {
+            terms.extend(crate::Library::Custom(self.own_terms.clone()).terms(&names)?);
+        }
         for term in &mut terms {
             term.complexity = complexity(&term.expr, &roles);
         }
@@ -141,6 +156,12 @@ impl Identifier {
         }
     }
 
+    /// Transitions below which nothing is identified: what a model linear in states and controls has to determine.
+    #[must_use]
+    pub fn needed_rows(&self) -> usize {
+        1 + self.spec.state_dim() + self.spec.control_dim()
+    }
+
     /// Identifies the equations behind `data`.
     ///
     /// # Errors
@@ -152,7 +173,7 @@ impl Identifier {
         let coordinates = Coordinates::new(&self.spec, self.coordinates)
             .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
         let rows = Rows::new(&self.spec, &coordinates, &self.target, data).map_err(|e| failed(e.to_string()))?;
-        let (n, needed) = (rows.targets.ncols(), 1 + self.spec.state_dim() + self.spec.control_dim());
+        let (n, needed) = (rows.targets.ncols(), self.needed_rows());
         if rows.z.nrows() < needed {
             let unknowns = format!("{n} equations");
             return Err(FitError::TooFewRows { got: rows.z.nrows(), needed, unknowns });
