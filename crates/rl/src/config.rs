@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Settings of [`Sac`](crate::Sac). The defaults are Stable-Baselines3's, but for smaller networks.
+/// Settings of [`Sac`](crate::Sac) and [`SacDiscrete`](crate::SacDiscrete). The defaults are Stable-Baselines3's, but for
+/// smaller networks.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SacConfig {
@@ -18,7 +19,8 @@ pub struct SacConfig {
     pub batch_size: usize,
     /// Entropy weight before the first update (α).
     pub initial_temperature: f64,
-    /// Entropy the temperature steers to \[nat, of the action in -1..1\]; `None` is minus the number of action values.
+    /// Entropy the temperature steers to \[nat\]. `None` is minus the number of action values for real actions (the
+    /// density is that of the action in -1..1), and a part of log n that n numbered actions reach with ease.
     pub target_entropy: Option<f64>,
     /// Factor on every reward before it is learned from.
     pub reward_scale: f64,

@@ -4,7 +4,10 @@ use sindyna_core::Rng;
 
 use crate::{adam::Adam, mlp::Mlp, pass::Pass};
 
-/// A critic and everything it learns with. Its input rows are the scaled observation followed by the action in -1..1.
+/// A critic and everything it learns with.
+///
+/// For real actions its input rows are the scaled observation followed by the action in -1..1, and its output is the one
+/// value; for numbered actions they are the scaled observation alone, and there is a value per action.
 #[derive(Debug, Clone)]
 pub(crate) struct Critic {
     pub(crate) net: Mlp,
@@ -40,17 +43,22 @@ impl Critic {
         self.pass.forward(&self.net, inputs, rows)
     }
 
-    /// Computes ½ mean (Q - y)² over the rows of `inputs` and its gradient; returns the loss.
-    pub(crate) fn regress(&mut self, inputs: &[f32], targets: &[f32]) -> f64 {
+    /// Computes ½ mean (Q - y)² over the rows of `inputs` and its gradient; returns the loss. A row's Q is the output
+    /// that `chosen` names.
+    pub(crate) fn regress(&mut self, inputs: &[f32], chosen: impl Iterator<Item = usize>, targets: &[f32]) -> f64 {
         let rows = targets.len();
+        let width = self.net.outputs();
         let values = self.pass.forward(&self.net, inputs, rows);
         let per_row = 1.0 / rows as f32;
         self.d_values.clear();
+        self.d_values.resize(rows * width, 0.0);
         let mut sum = 0.0;
-        for (q, y) in values.iter().zip(targets) {
-            let error = q - y;
+        for (((values, d_values), column), y) in
+            values.chunks_exact(width).zip(self.d_values.chunks_exact_mut(width)).zip(chosen).zip(targets)
+        {
+            let error = values[column] - y;
             sum += f64::from(error) * f64::from(error);
-            self.d_values.push(error * per_row);
+            d_values[column] = error * per_row;
         }
         self.pass.backward_params(&self.net, inputs, &self.d_values, &mut self.gradients);
         0.5 * sum / rows as f64

@@ -1,7 +1,8 @@
 //! Soft actor-critic on small networks.
 //!
-//! [`Sac`] is an [`Agent`](sindyna_core::Agent) for continuous actions; the [`GaussianPolicy`] it hands over is all
-//! that is needed to act, and can be written to a file. Networks are f32 inside and f64 at the border; an update is
+//! [`Sac`] is an [`Agent`](sindyna_core::Agent) for real actions, [`SacDiscrete`] one for numbered actions. The
+//! [`GaussianPolicy`] or [`CategoricalPolicy`] they hand over is all that is needed to act, and can be written to a file;
+//! [`SavedPolicy`] reads either. Networks are f32 inside and f64 at the border; an update is
 //! single-threaded and allocates nothing that grows, so independent runs scale with the cores.
 //!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
@@ -10,24 +11,33 @@
 
 mod adam;
 mod affine;
+mod categorical;
+mod categorical_policy;
 mod config;
 mod critic;
 mod gaussian;
 mod interface;
+mod learner;
 mod matmul;
 mod mlp;
 mod pass;
 mod policy;
 mod policy_file;
 mod sac;
+mod sac_discrete;
+mod saved_policy;
+mod scaled_net;
 mod simd;
 mod temperature;
 #[cfg(test)]
 mod tests;
 mod thin;
 
+pub use categorical_policy::CategoricalPolicy;
 pub use config::{SacConfig, SacError};
 pub use interface::Scaling;
 pub use policy::GaussianPolicy;
 pub use policy_file::PolicyFileError;
 pub use sac::Sac;
+pub use sac_discrete::SacDiscrete;
+pub use saved_policy::SavedPolicy;

@@ -8,7 +8,7 @@ use crate::{
     Scaling,
     gaussian::{squash, std_of},
     interface::ActionRange,
-    mlp::Mlp,
+    scaled_net::ScaledNet,
 };
 
 /// A squashed Gaussian policy: network, scaling of the observations, range of the actions.
@@ -17,8 +17,7 @@ use crate::{
 /// observation's action depends neither on the other rows of its batch nor on the number of threads.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaussianPolicy {
-    pub(crate) net: Mlp,
-    pub(crate) scaling: Scaling,
+    pub(crate) net: ScaledNet,
     pub(crate) range: ActionRange,
 }
 
@@ -26,7 +25,7 @@ impl GaussianPolicy {
     /// Number of observed values m.
     #[must_use]
     pub fn observation_dim(&self) -> usize {
-        self.scaling.width()
+        self.net.scaling.width()
     }
 
     /// Number of action values k.
@@ -38,7 +37,7 @@ impl GaussianPolicy {
     /// How observations are scaled before the network sees them.
     #[must_use]
     pub fn scaling(&self) -> &Scaling {
-        &self.scaling
+        &self.net.scaling
     }
 
     /// Smallest actions (k).
@@ -56,14 +55,14 @@ impl GaussianPolicy {
     /// Widths of the network's layers, from the observation (m) to means and log standard deviations (2k).
     #[must_use]
     pub fn layer_sizes(&self) -> &[usize] {
-        self.net.sizes()
+        self.net.net.sizes()
     }
 
     /// Weights (inputs, outputs), row-major, and biases (outputs) of layer `l`, counted from the observation; `None`
     /// beyond the last. Every layer but the last is followed by ReLU.
     #[must_use]
     pub fn layer(&self, l: usize) -> Option<(&[f32], &[f32])> {
-        (l < self.net.depth()).then(|| self.net.layer(l).of(&self.net.params))
+        self.net.layer(l)
     }
 }
 
@@ -77,15 +76,9 @@ impl Policy for GaussianPolicy {
         rng: &mut Rng,
         mut actions: ArrayViewMut2<'_, f64>,
     ) {
-        let (rows, k) = (observations.nrows(), self.action_dim());
-        assert_eq!(observations.ncols(), self.observation_dim(), "observed values");
-        assert_eq!(actions.dim(), (rows, k), "rows and values of the actions");
-        let mut inputs = Vec::with_capacity(rows * self.observation_dim());
-        for o in observations.rows() {
-            inputs.extend(self.scaling.apply(o.iter()));
-        }
-        let mut heads = vec![0.0; rows * 2 * k];
-        self.net.evaluate_rows(&inputs, &mut heads);
+        let k = self.action_dim();
+        assert_eq!(actions.dim(), (observations.nrows(), k), "rows and values of the actions");
+        let heads = self.net.heads(observations);
         for (head, mut action) in heads.chunks_exact(2 * k).zip(actions.rows_mut()) {
             for (j, a) in action.iter_mut().enumerate() {
                 let mut u = f64::from(head[j]);

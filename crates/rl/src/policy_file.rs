@@ -4,13 +4,20 @@ use std::collections::HashMap;
 
 use safetensors::{Dtype, SafeTensorError, SafeTensors, tensor::TensorView};
 
-use crate::{GaussianPolicy, SacError, Scaling, interface::ActionRange, mlp::Mlp};
+use crate::{
+    CategoricalPolicy, GaussianPolicy, SacError, Scaling, interface::ActionRange, mlp::Mlp, scaled_net::ScaledNet,
+};
 
 /// The only metadata entry. There must be only one, because the order of several would not be fixed.
 const FORMAT_KEY: &str = "format";
-const FORMAT: &str = "sindyna squashed-gaussian policy 1: x = (observation - center) / scale; \
+
+pub(crate) const GAUSSIAN: &str = "sindyna squashed-gaussian policy 1: x = (observation - center) / scale; \
     x = relu(weight x + bias) per layer, the last without relu; (mean, log_std) = x; \
     action = low + (tanh(mean) + 1) / 2 * (high - low)";
+
+pub(crate) const CATEGORICAL: &str = "sindyna categorical policy 1: x = (observation - center) / scale; \
+    x = relu(weight x + bias) per layer, the last without relu; \
+    action = index of the largest x, counted from 0, the lowest of equal ones";
 
 /// Wider or deeper networks than these are taken for broken files, before memory is asked for.
 const MOST_LAYERS: usize = 64;
@@ -23,7 +30,7 @@ pub enum PolicyFileError {
     #[error("not a safetensors file")]
     Container(#[source] SafeTensorError),
     /// The file holds something else.
-    #[error("the file does not declare the format `{FORMAT}`, but {found:?}")]
+    #[error("the file holds no such policy; the format it declares is {found:?}")]
     Format {
         /// What it declares.
         found: Option<String>,
@@ -71,28 +78,7 @@ impl GaussianPolicy {
     /// says how they make an action.
     #[must_use]
     pub fn to_safetensors(&self) -> Vec<u8> {
-        let doubles = |values: &[f64]| (Dtype::F64, vec![values.len()], bytes(values, |v| v.to_le_bytes()));
-        let mut tensors = vec![
-            ("center".to_owned(), doubles(&self.scaling.center)),
-            ("scale".to_owned(), doubles(&self.scaling.scale)),
-            ("low".to_owned(), doubles(self.range.low())),
-            ("high".to_owned(), doubles(self.range.high())),
-        ];
-        for l in 0..self.net.depth() {
-            let layer = self.net.layer(l);
-            let (weights, biases) = layer.of(&self.net.params);
-            let transposed = transpose(weights, layer.inputs, layer.outputs);
-            let shape = vec![layer.outputs, layer.inputs];
-            tensors.push((name(l, "weight"), (Dtype::F32, shape, bytes(&transposed, |v| v.to_le_bytes()))));
-            let shape = vec![layer.outputs];
-            tensors.push((name(l, "bias"), (Dtype::F32, shape, bytes(biases, |v| v.to_le_bytes()))));
-        }
-        let views = tensors.iter().map(|(name, (dtype, shape, data))| {
-            let view = TensorView::new(*dtype, shape.clone(), data).expect("the data were made from the shape");
-            (name, view)
-        });
-        let metadata = HashMap::from([(FORMAT_KEY.to_owned(), FORMAT.to_owned())]);
-        safetensors::serialize(views, Some(metadata)).expect("names are short and data match their shapes")
+        write(GAUSSIAN, &self.net, &[("low", self.range.low()), ("high", self.range.high())])
     }
 
     /// The policy of a file made by [`Self::to_safetensors`].
@@ -100,40 +86,110 @@ impl GaussianPolicy {
     /// # Errors
     /// [`PolicyFileError`] if the bytes are no such file, whatever is wrong with them.
     pub fn from_safetensors(bytes: &[u8]) -> Result<Self, PolicyFileError> {
-        let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(PolicyFileError::Container)?;
-        let found = metadata.metadata().as_ref().and_then(|m| m.get(FORMAT_KEY)).cloned();
-        if found.as_deref() != Some(FORMAT) {
-            return Err(PolicyFileError::Format { found });
-        }
-        let file = SafeTensors::deserialize(bytes).map_err(PolicyFileError::Container)?;
-        let depth = file.names().iter().filter(|n| n.ends_with(".weight")).count().clamp(1, MOST_LAYERS);
-        let known = |n: &str| {
-            matches!(n, "center" | "scale" | "low" | "high")
-                || (0..depth).any(|l| n == name(l, "weight") || n == name(l, "bias"))
-        };
-        if let Some(name) = file.names().into_iter().filter(|n| !known(n)).min() {
-            return Err(PolicyFileError::Unexpected { name: name.to_owned() });
-        }
-
-        let scaling = Scaling { center: doubles(&file, "center")?, scale: doubles(&file, "scale")? };
-        scaling.check()?;
+        let file = open(bytes, GAUSSIAN)?;
+        refuse_strangers(&file, &["low", "high"])?;
         let range = ActionRange::new(&doubles(&file, "low")?, &doubles(&file, "high")?)?;
-
-        let mut sizes = vec![scaling.width()];
-        for l in 0..depth {
-            let bias = tensor(&file, &name(l, "bias"))?;
-            sizes.push(if l + 1 == depth { 2 * range.width() } else { bias.shape().iter().product() });
-        }
-        let mut params = Vec::new();
-        for (l, widths) in sizes.windows(2).enumerate() {
-            let (inputs, outputs) = (widths[0], widths[1]);
-            let weights = numbers(&file, &name(l, "weight"), Dtype::F32, &[outputs, inputs], f32::from_le_bytes)?;
-            params.extend(transpose(&weights, outputs, inputs));
-            params.extend(numbers(&file, &name(l, "bias"), Dtype::F32, &[outputs], f32::from_le_bytes)?);
-        }
-        let net = Mlp::from_params(&sizes, params);
-        Ok(Self { net, scaling, range })
+        Ok(Self { net: read_net(&file, Some(2 * range.width()))?, range })
     }
+}
+
+impl CategoricalPolicy {
+    /// The policy as a safetensors file; equal policies give equal bytes.
+    ///
+    /// The file is that of [`GaussianPolicy::to_safetensors`] without `low` and `high`; `format` tells them apart.
+    #[must_use]
+    pub fn to_safetensors(&self) -> Vec<u8> {
+        write(CATEGORICAL, &self.net, &[])
+    }
+
+    /// The policy of a file made by [`Self::to_safetensors`].
+    ///
+    /// # Errors
+    /// [`PolicyFileError`] if the bytes are no such file, whatever is wrong with them.
+    pub fn from_safetensors(bytes: &[u8]) -> Result<Self, PolicyFileError> {
+        let file = open(bytes, CATEGORICAL)?;
+        refuse_strangers(&file, &[])?;
+        Ok(Self { net: read_net(&file, None)? })
+    }
+}
+
+/// A file of `net` and of further tensors `others`, in f64.
+fn write(format: &str, net: &ScaledNet, others: &[(&str, &[f64])]) -> Vec<u8> {
+    let scaling = [("center", net.scaling.center.as_slice()), ("scale", net.scaling.scale.as_slice())];
+    let doubles = scaling.iter().chain(others);
+    let mut tensors: Vec<_> = doubles
+        .map(|(name, values)| {
+            ((*name).to_owned(), (Dtype::F64, vec![values.len()], bytes(values, |v| v.to_le_bytes())))
+        })
+        .collect();
+    for l in 0..net.net.depth() {
+        let layer = net.net.layer(l);
+        let (weights, biases) = layer.of(&net.net.params);
+        let transposed = transpose(weights, layer.inputs, layer.outputs);
+        let shape = vec![layer.outputs, layer.inputs];
+        tensors.push((name(l, "weight"), (Dtype::F32, shape, bytes(&transposed, |v| v.to_le_bytes()))));
+        let shape = vec![layer.outputs];
+        tensors.push((name(l, "bias"), (Dtype::F32, shape, bytes(biases, |v| v.to_le_bytes()))));
+    }
+    let views = tensors.iter().map(|(name, (dtype, shape, data))| {
+        let view = TensorView::new(*dtype, shape.clone(), data).expect("the data were made from the shape");
+        (name, view)
+    });
+    let metadata = HashMap::from([(FORMAT_KEY.to_owned(), format.to_owned())]);
+    safetensors::serialize(views, Some(metadata)).expect("names are short and data match their shapes")
+}
+
+/// The format a file declares.
+pub(crate) fn declared_format(bytes: &[u8]) -> Result<Option<String>, PolicyFileError> {
+    let (_, metadata) = SafeTensors::read_metadata(bytes).map_err(PolicyFileError::Container)?;
+    Ok(metadata.metadata().as_ref().and_then(|m| m.get(FORMAT_KEY)).cloned())
+}
+
+/// The tensors of a file that declares `format`.
+fn open<'a>(bytes: &'a [u8], format: &str) -> Result<SafeTensors<'a>, PolicyFileError> {
+    let found = declared_format(bytes)?;
+    if found.as_deref() != Some(format) {
+        return Err(PolicyFileError::Format { found });
+    }
+    SafeTensors::deserialize(bytes).map_err(PolicyFileError::Container)
+}
+
+/// Number of layers in `file`; their tensors may still be missing.
+fn depth(file: &SafeTensors<'_>) -> usize {
+    file.names().iter().filter(|n| n.ends_with(".weight")).count().clamp(1, MOST_LAYERS)
+}
+
+/// Refuses tensors that are neither a network's, nor its scaling's, nor `others`.
+fn refuse_strangers(file: &SafeTensors<'_>, others: &[&str]) -> Result<(), PolicyFileError> {
+    let known = |n: &str| {
+        ["center", "scale"].contains(&n)
+            || others.contains(&n)
+            || (0..depth(file)).any(|l| n == name(l, "weight") || n == name(l, "bias"))
+    };
+    match file.names().into_iter().filter(|n| !known(n)).min() {
+        Some(name) => Err(PolicyFileError::Unexpected { name: name.to_owned() }),
+        None => Ok(()),
+    }
+}
+
+/// The network of `file`, as wide at its end as `head` says, if that says anything.
+fn read_net(file: &SafeTensors<'_>, head: Option<usize>) -> Result<ScaledNet, PolicyFileError> {
+    let scaling = Scaling { center: doubles(file, "center")?, scale: doubles(file, "scale")? };
+    scaling.check()?;
+    let depth = depth(file);
+    let mut sizes = vec![scaling.width()];
+    for l in 0..depth {
+        let declared = tensor(file, &name(l, "bias"))?.shape().iter().product();
+        sizes.push(head.filter(|_| l + 1 == depth).unwrap_or(declared));
+    }
+    let mut params = Vec::new();
+    for (l, widths) in sizes.windows(2).enumerate() {
+        let (inputs, outputs) = (widths[0], widths[1]);
+        let weights = numbers(file, &name(l, "weight"), Dtype::F32, &[outputs, inputs], f32::from_le_bytes)?;
+        params.extend(transpose(&weights, outputs, inputs));
+        params.extend(numbers(file, &name(l, "bias"), Dtype::F32, &[outputs], f32::from_le_bytes)?);
+    }
+    Ok(ScaledNet { net: Mlp::from_params(&sizes, params), scaling })
 }
 
 fn name(l: usize, part: &str) -> String {
@@ -186,11 +242,16 @@ mod tests {
     use sindyna_core::{Mode, Policy as _, Seed};
 
     use super::*;
+    use crate::SavedPolicy;
 
     fn policy() -> GaussianPolicy {
         let scaling = Scaling { center: vec![0.1, -3.0, 0.0], scale: vec![1.0, 1.0 / 3.0, 8.0] };
         let range = ActionRange::new(&[-2.0, 0.1], &[2.0, 0.7]).expect("finite ends");
-        GaussianPolicy { net: Mlp::random(&[3, 5, 4, 4], &mut Seed::new(2).numpy()), scaling, range }
+        GaussianPolicy { net: ScaledNet { net: Mlp::random(&[3, 5, 4, 4], &mut Seed::new(2).numpy()), scaling }, range }
+    }
+
+    fn categorical() -> CategoricalPolicy {
+        CategoricalPolicy { net: policy().net }
     }
 
     /// The tensors of [`policy`]'s file, with `change` made to them, as a file again.
@@ -203,7 +264,7 @@ mod tests {
         let views = tensors.iter().map(|(n, dtype, shape, data)| {
             (n, TensorView::new(*dtype, shape.clone(), data).expect("changes keep data and shape together"))
         });
-        let metadata = HashMap::from([(FORMAT_KEY.to_owned(), FORMAT.to_owned())]);
+        let metadata = HashMap::from([(FORMAT_KEY.to_owned(), GAUSSIAN.to_owned())]);
         safetensors::serialize(views, Some(metadata)).expect("a small file")
     }
 
@@ -223,13 +284,28 @@ mod tests {
     }
 
     #[test]
+    fn either_kind_is_recognised_by_its_file_and_refused_as_the_other() {
+        let kinds = [SavedPolicy::from(policy()), SavedPolicy::from(categorical())];
+        for (kind, values) in kinds.into_iter().zip([2, 1]) {
+            let bytes = kind.to_safetensors();
+            let read = SavedPolicy::from_safetensors(&bytes).expect("just written");
+            assert_eq!(read, kind);
+            assert_eq!((read.observation_dim(), read.action_dim(), read.to_safetensors()), (3, values, bytes));
+        }
+        let other = GaussianPolicy::from_safetensors(&categorical().to_safetensors());
+        assert!(matches!(other, Err(PolicyFileError::Format { found: Some(f) }) if f == CATEGORICAL));
+        let other = CategoricalPolicy::from_safetensors(&policy().to_safetensors());
+        assert!(matches!(other, Err(PolicyFileError::Format { found: Some(f) }) if f == GAUSSIAN));
+    }
+
+    #[test]
     fn a_file_tells_a_reader_without_this_crate_how_to_act() {
         let bytes = policy().to_safetensors();
         let file = SafeTensors::deserialize(&bytes).expect("just written");
         let weight = file.tensor("layers.0.weight").expect("a first layer");
         assert_eq!((weight.dtype(), weight.shape()), (Dtype::F32, [5, 3].as_slice()));
         let (_, metadata) = SafeTensors::read_metadata(&bytes).expect("just written");
-        assert_eq!(metadata.metadata().as_ref().and_then(|m| m.get("format")).map(String::as_str), Some(FORMAT));
+        assert_eq!(metadata.metadata().as_ref().and_then(|m| m.get("format")).map(String::as_str), Some(GAUSSIAN));
     }
 
     #[test]
@@ -280,12 +356,14 @@ mod tests {
         fn truncated_files_are_refused(keep in 0_usize..10_000) {
             let bytes = policy().to_safetensors();
             let keep = keep % bytes.len();
-            prop_assert!(GaussianPolicy::from_safetensors(&bytes[..keep]).is_err());
+            prop_assert!(SavedPolicy::from_safetensors(&bytes[..keep]).is_err());
+            let bytes = categorical().to_safetensors();
+            prop_assert!(SavedPolicy::from_safetensors(&bytes[..keep % bytes.len()]).is_err());
         }
 
         #[test]
         fn random_bytes_are_refused(bytes in proptest::collection::vec(any::<u8>(), 0..512)) {
-            prop_assert!(GaussianPolicy::from_safetensors(&bytes).is_err());
+            prop_assert!(SavedPolicy::from_safetensors(&bytes).is_err());
         }
 
         #[test]
@@ -300,6 +378,22 @@ mod tests {
                 // Huge parameters may overflow on the way; what they give then is no number, never a wild action.
                 let ends = policy.action_low().iter().zip(policy.action_high());
                 prop_assert!(action.iter().zip(ends).all(|(a, (low, high))| a.is_nan() || (low..=high).contains(&a)));
+            }
+        }
+
+        #[test]
+        fn a_changed_byte_is_refused_or_makes_a_policy_that_chooses(at in 0_usize..10_000, byte in any::<u8>()) {
+            let mut bytes = categorical().to_safetensors();
+            let at = at % bytes.len();
+            bytes[at] = byte;
+            if let Ok(policy) = CategoricalPolicy::from_safetensors(&bytes) {
+                let n = policy.n_actions();
+                let (observation, mut rng) = (vec![0.5; policy.observation_dim()], Seed::new(0).numpy());
+                for mode in [Mode::Exploit, Mode::Explore] {
+                    let mut action = [f64::NEG_INFINITY];
+                    policy.act(&observation, mode, &mut rng, &mut action);
+                    prop_assert!(action[0].is_nan() || (0..n).any(|a| action[0] == a as f64), "{action:?}");
+                }
             }
         }
     }

@@ -5,8 +5,11 @@ use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
 
 use crate::{
-    GaussianPolicy, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, gaussian::Squashed,
-    interface::ActionRange, mlp::Mlp, pass::Pass, temperature::Temperature,
+    GaussianPolicy, SacConfig, SacError, Scaling,
+    gaussian::Squashed,
+    interface::ActionRange,
+    learner::{Learner, Widths, lesser, shape},
+    temperature::Temperature,
 };
 
 /// Soft actor-critic with twin critics and an automatic temperature, for continuous actions.
@@ -30,14 +33,9 @@ use crate::{
 /// Haarnoja et al. (2018), *Soft Actor-Critic Algorithms and Applications*, arXiv:1812.05905, Algorithm 1.
 #[derive(Debug, Clone)]
 pub struct Sac {
-    config: SacConfig,
     pub(crate) policy: GaussianPolicy,
-    pub(crate) actor_adam: Adam,
-    pub(crate) actor_gradients: Vec<f32>,
-    pub(crate) critics: [Critic; 2],
-    pub(crate) temperature: Temperature,
+    pub(crate) learner: Learner,
     pub(crate) work: Workspace,
-    updates: u64,
 }
 
 /// Memory of an update, kept so that none is allocated anew.
@@ -48,13 +46,11 @@ pub(crate) struct Workspace {
     /// Critics' inputs (B, m + k).
     inputs: Vec<f32>,
     noise: Vec<f64>,
-    pass: Pass,
     pub(crate) drawn: Squashed,
-    pub(crate) targets: Vec<f32>,
+    values: Vec<f64>,
     /// Rows in which each critic has the lesser value.
     lesser_rows: [Vec<usize>; 2],
     d_actions: Vec<f32>,
-    d_head: Vec<f32>,
 }
 
 impl Sac {
@@ -69,43 +65,30 @@ impl Sac {
         action_high: &[f64],
         rng: &mut Rng,
     ) -> Result<Self, SacError> {
-        config.check()?;
-        scaling.check()?;
         let range = ActionRange::new(action_low, action_high)?;
-        let (m, k) = (scaling.width(), range.width());
-        let sizes = |first, last| [&[first], config.hidden.as_slice(), &[last]].concat();
-        let net = Mlp::random(&sizes(m, 2 * k), rng);
-        let critic_sizes = sizes(m + k, 1);
-        let critics = [(); 2].map(|()| Critic::new(&critic_sizes, config.learning_rate, rng));
-        let target_entropy = config.target_entropy.unwrap_or(-(k as f64));
-        Ok(Self {
-            actor_adam: Adam::new(net.params.len(), config.learning_rate),
-            actor_gradients: vec![0.0; net.params.len()],
-            temperature: Temperature::new(config.initial_temperature, target_entropy, config.learning_rate),
-            policy: GaussianPolicy { net, scaling, range },
-            critics,
-            config,
-            work: Workspace::default(),
-            updates: 0,
-        })
+        let k = range.width();
+        let widths = Widths { head: 2 * k, critic_input: scaling.width() + k, critic_output: 1 };
+        let temperature = Temperature::new(&config, -(k as f64));
+        let (net, learner) = Learner::new(config, scaling, &widths, temperature, rng)?;
+        Ok(Self { policy: GaussianPolicy { net, range }, learner, work: Workspace::default() })
     }
 
     /// Updates made so far.
     #[must_use]
     pub fn updates(&self) -> u64 {
-        self.updates
+        self.learner.updates
     }
 
     /// The settings the agent was made with.
     #[must_use]
     pub fn config(&self) -> &SacConfig {
-        &self.config
+        &self.learner.config
     }
 
     /// The entropy weight α.
     #[must_use]
     pub fn temperature(&self) -> f64 {
-        self.temperature.value()
+        self.learner.temperature.value()
     }
 
     /// [`Agent::update`] with given standard normal numbers: (2B, k) values, those of ã first, then those of a'.
@@ -113,93 +96,54 @@ impl Sac {
     /// # Errors
     /// As [`Agent::update`]; [`AgentError::Shape`] also if `noise` has not 2Bk values.
     pub fn update_with_noise(&mut self, batch: &Batch, noise: &[f64]) -> Result<Losses, AgentError> {
-        self.check(batch)?;
         let (rows, k) = (batch.len(), self.policy.action_dim());
+        self.learner.check(batch, self.policy.observation_dim(), k)?;
         shape("noise values", 2 * rows * k, noise.len())?;
-        self.scale_observations(batch);
-
-        // The actor does not change before step 3, so both of its passes are one.
-        let heads = self.work.pass.forward(&self.policy.net, &self.work.observations, 2 * rows);
+        let heads = self.learner.heads(&self.policy.net, batch, &mut self.work.observations);
         self.work.drawn.draw(heads, noise, k);
 
-        let temperature = self.temperature.value();
+        let temperature = self.temperature();
         let mean_log_prob = mean(&self.work.drawn.log_probs[..rows]);
-        self.finite("the entropy", mean_log_prob)?;
-        self.temperature.step(mean_log_prob);
+        self.learner.finite("the entropy", mean_log_prob)?;
+        self.learner.temperature.step(mean_log_prob);
 
         self.compute_targets(batch, temperature);
         let critic = self.improve_critics(batch)?;
         let actor = self.improve_actor(rows, temperature, mean_log_prob)?;
-        self.updates += 1;
-        Ok(Losses { critic, actor, temperature: self.temperature.value(), entropy: -mean_log_prob })
-    }
-
-    fn check(&self, batch: &Batch) -> Result<(), AgentError> {
-        let (rows, m, k) = (batch.len(), self.policy.observation_dim(), self.policy.action_dim());
-        if rows == 0 {
-            return shape("transitions", self.config.batch_size, 0);
-        }
-        shape("rows of observations", rows, batch.observations.nrows())?;
-        shape("observed values", m, batch.observations.ncols())?;
-        shape("rows of actions", rows, batch.actions.nrows())?;
-        shape("action values", k, batch.actions.ncols())?;
-        shape("rows of next observations", rows, batch.next_observations.nrows())?;
-        shape("values observed next", m, batch.next_observations.ncols())?;
-        shape("termination flags", rows, batch.terminated.len())
-    }
-
-    fn scale_observations(&mut self, batch: &Batch) {
-        let observations = &mut self.work.observations;
-        observations.clear();
-        for o in batch.observations.rows().into_iter().chain(batch.next_observations.rows()) {
-            observations.extend(self.policy.scaling.apply(o.iter()));
-        }
+        self.learner.updates += 1;
+        Ok(Losses { critic, actor, temperature: self.temperature(), entropy: -mean_log_prob })
     }
 
     /// The soft Bellman targets y (B) of step 2.
     fn compute_targets(&mut self, batch: &Batch, temperature: f64) {
         let (rows, m, k) = (batch.len(), self.policy.observation_dim(), self.policy.action_dim());
-        let work = &mut self.work;
+        let Self { learner, work, .. } = self;
         let next = &work.observations[rows * m..];
         join_columns(next, m, work.drawn.actions[rows * k..].chunks_exact(k), &mut work.inputs);
-        let [first, second] = &mut self.critics;
-        let values = first.target_values(&work.inputs, rows).iter().zip(second.target_values(&work.inputs, rows));
-        let outcomes = batch.rewards.iter().zip(&batch.terminated).zip(&work.drawn.log_probs[rows..]);
-        work.targets.clear();
-        work.targets.extend(values.zip(outcomes).map(|((q1, q2), ((reward, terminated), log_prob))| {
-            let value = f64::from(lesser(*q1, *q2)) - temperature * log_prob;
-            soft_target(self.config.reward_scale * reward, *terminated, self.config.discount, value) as f32
-        }));
+        learner.lesser_target_values(&work.inputs, rows, &mut work.values);
+        let values = work.values.iter().zip(&work.drawn.log_probs[rows..]);
+        learner.set_targets(batch, values.map(|(q, log_prob)| q - temperature * log_prob));
     }
 
     /// Steps 2 and 4; returns the critics' loss.
     fn improve_critics(&mut self, batch: &Batch) -> Result<f64, AgentError> {
         let (rows, m) = (batch.len(), self.policy.observation_dim());
-        let work = &mut self.work;
-        let range = &self.policy.range;
+        let Self { policy, learner, work } = self;
         work.inputs.clear();
         for (o, a) in work.observations[..rows * m].chunks_exact(m).zip(batch.actions.rows()) {
             work.inputs.extend_from_slice(o);
-            work.inputs.extend(range.to_network(a.iter()));
+            work.inputs.extend(policy.range.to_network(a.iter()));
         }
-        let mut loss = 0.0;
-        for critic in &mut self.critics {
-            loss += critic.regress(&work.inputs, &work.targets);
-        }
-        self.finite("the critics' loss", loss)?;
-        for critic in &mut self.critics {
-            critic.step(self.config.polyak);
-        }
-        Ok(loss)
+        learner.improve_critics(&work.inputs, std::iter::repeat(0))
     }
 
     /// Step 3; returns the actor's loss.
     fn improve_actor(&mut self, rows: usize, temperature: f64, mean_log_prob: f64) -> Result<f64, AgentError> {
         let (m, k) = (self.policy.observation_dim(), self.policy.action_dim());
-        let work = &mut self.work;
+        let Self { policy, learner, work } = self;
         let observations = &work.observations[..rows * m];
         join_columns(observations, m, work.drawn.actions[..rows * k].chunks_exact(k), &mut work.inputs);
-        let [first, second] = &mut self.critics;
+        let [first, second] = &mut learner.critics;
         let (q1, q2) = (first.values(&work.inputs, rows), second.values(&work.inputs, rows));
 
         let mut sum = 0.0;
@@ -209,25 +153,19 @@ impl Sac {
             work.lesser_rows[usize::from(q1 > q2)].push(row);
         }
         let loss = temperature * mean_log_prob - sum / rows as f64;
-        self.finite("the actor's loss", loss)?;
+        learner.finite("the actor's loss", loss)?;
 
         // Of the twins only the one with the lesser value passes a gradient, so each goes back over its own rows.
-        let work = &mut self.work;
         work.d_actions.resize(rows * k, 0.0);
-        for (critic, rows_of) in self.critics.iter_mut().zip(&work.lesser_rows) {
+        for (critic, rows_of) in learner.critics.iter_mut().zip(&work.lesser_rows) {
             let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, m);
             for (row, d) in rows_of.iter().zip(gradients.chunks_exact(k)) {
                 work.d_actions[row * k..(row + 1) * k].copy_from_slice(d);
             }
         }
-        work.drawn.backward(&work.d_actions, temperature / rows as f64, k, &mut work.d_head);
-        work.pass.backward_params(&self.policy.net, &work.observations, &work.d_head, &mut self.actor_gradients);
-        self.actor_adam.step(&mut self.policy.net.params, &self.actor_gradients);
+        work.drawn.backward(&work.d_actions, temperature / rows as f64, k, &mut learner.d_heads);
+        learner.improve_actor(&mut policy.net, &work.observations);
         Ok(loss)
-    }
-
-    fn finite(&self, what: &'static str, value: f64) -> Result<(), AgentError> {
-        if value.is_finite() { Ok(()) } else { Err(AgentError::NotFinite { what, value, updates: self.updates }) }
     }
 }
 
@@ -260,16 +198,6 @@ impl Agent for Sac {
     }
 }
 
-/// Soft Bellman target; a step that did not terminate bootstraps, also one that was truncated.
-fn soft_target(reward: f64, terminated: f64, discount: f64, next_value: f64) -> f64 {
-    reward + discount * (1.0 - terminated) * next_value
-}
-
-/// The lesser of two values; a number that is none is never hidden by the other.
-fn lesser(a: f32, b: f32) -> f32 {
-    if a <= b || a.is_nan() { a } else { b }
-}
-
 /// Overwrites `joined` with rows of `left` (`width` values) followed by those of `right`.
 fn join_columns<'a>(left: &[f32], width: usize, right: impl Iterator<Item = &'a [f32]>, joined: &mut Vec<f32>) {
     joined.clear();
@@ -281,8 +209,4 @@ fn join_columns<'a>(left: &[f32], width: usize, right: impl Iterator<Item = &'a 
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
-}
-
-fn shape(what: &'static str, expected: usize, got: usize) -> Result<(), AgentError> {
-    if expected == got { Ok(()) } else { Err(AgentError::Shape { what, expected, got }) }
 }

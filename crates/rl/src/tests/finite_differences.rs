@@ -88,8 +88,8 @@ fn row(table: &ndarray::Array2<f64>, i: usize) -> Vec<f64> {
 #[test]
 fn critic_gradients_are_those_of_the_squared_error() {
     let (sac, batch, _) = updated();
-    for critic in &sac.critics {
-        let targets = sac.work.targets.clone();
+    for critic in &sac.learner.critics {
+        let targets = sac.learner.targets.clone();
         let loss = |net: &Plain| {
             let error = |i| value(net, &row(&batch.observations, i), &row(&batch.actions, i)) - f64::from(targets[i]);
             (0..ROWS).map(|i| 0.5 * error(i) * error(i)).sum::<f64>() / ROWS as f64
@@ -102,7 +102,7 @@ fn critic_gradients_are_those_of_the_squared_error() {
 #[test]
 fn actor_gradients_go_through_the_squashed_gaussian_and_the_lesser_critic() {
     let (sac, batch, noise) = updated();
-    let critics = [Plain::of(&sac.critics[0].net), Plain::of(&sac.critics[1].net)];
+    let critics = [Plain::of(&sac.learner.critics[0].net), Plain::of(&sac.learner.critics[1].net)];
     let loss = |net: &Plain| {
         let of_row = |i: usize| {
             let o = row(&batch.observations, i);
@@ -111,7 +111,7 @@ fn actor_gradients_go_through_the_squashed_gaussian_and_the_lesser_critic() {
         };
         (0..ROWS).map(of_row).sum::<f64>() / ROWS as f64
     };
-    let error = distance(&sac.actor_gradients, &Plain::of(&sac.policy.net).gradient(loss));
+    let error = distance(&sac.learner.actor_gradients, &Plain::of(&sac.policy.net.net).gradient(loss));
     assert!(error < 3e-6, "off by {error:e}");
 }
 

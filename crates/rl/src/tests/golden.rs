@@ -99,26 +99,26 @@ fn gradients_equal_those_of_pytorch_in_double_precision() {
         ..SacConfig::default()
     };
     let mut sac = agent(config, 3, 2);
-    load(&mut sac.policy.net, &golden.actor);
-    for (i, critic) in sac.critics.iter_mut().enumerate() {
+    load(&mut sac.policy.net.net, &golden.actor);
+    for (i, critic) in sac.learner.critics.iter_mut().enumerate() {
         load(&mut critic.net, &golden.critics[i]);
         load(&mut critic.target, &golden.targets[i]);
     }
     let losses =
         sac.update_with_noise(&golden.transitions.batch(), &golden.transitions.noise.concat()).expect("finite losses");
-    assert_eq!(sac.policy.net.params, flat32(&golden.actor), "nothing moved");
+    assert_eq!(sac.policy.net.net.params, flat32(&golden.actor), "nothing moved");
 
     let relative = |a: f64, b: f64| (a / b - 1.0).abs();
     let temperature_loss = golden.temperature.ln() * (losses.entropy - golden.target_entropy);
-    let temperature_gradient = sac.temperature.adam.mean / 0.1;
+    let temperature_gradient = sac.learner.temperature.adam.mean / 0.1;
     let figures = [
         ("temperature loss", relative(temperature_loss, golden.losses.temperature)),
         ("critic loss", relative(losses.critic, golden.losses.critic)),
         ("actor loss", relative(losses.actor, golden.losses.actor)),
         ("temperature gradient", relative(temperature_gradient, golden.temperature_gradient)),
-        ("first critic", distance(&sac.critics[0].gradients, &flat(&golden.critic_gradients[0]))),
-        ("second critic", distance(&sac.critics[1].gradients, &flat(&golden.critic_gradients[1]))),
-        ("actor", distance(&sac.actor_gradients, &flat(&golden.actor_gradients))),
+        ("first critic", distance(&sac.learner.critics[0].gradients, &flat(&golden.critic_gradients[0]))),
+        ("second critic", distance(&sac.learner.critics[1].gradients, &flat(&golden.critic_gradients[1]))),
+        ("actor", distance(&sac.learner.actor_gradients, &flat(&golden.actor_gradients))),
     ];
     println!("{figures:?}");
     for (what, error) in figures {
@@ -158,8 +158,8 @@ impl Networks {
 
 /// The networks in the order of [`Networks::all`].
 fn networks(sac: &Sac) -> [&Mlp; 5] {
-    let [first, second] = &sac.critics;
-    [&sac.policy.net, &first.net, &first.target, &second.net, &second.target]
+    let [first, second] = &sac.learner.critics;
+    [&sac.policy.net.net, &first.net, &first.target, &second.net, &second.target]
 }
 
 #[derive(Deserialize)]
@@ -219,17 +219,17 @@ fn start(golden: &Updates) -> Sac {
         ..SacConfig::default()
     };
     let mut sac = agent(config, 3, 2);
-    let t = &mut sac.temperature;
+    let t = &mut sac.learner.temperature;
     assert_eq!(t.target_entropy, golden.settings.target_entropy, "the default is minus the number of action values");
     t.log_value = golden.temperature.log_value;
     (t.adam.mean, t.adam.square) = (golden.temperature.exp_avg, golden.temperature.exp_avg_sq);
     t.adam.step = golden.steps_before;
 
-    let [first, second] = &mut sac.critics;
-    let nets = [&mut sac.policy.net, &mut first.net, &mut first.target, &mut second.net, &mut second.target];
+    let [first, second] = &mut sac.learner.critics;
+    let nets = [&mut sac.policy.net.net, &mut first.net, &mut first.target, &mut second.net, &mut second.target];
     nets.into_iter().zip(golden.start.all()).for_each(|(net, layers)| load(net, layers));
     let optimisers = [
-        (&mut sac.actor_adam, &golden.adam.actor),
+        (&mut sac.learner.actor_adam, &golden.adam.actor),
         (&mut first.adam, &golden.adam.critic_0),
         (&mut second.adam, &golden.adam.critic_1),
     ];
@@ -247,7 +247,7 @@ fn five_updates_equal_those_of_stable_baselines3() {
     let mut sac = start(&golden);
     let (mut worst_loss, mut worst_parameter, mut worst_move) = (0.0_f64, 0.0_f64, 0.0_f64);
     for (i, (transitions, logged)) in golden.batches.iter().zip(&golden.losses).enumerate() {
-        let (temperature, log_temperature) = (sac.temperature(), sac.temperature.log_value);
+        let (temperature, log_temperature) = (sac.temperature(), sac.learner.temperature.log_value);
         let losses = sac.update_with_noise(&transitions.batch(), &transitions.noise.concat()).expect("finite losses");
         let temperature_loss = log_temperature * (losses.entropy - golden.settings.target_entropy);
         let pairs = [
@@ -267,7 +267,8 @@ fn five_updates_equal_those_of_stable_baselines3() {
                 let they_moved: Vec<f64> = theirs.iter().zip(&begun).map(|(p, b)| p - b).collect();
                 worst_move = worst_move.max(distance(&moved, &they_moved));
             }
-            worst_parameter = worst_parameter.max((sac.temperature.log_value / after.log_temperature - 1.0).abs());
+            worst_parameter =
+                worst_parameter.max((sac.learner.temperature.log_value / after.log_temperature - 1.0).abs());
         }
     }
     println!("losses {worst_loss:.1e}, parameters {worst_parameter:.1e}, their moves {worst_move:.1e}");

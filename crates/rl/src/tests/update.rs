@@ -24,10 +24,10 @@ fn truncated_steps_bootstrap_and_terminated_ones_do_not() {
     };
     sac.update_with_noise(&batch, &[0.5, 0.5, -0.2, -0.2]).expect("finite losses");
     let (action, log_prob) = (sac.work.drawn.actions[2], sac.work.drawn.log_probs[2]);
-    let values = sac.critics.each_mut().map(|c| f64::from(c.target_values(&[0.4, action], 1)[0]));
+    let values = sac.learner.critics.each_mut().map(|c| f64::from(c.target_values(&[0.4, action], 1)[0]));
     let truncated = 2.0 * 1.5 + 0.9 * (values[0].min(values[1]) - log_prob);
-    assert!((f64::from(sac.work.targets[0]) - truncated).abs() < 1e-6, "α is 1");
-    assert_eq!(sac.work.targets[1], 3.0, "only the scaled reward is left");
+    assert!((f64::from(sac.learner.targets[0]) - truncated).abs() < 1e-6, "α is 1");
+    assert_eq!(sac.learner.targets[1], 3.0, "only the scaled reward is left");
 }
 
 #[test]
@@ -37,7 +37,7 @@ fn warm_up_actions_beyond_the_range_count_as_its_ends() {
         let mut batch = batch(8, 2, 1);
         batch.actions.fill(action);
         sac.update(&batch, &mut Seed::new(1).numpy()).expect("finite losses");
-        sac.critics[0].net.params.clone()
+        sac.learner.critics[0].net.params.clone()
     };
     assert_eq!(run(3.0), run(1.0));
     assert_ne!(run(0.9), run(1.0));
@@ -77,12 +77,12 @@ fn a_number_that_is_none_stops_training_before_a_network_moves() {
     ];
     for spoil in breaks {
         let mut sac = agent(small(SacConfig::default()), 2, 1);
-        let before = (sac.frozen(), sac.critics.each_ref().map(|c| c.net.params.clone()));
+        let before = (sac.frozen(), sac.learner.critics.each_ref().map(|c| c.net.params.clone()));
         let mut batch = batch(8, 2, 1);
         spoil(&mut batch);
         let result = sac.update(&batch, &mut Seed::new(0).numpy());
         assert!(matches!(result, Err(AgentError::NotFinite { updates: 0, .. })), "{result:?}");
-        assert_eq!((sac.frozen(), sac.critics.each_ref().map(|c| c.net.params.clone())), before);
+        assert_eq!((sac.frozen(), sac.learner.critics.each_ref().map(|c| c.net.params.clone())), before);
     }
 }
 
@@ -129,7 +129,7 @@ fn scaling_and_action_range_change_units_and_nothing_else() {
     let fours = Scaling { center: vec![0.0; 2], scale: vec![4.0; 2] };
     let a = train(Scaling::identity(2), -1.0, 1.0, &plain);
     let b = train(fours, -8.0, 8.0, &other);
-    assert_eq!(a.net, b.net);
+    assert_eq!(a.net.net, b.net.net);
     let (mut rng, mut from_a, mut from_b) = (Seed::new(0).numpy(), [0.0], [0.0]);
     a.act(&[0.5, 0.25], Mode::Exploit, &mut rng, &mut from_a);
     b.act(&[2.0, 1.0], Mode::Exploit, &mut rng, &mut from_b);
