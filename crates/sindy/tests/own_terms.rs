@@ -13,18 +13,18 @@ fn mass() -> Spec {
         action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
         precision: Precision::F64,
         dt: 0.1,
-        max_steps: 40,
+        max_steps: 100,
         solved_at: None,
     }
 }
 
-/// 40 steps of v⁺ = v + Δt (g/2 − 0.3 v|v|), x⁺ = x + Δt v.
+/// 100 steps of v⁺ = v + Δt (g/2 − 0.3 v|v|), x⁺ = x + Δt v.
 fn pushed_about() -> Dataset {
     let mut data = Dataset::new(2, 1, 1, 0.1);
-    let (mut x, mut v) = (0.3_f64, 1.5_f64);
+    let (mut x, mut v) = (0.3_f64, 0.1_f64);
     data.begin(&[x, v]).expect("finite");
-    for i in 0..40 {
-        let g = (0.4 * f64::from(i)).cos();
+    for i in 0..100 {
+        let g = (0.1 * f64::from(i)).cos();
         (x, v) = (x + 0.1 * v, v + 0.1 * (g / 2.0 - 0.3 * v * v.abs()));
         data.push(&[g], &[g], 0.0, &[x, v]).expect("finite");
     }
