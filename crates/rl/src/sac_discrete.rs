@@ -28,6 +28,16 @@ const HEADROOM: f64 = 10.0;
 ///
 /// Only a terminated step ends the sum of rewards; one that was truncated bootstraps. An action is its number, as an
 /// f64.
+///
+/// # Deviations
+/// 1. Deviations of [`Sac`](crate::Sac), all of them.
+/// 2. The target entropy H̄ is 0.6 log n where none is set, not 0.98 log n: of two actions that would leave the better one
+///    a probability of 0.58, which no policy that achieves something can have, so the temperature would rise for ever.
+/// 3. Whatever the target, the temperature stays below ten times its first value. Entropy counts for the critics too: a
+///    higher temperature makes long lives worth more, which can keep an entropy out of reach that one state would allow.
+///
+/// # References
+/// Christodoulou (2019), *Soft Actor-Critic for Discrete Action Settings*, arXiv:1910.07207, Algorithm 1.
 #[derive(Debug, Clone)]
 pub struct SacDiscrete {
     pub(crate) policy: CategoricalPolicy,

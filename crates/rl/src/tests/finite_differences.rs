@@ -11,17 +11,17 @@ const ROWS: usize = 24;
 const TEMPERATURE: f64 = 0.4;
 
 /// A network's parameters in double precision, and its layers walked through one number at a time.
-struct Plain {
+pub(super) struct Plain {
     sizes: Vec<usize>,
     params: Vec<f64>,
 }
 
 impl Plain {
-    fn of(net: &Mlp) -> Self {
+    pub(super) fn of(net: &Mlp) -> Self {
         Self { sizes: net.sizes().to_vec(), params: net.params.iter().map(|p| f64::from(*p)).collect() }
     }
 
-    fn run(&self, x: &[f64]) -> Vec<f64> {
+    pub(super) fn run(&self, x: &[f64]) -> Vec<f64> {
         let (mut x, mut start) = (x.to_vec(), 0);
         for (l, widths) in self.sizes.windows(2).enumerate() {
             let (inputs, outputs) = (widths[0], widths[1]);
@@ -35,7 +35,7 @@ impl Plain {
     }
 
     /// Central differences of `loss` over every parameter.
-    fn gradient(mut self, loss: impl Fn(&Self) -> f64) -> Vec<f64> {
+    pub(super) fn gradient(mut self, loss: impl Fn(&Self) -> f64) -> Vec<f64> {
         let h = 1e-5;
         let mut slopes = Vec::new();
         for i in 0..self.params.len() {
@@ -81,7 +81,7 @@ fn updated() -> (Sac, Batch, Vec<f64>) {
     (sac, batch, noise[..ROWS * K].to_vec())
 }
 
-fn row(table: &ndarray::Array2<f64>, i: usize) -> Vec<f64> {
+pub(super) fn row(table: &ndarray::Array2<f64>, i: usize) -> Vec<f64> {
     table.row(i).to_vec()
 }
 

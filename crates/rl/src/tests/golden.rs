@@ -2,10 +2,10 @@
 
 use ndarray::{Array1, Array2};
 use serde::Deserialize;
-use sindyna_core::Batch;
+use sindyna_core::{Agent as _, Batch, Seed};
 
-use super::{STILL, agent, distance};
-use crate::{Sac, SacConfig, mlp::Mlp};
+use super::{STILL, agent, discrete_agent, distance};
+use crate::{Sac, SacConfig, learner::Learner, mlp::Mlp};
 
 type Rows = Vec<Vec<f64>>;
 
@@ -47,6 +47,8 @@ struct Transitions {
     rewards: Vec<f64>,
     next_observations: Rows,
     terminated: Vec<f64>,
+    /// Absent where nothing is drawn.
+    #[serde(default)]
     noise: Rows,
 }
 
@@ -86,44 +88,69 @@ struct Gradients {
     actor_gradients: Vec<Linear>,
 }
 
+impl Gradients {
+    fn read(text: &str) -> Self {
+        serde_json::from_str(text).expect("the golden file is whole")
+    }
+
+    fn config(&self) -> SacConfig {
+        SacConfig {
+            hidden: vec![32, 32],
+            learning_rate: STILL,
+            discount: self.discount,
+            initial_temperature: self.temperature,
+            target_entropy: Some(self.target_entropy),
+            ..SacConfig::default()
+        }
+    }
+
+    fn load(&self, actor: &mut Mlp, learner: &mut Learner) {
+        load(actor, &self.actor);
+        for (i, critic) in learner.critics.iter_mut().enumerate() {
+            load(&mut critic.net, &self.critics[i]);
+            load(&mut critic.target, &self.targets[i]);
+        }
+    }
+
+    /// Compares what one update reported, and what gradients it left behind.
+    fn check(&self, losses: &sindyna_core::Losses, actor: &Mlp, learner: &Learner) {
+        assert_eq!(actor.params, flat32(&self.actor), "nothing moved");
+        let relative = |a: f64, b: f64| (a / b - 1.0).abs();
+        let temperature_loss = self.temperature.ln() * (losses.entropy - self.target_entropy);
+        let temperature_gradient = learner.temperature.adam.mean / 0.1;
+        let figures = [
+            ("temperature loss", relative(temperature_loss, self.losses.temperature)),
+            ("critic loss", relative(losses.critic, self.losses.critic)),
+            ("actor loss", relative(losses.actor, self.losses.actor)),
+            ("temperature gradient", relative(temperature_gradient, self.temperature_gradient)),
+            ("first critic", distance(&learner.critics[0].gradients, &flat(&self.critic_gradients[0]))),
+            ("second critic", distance(&learner.critics[1].gradients, &flat(&self.critic_gradients[1]))),
+            ("actor", distance(&learner.actor_gradients, &flat(&self.actor_gradients))),
+        ];
+        println!("{figures:?}");
+        for (what, error) in figures {
+            assert!(error < self.tolerance, "{what} is off by {error:e}");
+        }
+    }
+}
+
 #[test]
 fn gradients_equal_those_of_pytorch_in_double_precision() {
-    let golden: Gradients =
-        serde_json::from_str(include_str!("../../tests/golden/gradients.json")).expect("the golden file is whole");
-    let config = SacConfig {
-        hidden: vec![32, 32],
-        learning_rate: STILL,
-        discount: golden.discount,
-        initial_temperature: golden.temperature,
-        target_entropy: Some(golden.target_entropy),
-        ..SacConfig::default()
-    };
-    let mut sac = agent(config, 3, 2);
-    load(&mut sac.policy.net.net, &golden.actor);
-    for (i, critic) in sac.learner.critics.iter_mut().enumerate() {
-        load(&mut critic.net, &golden.critics[i]);
-        load(&mut critic.target, &golden.targets[i]);
-    }
-    let losses =
-        sac.update_with_noise(&golden.transitions.batch(), &golden.transitions.noise.concat()).expect("finite losses");
-    assert_eq!(sac.policy.net.net.params, flat32(&golden.actor), "nothing moved");
+    let golden = Gradients::read(include_str!("../../tests/golden/gradients.json"));
+    let mut sac = agent(golden.config(), 3, 2);
+    golden.load(&mut sac.policy.net.net, &mut sac.learner);
+    let noise = golden.transitions.noise.concat();
+    let losses = sac.update_with_noise(&golden.transitions.batch(), &noise).expect("finite losses");
+    golden.check(&losses, &sac.policy.net.net, &sac.learner);
+}
 
-    let relative = |a: f64, b: f64| (a / b - 1.0).abs();
-    let temperature_loss = golden.temperature.ln() * (losses.entropy - golden.target_entropy);
-    let temperature_gradient = sac.learner.temperature.adam.mean / 0.1;
-    let figures = [
-        ("temperature loss", relative(temperature_loss, golden.losses.temperature)),
-        ("critic loss", relative(losses.critic, golden.losses.critic)),
-        ("actor loss", relative(losses.actor, golden.losses.actor)),
-        ("temperature gradient", relative(temperature_gradient, golden.temperature_gradient)),
-        ("first critic", distance(&sac.learner.critics[0].gradients, &flat(&golden.critic_gradients[0]))),
-        ("second critic", distance(&sac.learner.critics[1].gradients, &flat(&golden.critic_gradients[1]))),
-        ("actor", distance(&sac.learner.actor_gradients, &flat(&golden.actor_gradients))),
-    ];
-    println!("{figures:?}");
-    for (what, error) in figures {
-        assert!(error < golden.tolerance, "{what} is off by {error:e}");
-    }
+#[test]
+fn gradients_over_numbered_actions_equal_those_of_pytorch_in_double_precision() {
+    let golden = Gradients::read(include_str!("../../tests/golden/discrete.json"));
+    let mut sac = discrete_agent(golden.config(), 3, 3);
+    golden.load(&mut sac.policy.net.net, &mut sac.learner);
+    let losses = sac.update(&golden.transitions.batch(), &mut Seed::new(0).numpy()).expect("finite losses");
+    golden.check(&losses, &sac.policy.net.net, &sac.learner);
 }
 
 #[derive(Deserialize)]

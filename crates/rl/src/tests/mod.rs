@@ -1,5 +1,6 @@
 //! Tests that look inside an update: against golden files, and against losses written out plainly.
 
+mod discrete;
 mod finite_differences;
 mod golden;
 mod update;
@@ -7,12 +8,18 @@ mod update;
 use ndarray::{Array1, Array2};
 use sindyna_core::{Batch, Seed};
 
-use crate::{Sac, SacConfig, Scaling};
+use crate::{Sac, SacConfig, SacDiscrete, Scaling};
 
 /// An agent for `m` observed and `k` action values in -1..1.
 fn agent(config: SacConfig, m: usize, k: usize) -> Sac {
     let mut rng = Seed::new(5).stream("test agent", 0);
     Sac::new(config, Scaling::identity(m), &vec![-1.0; k], &vec![1.0; k], &mut rng).expect("usable settings")
+}
+
+/// An agent for `m` observed values and `n` numbered actions.
+fn discrete_agent(config: SacConfig, m: usize, n: usize) -> SacDiscrete {
+    let mut rng = Seed::new(6).stream("test agent", 0);
+    SacDiscrete::new(config, Scaling::identity(m), n, &mut rng).expect("usable settings")
 }
 
 /// Steps so short that no f32 parameter moves: an update then leaves only its gradients behind.
@@ -31,6 +38,11 @@ fn batch(rows: usize, m: usize, k: usize) -> Batch {
         next_observations: table(m, 3.0),
         terminated: Array1::from_shape_fn(rows, |i| if i % 5 == 0 { 1.0 } else { 0.0 }),
     }
+}
+
+/// [`batch`] with the numbers of `n` actions.
+fn discrete_batch(rows: usize, m: usize, n: usize) -> Batch {
+    Batch { actions: Array2::from_shape_fn((rows, 1), |(i, _)| (i * i % n) as f64), ..batch(rows, m, 1) }
 }
 
 /// ‖a - b‖ / ‖b‖.
