@@ -62,6 +62,25 @@ pub struct Learned<M, P> {
     pub interrupted: bool,
 }
 
+impl<M, P> Learned<M, P> {
+    /// The same with the policy wrapped by `wrap`.
+    pub fn map_policy<Q>(self, wrap: impl FnOnce(P) -> Q) -> Learned<M, Q> {
+        Learned {
+            policy: self.policy.map(wrap),
+            data: self.data,
+            model: self.model,
+            model_return: self.model_return,
+            optimal_in_model: self.optimal_in_model,
+            updates: self.updates,
+            model_steps: self.model_steps,
+            model_rollouts: self.model_rollouts,
+            diverged: self.diverged,
+            left_region: self.left_region,
+            interrupted: self.interrupted,
+        }
+    }
+}
+
 /// Why a run ended without a result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]

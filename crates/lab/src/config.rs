@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Rollouts, Schedule};
-use sindyna_rl::{Sac, SacConfig, Scaling};
+use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
 
 use crate::failure::Failure;
@@ -18,6 +18,8 @@ pub(crate) struct TrainConfig {
     /// Commit it was built from.
     pub(crate) commit: String,
     pub(crate) task: String,
+    /// Where the real system lives: `native` or `mujoco`.
+    pub(crate) simulator: String,
     pub(crate) seed: u64,
     pub(crate) warmup: Warmup,
     pub(crate) identification: IdentificationConfig,
@@ -75,6 +77,22 @@ pub(crate) struct OptimalityConfig {
     pub(crate) max_updates: u64,
 }
 
+/// An agent for whatever actions there are.
+pub(crate) enum AnyAgent {
+    Sac(Sac),
+    SacDiscrete(SacDiscrete),
+}
+
+impl AnyAgent {
+    /// Name of the algorithm.
+    pub(crate) fn algorithm(&self) -> &'static str {
+        match self {
+            Self::Sac(_) => "sac",
+            Self::SacDiscrete(_) => "sac-discrete",
+        }
+    }
+}
+
 impl TrainConfig {
     /// The defaults for the system `spec`: one rule for all, no knowledge of any single one.
     pub(crate) fn defaults(spec: &Spec) -> Self {
@@ -82,6 +100,7 @@ impl TrainConfig {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: env!("SINDYNA_COMMIT").into(),
             task: spec.name.clone(),
+            simulator: "native".into(),
             seed: 0,
             warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
             identification: IdentificationConfig {
@@ -206,13 +225,15 @@ impl TrainConfig {
         Ok(identifier)
     }
 
-    /// The agent these settings describe, with weights drawn from `rng`.
-    pub(crate) fn sac(&self, spec: &Spec, rng: &mut Rng) -> Result<Sac, Failure> {
-        let Space::Box { low, high } = &spec.action_space else {
-            return Err(Failure::new(format!("`{}` has numbered actions; SAC here needs real ones", spec.name))
-                .hint("try another task: `sindyna tasks` lists them"));
-        };
-        Ok(Sac::new(self.sac.clone(), scaling(spec), low, high, rng)?)
+    /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
+    pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<AnyAgent, Failure> {
+        let (settings, scaling) = (self.sac.clone(), scaling(spec));
+        Ok(match &spec.action_space {
+            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?),
+            Space::Discrete { controls } => {
+                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?)
+            }
+        })
     }
 
     /// The schedule these settings describe.

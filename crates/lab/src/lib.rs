@@ -10,6 +10,7 @@ mod interrupt;
 mod learner;
 mod machine;
 mod progress;
+mod real;
 mod record;
 mod registry;
 mod table;

@@ -8,7 +8,6 @@ use crate::environment::MujocoEnvironment;
 use crate::error::MujocoError;
 use crate::library::Library;
 use crate::model::MujocoModel;
-use crate::search::Search;
 
 const MODEL: &str = include_str!("inverted_pendulum.xml");
 /// MuJoCo's steps in one control interval.
@@ -19,9 +18,9 @@ const FRAME_SKIP: usize = 2;
 /// Task and sensors are those of the native system; the first call must be a reset.
 ///
 /// # Errors
-/// [`MujocoError::NotFound`] if no MuJoCo is found where `search` looks.
-pub fn inverted_pendulum(search: &Search) -> Result<MujocoEnvironment<Arc<dyn Task>>, MujocoError> {
-    let model = MujocoModel::from_xml(&Library::load(search)?, MODEL)?;
+/// [`MujocoError::Raised`] if there is no memory for it.
+pub fn inverted_pendulum(library: &Library) -> Result<MujocoEnvironment<Arc<dyn Task>>, MujocoError> {
+    let model = MujocoModel::from_xml(library, MODEL)?;
     let system = sindyna_envs::find("inverted-pendulum").expect("sindyna-envs registers it");
     let sensors: Sensors = system.sensors();
     MujocoEnvironment::new(&model, FRAME_SKIP, system.task(), sensors)

@@ -6,9 +6,10 @@
 //!
 //! ```no_run
 //! use sindyna_core::{Environment as _, Seed};
-//! use sindyna_mujoco::{Search, inverted_pendulum};
+//! use sindyna_mujoco::{Library, Search, inverted_pendulum};
 //!
-//! let mut env = inverted_pendulum(&Search::from_environment())?;
+//! let library = Library::load(&Search::from_environment())?;
+//! let mut env = inverted_pendulum(&library)?;
 //! let mut rng = Seed::new(0).numpy();
 //! env.reset(&mut rng)?;
 //! let outcome = env.step(&[0.1], &mut rng)?;

@@ -5,7 +5,7 @@
 mod common;
 
 use sindyna_core::{EnvError, Environment, Outcome, Seed};
-use sindyna_mujoco::{MujocoEnvironment, MujocoModel, inverted_pendulum};
+use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, inverted_pendulum};
 
 const SEED: u64 = 5;
 
@@ -31,7 +31,7 @@ fn play(env: &mut dyn Environment, seed: u64, steps: usize) -> Vec<(Vec<u64>, Ou
 }
 
 fn pendulum() -> MujocoEnvironment<std::sync::Arc<dyn sindyna_core::Task>> {
-    inverted_pendulum(&common::search()).unwrap()
+    inverted_pendulum(&Library::load(&common::search()).unwrap()).unwrap()
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn models_from_a_file_find_what_lies_beside_them() {
 
 #[test]
 fn states_and_controls_that_are_no_numbers_are_refused() {
-    let mut env = inverted_pendulum(&common::search()).unwrap();
+    let mut env = inverted_pendulum(&Library::load(&common::search()).unwrap()).unwrap();
     let mut rng = Seed::new(0).numpy();
     env.reset(&mut rng).unwrap();
     for bad in [f64::NAN, f64::INFINITY] {

@@ -8,7 +8,7 @@
 mod common;
 
 use sindyna_core::{Environment as _, Seed};
-use sindyna_mujoco::inverted_pendulum;
+use sindyna_mujoco::{Library, inverted_pendulum};
 
 /// Largest deviation of a state value, off the stops and at them. Values above 1 count relative to themselves.
 struct Deviation {
@@ -21,7 +21,7 @@ struct Deviation {
 /// 1,000 steps of `policy` on both, each seeing itself only; an episode's end resets both.
 fn compare(policy: impl Fn(&[f64], usize) -> f64) -> Deviation {
     let mut native = sindyna_envs::find("inverted-pendulum").unwrap().environment();
-    let mut mujoco = inverted_pendulum(&common::search()).unwrap();
+    let mut mujoco = inverted_pendulum(&Library::load(&common::search()).unwrap()).unwrap();
     let (mut rng, mut same) = (Seed::new(3).numpy(), Seed::new(3).numpy());
     native.reset(&mut rng).unwrap();
     mujoco.reset(&mut same).unwrap();

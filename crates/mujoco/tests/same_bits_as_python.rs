@@ -6,7 +6,7 @@ mod common;
 
 use common::{bits, floats};
 use sindyna_core::{Environment as _, Outcome, Seed};
-use sindyna_mujoco::{MujocoModel, inverted_pendulum};
+use sindyna_mujoco::{Library, MujocoModel, inverted_pendulum};
 
 const STEPS: usize = 1000;
 
@@ -53,7 +53,7 @@ fn hopper_moves_as_under_python() {
 #[test]
 fn our_inverted_pendulum_is_gymnasiums_start_states_rewards_and_ends_included() {
     let lines = common::python("gymnasium_rollout.py", &["7", "1500"]);
-    let mut env = inverted_pendulum(&common::search()).unwrap();
+    let mut env = inverted_pendulum(&Library::load(&common::search()).unwrap()).unwrap();
     let mut rng = Seed::new(7).numpy();
     let flag = |v: f64| v > 0.5;
     let (mut resets, mut truncations) = (0, 0);

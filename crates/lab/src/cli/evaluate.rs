@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use sindyna_core::{Policy, Seed};
+use sindyna_core::{Policy, Seed, Space};
 use sindyna_dyna::evaluate;
 use sindyna_envs::System;
-use sindyna_rl::GaussianPolicy;
+use sindyna_rl::SavedPolicy;
 
 use super::{Common, Verdict, print};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
+use crate::real::Real;
 use crate::record::Evaluation;
 use crate::registry;
 
@@ -45,24 +46,40 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     };
     let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
-    let policy = GaussianPolicy::from_safetensors(&read("policy.safetensors")?)
+    let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
     let system = registry::system(&config.task)?;
     let episodes = args.episodes.map_or(config.evaluation_episodes, |n| n as usize);
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
-    let evaluation = args.common.pool()?.install(|| on_real_system(&system, &policy, episodes, seed))?;
+    let real = Real::new(&system, &config.simulator)?;
+    fits(&policy, &system)?;
+    let evaluation = args.common.pool()?.install(|| on_real_system(&real, &policy, episodes, seed))?;
     print(&report(&system, &evaluation, args.returns))?;
     Ok(verdict(&system, &evaluation))
 }
 
-/// The returns of `policy` (its best actions) on the true system, from start states fixed by `seed`.
+/// Refuses a policy that was made for another task.
+fn fits(policy: &SavedPolicy, system: &System) -> Result<(), Failure> {
+    let spec = system.spec();
+    let (has, needs) = (policy.observation_dim(), spec.observation_dim());
+    let numbered = matches!(spec.action_space, Space::Discrete { .. });
+    if has != needs || numbered != matches!(policy, SavedPolicy::Categorical(_)) {
+        let name = system.name();
+        return Err(Failure::new(format!(
+            "the policy is not one for `{name}`: it observes {has} values, not {needs}, or acts otherwise"
+        )));
+    }
+    Ok(())
+}
+
+/// The returns of `policy` (its best actions) on the real system, from start states fixed by `seed`.
 pub(crate) fn on_real_system(
-    system: &System,
+    real: &Real,
     policy: &dyn Policy,
     episodes: usize,
     seed: Seed,
 ) -> Result<Evaluation, Failure> {
-    let mut envs: Vec<_> = (0..episodes).map(|_| system.environment()).collect();
+    let mut envs = (0..episodes).map(|_| real.environment()).collect::<Result<Vec<_>, _>>()?;
     Ok(Evaluation::of(evaluate(&mut envs, policy, episodes, seed, "evaluation")?))
 }
 

@@ -22,6 +22,9 @@ pub(crate) struct Settings {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
+    /// Where the real system lives: `native`, or `mujoco` (found at run time) for `inverted-pendulum` [default: native]
+    #[arg(long, value_name = "NAME", help_heading = "Real data")]
+    simulator: Option<String>,
     /// Real steps before anything is learned, over all warm-up rollouts [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
@@ -108,6 +111,7 @@ impl Settings {
 
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
         set(&mut config.seed, &self.seed);
+        set(&mut config.simulator, &self.simulator);
         set(&mut config.warmup.rollouts, &self.warmup_rollouts);
         set(&mut config.warmup.rollout_len, &self.rollout_len);
         set(&mut config.warmup.explorer, &self.explorer);

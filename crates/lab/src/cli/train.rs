@@ -7,15 +7,16 @@ use std::time::Instant;
 use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_envs::System;
-use sindyna_rl::{GaussianPolicy, Sac};
+use sindyna_rl::SavedPolicy;
 
 use super::evaluate::{on_real_system, report, verdict};
 use super::{Common, Verdict, print};
-use crate::config::TrainConfig;
+use crate::config::{AnyAgent, TrainConfig};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::learner::{Fitted, Learner};
 use crate::progress::Progress;
+use crate::real::Real;
 use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, rollout_csv};
 use crate::{machine, registry, table};
 
@@ -60,7 +61,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
 struct Plan {
     learner: Learner,
     schedule: Schedule,
-    agent: Sac,
+    agent: AnyAgent,
+    real: Real,
     explorer: Box<dyn Explorer>,
 }
 
@@ -71,7 +73,8 @@ impl Plan {
         Ok(Self {
             learner: Learner(config.identifier(spec)?),
             schedule: config.schedule(spec)?,
-            agent: config.sac(spec, &mut weights)?,
+            agent: config.agent(spec, &mut weights)?,
+            real: Real::new(system, &config.simulator)?,
             explorer: registry::explorer(&config.warmup.explorer, spec)?,
         })
     }
@@ -98,6 +101,7 @@ impl Run<'_> {
             clock: Clock::default(),
             start,
         };
+        let (real, algorithm) = (plan.real.clone(), plan.agent.algorithm());
         let learned = self.learn(plan, seed, &mut recorder);
         self.progress.finish();
         let learned = learned?;
@@ -105,7 +109,7 @@ impl Run<'_> {
 
         let mut evaluation = None;
         if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
-            let result = on_real_system(system, policy, config.evaluation_episodes, seed)?;
+            let result = on_real_system(&real, policy, config.evaluation_episodes, seed)?;
             recorder.on(&Event::Evaluated { returns: &result.returns })?;
             evaluation = Some(result);
         }
@@ -119,7 +123,7 @@ impl Run<'_> {
             threads: rayon::current_num_threads(),
         };
         let log = recorder.log;
-        let summary = summary(config, spec, &learned, evaluation.clone());
+        let summary = summary(config, algorithm, spec, &learned, evaluation.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
@@ -136,17 +140,26 @@ impl Run<'_> {
         plan: Plan,
         seed: Seed,
         recorder: &mut Recorder<'_>,
-    ) -> Result<Learned<Fitted, GaussianPolicy>, Failure> {
-        let Plan { learner, schedule, agent, mut explorer } = plan;
+    ) -> Result<Learned<Fitted, SavedPolicy>, Failure> {
+        let Plan { learner, schedule, agent, mut explorer, real } = plan;
         let (task, sensors) = (self.system.task(), self.system.sensors());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
-        let mut real = self.system.environment();
-        dyna.run(&mut real, &mut *explorer, agent, recorder, &|| self.interrupt.pressed()).map_err(explain)
+        let (mut env, explorer) = (real.environment()?, &mut *explorer);
+        let stop = || self.interrupt.pressed();
+        let learned = match agent {
+            AnyAgent::Sac(sac) => {
+                dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
+            }
+            AnyAgent::SacDiscrete(sac) => {
+                dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
+            }
+        };
+        learned.map_err(explain)
     }
 
     fn record(
         &self,
-        learned: &Learned<Fitted, GaussianPolicy>,
+        learned: &Learned<Fitted, SavedPolicy>,
         summary: &Summary,
         timing: &Timing,
         log: &EventLog,
@@ -165,7 +178,7 @@ impl Run<'_> {
     }
 
     /// What the user reads when all is done.
-    fn conclusion(&self, learned: &Learned<Fitted, GaussianPolicy>, summary: &Summary, timing: &Timing) -> String {
+    fn conclusion(&self, learned: &Learned<Fitted, SavedPolicy>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
         let truth: Vec<String> = self.system.true_equations().iter().map(ToString::to_string).collect();
         let mut text = table::beside(("found", found), ("true", &truth));
@@ -214,8 +227,9 @@ fn explain(error: DynaError) -> Failure {
 
 fn summary(
     config: &TrainConfig,
+    algorithm: &str,
     spec: &Spec,
-    learned: &Learned<Fitted, GaussianPolicy>,
+    learned: &Learned<Fitted, SavedPolicy>,
     evaluation: Option<Evaluation>,
 ) -> Summary {
     let identification = learned.model.as_ref().map(|fitted| {
@@ -242,7 +256,7 @@ fn summary(
         evaluation,
         identification,
         training: Training {
-            algorithm: "sac".into(),
+            algorithm: algorithm.into(),
             updates: learned.updates,
             model_steps: learned.model_steps,
             model_rollouts: learned.model_rollouts,

@@ -1,0 +1,43 @@
+//! The real system of a run: ours, or one in a simulator found at run time.
+
+use sindyna_core::Environment;
+use sindyna_envs::System;
+use sindyna_mujoco::{Library, Search, inverted_pendulum};
+
+use crate::failure::Failure;
+use crate::registry::unknown;
+
+/// Names a simulator can have.
+pub(crate) const SIMULATORS: [&str; 2] = ["native", "mujoco"];
+
+/// Where the real system lives.
+#[derive(Clone)]
+pub(crate) enum Real {
+    /// In this program.
+    Native(System),
+    /// In MuJoCo; only the inverted pendulum has a model there.
+    Mujoco(Library),
+}
+
+impl Real {
+    /// The real system behind `system` in the simulator called `simulator`.
+    pub(crate) fn new(system: &System, simulator: &str) -> Result<Self, Failure> {
+        match simulator {
+            "native" => Ok(Self::Native(system.clone())),
+            "mujoco" if system.name() == "inverted-pendulum" => {
+                Ok(Self::Mujoco(Library::load(&Search::from_environment())?))
+            }
+            "mujoco" => Err(Failure::new(format!("`{}` has no model in MuJoCo", system.name()))
+                .hint("`inverted-pendulum` has; leave --simulator out for the others")),
+            _ => Err(unknown("simulator", simulator, &SIMULATORS)),
+        }
+    }
+
+    /// One such system; the first call must be a reset.
+    pub(crate) fn environment(&self) -> Result<Box<dyn Environment>, Failure> {
+        Ok(match self {
+            Self::Native(system) => Box::new(system.environment()),
+            Self::Mujoco(library) => Box::new(inverted_pendulum(library)?),
+        })
+    }
+}
