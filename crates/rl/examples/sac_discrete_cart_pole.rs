@@ -13,7 +13,7 @@ use sindyna_core::{Agent as _, Batch, Environment as _, Mode, Policy as _, Repla
 use sindyna_dyna::evaluate;
 use sindyna_rl::{SacConfig, SacDiscrete, Scaling};
 
-const STEPS: usize = 30_000;
+const STEPS: usize = 20_000;
 const RANDOM_STEPS: usize = 1_000;
 const EPISODES: usize = 100;
 

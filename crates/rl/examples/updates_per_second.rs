@@ -6,8 +6,8 @@
 use std::time::{Duration, Instant};
 
 use ndarray::Array2;
-use sindyna_core::{Agent as _, Batch, Mode, Policy as _, Seed};
-use sindyna_rl::{Sac, SacConfig, Scaling};
+use sindyna_core::{Agent, AgentError, Batch, Mode, Rng, Seed};
+use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut rng = Seed::new(0).stream("benchmark", 0);
@@ -18,29 +18,43 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         }
         let config = SacConfig { hidden: vec![width, width], ..SacConfig::default() };
-        let mut sac = Sac::new(config, Scaling::identity(3), &[-2.0], &[2.0], &mut rng)?;
+        let mut sac = Sac::new(config.clone(), Scaling::identity(3), &[-2.0], &[2.0], &mut rng)?;
+        let mut numbered = SacDiscrete::new(config, Scaling::identity(3), 2, &mut rng)?;
         let mut batch = Batch::zeros(256, 3, 1);
         batch.observations.iter_mut().enumerate().for_each(|(i, v)| *v = (i as f64).sin());
         batch.next_observations.iter_mut().enumerate().for_each(|(i, v)| *v = (i as f64 + 0.1).sin());
         batch.actions.iter_mut().enumerate().for_each(|(i, v)| *v = 2.0 * (3.0 * i as f64).sin());
         batch.rewards.iter_mut().enumerate().for_each(|(i, v)| *v = (7.0 * i as f64).cos());
-        let mut best = Duration::MAX;
-        for _ in 0..n_windows {
-            let start = Instant::now();
-            for _ in 0..window {
-                sac.update(&batch, &mut rng)?;
-            }
-            best = best.min(start.elapsed());
-        }
-        let mut actions = Array2::zeros((256, 1));
-        let mut fastest = Duration::MAX;
-        for _ in 0..n_windows {
-            let start = Instant::now();
-            sac.act_batch(batch.observations.view(), Mode::Explore, &mut rng, actions.view_mut());
-            fastest = fastest.min(start.elapsed());
-        }
-        let (updates, act) = (f64::from(window) / best.as_secs_f64(), fastest.as_secs_f64() / 256.0);
-        println!("{width}x{width}: {updates:.0} updates/s, {:.2} µs per action", 1e6 * act);
+        let real = measure(&mut sac, &batch, n_windows, window, &mut rng)?;
+        println!("{width}x{width}: {real}");
+        batch.actions.mapv_inplace(|a| f64::from(u8::from(a > 0.0)));
+        let numbered = measure(&mut numbered, &batch, n_windows, window, &mut rng)?;
+        println!("{width}x{width}: {numbered} (two numbered actions)");
     }
     Ok(())
+}
+
+fn measure(
+    agent: &mut impl Agent,
+    batch: &Batch,
+    n_windows: u32,
+    window: u32,
+    rng: &mut Rng,
+) -> Result<String, AgentError> {
+    let (mut update, mut act) = (Duration::MAX, Duration::MAX);
+    let mut actions = Array2::zeros((256, 1));
+    for _ in 0..n_windows {
+        let start = Instant::now();
+        for _ in 0..window {
+            agent.update(batch, rng)?;
+        }
+        update = update.min(start.elapsed());
+    }
+    for _ in 0..n_windows {
+        let start = Instant::now();
+        agent.act_batch(batch.observations.view(), Mode::Explore, rng, actions.view_mut());
+        act = act.min(start.elapsed());
+    }
+    let (updates, act) = (f64::from(window) / update.as_secs_f64(), act.as_secs_f64() / 256.0);
+    Ok(format!("{updates:.0} updates/s, {:.2} µs per action", 1e6 * act))
 }

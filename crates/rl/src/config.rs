@@ -17,10 +17,10 @@ pub struct SacConfig {
     pub polyak: f64,
     /// Transitions per update, for those who draw the batches.
     pub batch_size: usize,
-    /// Entropy weight before the first update (α).
+    /// Entropy weight before the first update (α). For numbered actions it never rises above ten times this.
     pub initial_temperature: f64,
     /// Entropy the temperature steers to \[nat\]. `None` is minus the number of action values for real actions (the
-    /// density is that of the action in -1..1), and a part of log n that n numbered actions reach with ease.
+    /// density is that of the action in -1..1), and 0.7 log n for n numbered actions.
     pub target_entropy: Option<f64>,
     /// Factor on every reward before it is learned from.
     pub reward_scale: f64,

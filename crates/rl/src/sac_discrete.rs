@@ -11,9 +11,9 @@ use crate::{
 };
 
 /// Target entropy in parts of log n, the entropy of a fair draw, where the configuration names none.
-const ENTROPY_RATIO: f64 = 0.6;
+const ENTROPY_RATIO: f64 = 0.7;
 
-/// The temperature stays below so many times its first value, where the configuration names no bound.
+/// The temperature never rises above so many times its first value.
 const HEADROOM: f64 = 10.0;
 
 /// Soft actor-critic for actions 0, 1, …, n - 1, with twin critics and an automatic temperature.
@@ -31,10 +31,12 @@ const HEADROOM: f64 = 10.0;
 ///
 /// # Deviations
 /// 1. Deviations of [`Sac`](crate::Sac), all of them.
-/// 2. The target entropy H̄ is 0.6 log n where none is set, not 0.98 log n: of two actions that would leave the better one
-///    a probability of 0.58, which no policy that achieves something can have, so the temperature would rise for ever.
-/// 3. Whatever the target, the temperature stays below ten times its first value. Entropy counts for the critics too: a
-///    higher temperature makes long lives worth more, which can keep an entropy out of reach that one state would allow.
+/// 2. The target entropy H̄ is 0.7 log n where none is set, not 0.98 log n: of two actions the better one could then have
+///    a probability of 0.58 on average, too little to achieve much, and the temperature would rise for ever. With 0.7 it
+///    is 0.81; with 0.4 cart-pole is learned less steadily.
+/// 3. Whatever the target, the temperature never rises above ten times its first value. Entropy counts for the critics
+///    too: a higher temperature makes long lives worth more, and that can keep an entropy out of reach which the target
+///    seems to allow.
 ///
 /// # References
 /// Christodoulou (2019), *Soft Actor-Critic for Discrete Action Settings*, arXiv:1910.07207, Algorithm 1.
@@ -51,7 +53,7 @@ pub(crate) struct Workspace {
     /// Scaled observations (2B, m): those before the steps, then those after.
     observations: Vec<f32>,
     /// π at the observations (2B): those before the steps, then those after.
-    pub(crate) choices: Categorical,
+    choices: Categorical,
     /// Numbers of the actions taken (B).
     taken: Vec<usize>,
     /// Lesser values of the twins (B, n).
