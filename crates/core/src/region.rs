@@ -38,6 +38,15 @@ impl Region {
         x.iter().zip(&self.limits).zip(&self.free).all(|((v, (low, high)), free)| *free || (low..=high).contains(&v))
     }
 
+    /// Moves `x` (n) to the nearest place inside.
+    pub fn clamp(&self, x: &mut [f64]) {
+        for ((v, &(low, high)), free) in x.iter_mut().zip(&self.limits).zip(&self.free) {
+            if !free {
+                *v = v.clamp(low, high);
+            }
+        }
+    }
+
     /// Draws a state uniformly into `x` (n).
     pub fn sample(&self, rng: &mut Rng, x: &mut [f64]) {
         for (v, &(low, high)) in x.iter_mut().zip(&self.limits) {
@@ -87,6 +96,9 @@ mod tests {
         assert!(region.contains(&[2.4, 0.07, 40.0]), "2.5 m was visited and hidden angles are free");
         assert!(!region.contains(&[2.6, 0.0, 0.0]));
         assert!(!region.contains(&[0.0, 0.08, 0.0]));
+        let mut far = [-1e300, 0.5, 40.0];
+        region.clamp(&mut far);
+        assert_eq!(far, [-2.5, 0.07, 40.0]);
         let mut drawn = [0.0; 3];
         let mut rng = Seed::new(1).numpy();
         for _ in 0..100 {

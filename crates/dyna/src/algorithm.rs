@@ -3,22 +3,25 @@
 use std::io;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, EnvError, Environment, Event, Explorer, FitError, Observe,
-    Observer, Region, Replay, Rng, Seed, Task, Transition,
+    Agent, AgentError, Batch, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError, Observe,
+    Observer, Region, Replay, Rng, Seed, Task,
 };
 
-use crate::Schedule;
 use crate::collect::{Actor, Amount, CollectError, collect};
 use crate::imagine::{Counts, Imagined};
 use crate::improve::{ImproveError, Improvement, Stop};
 use crate::optimality::Trials;
+use crate::real::{Tried, confirm, explore};
+use crate::{Refit, Rollouts, Schedule};
 
 /// Dyna-style learning inside a learned model: warm-up, fit, imagine, improve, and a real rollout now and then.
 ///
 /// # Deviations
 /// 1. Imagined rollouts run side by side and are shorter than an episode; some begin anywhere in the trusted region
 ///    ([`Schedule`] says how many). The paper imagines whole episodes from the task's start states.
-/// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model alone.
+/// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model. For finite N the policy that is
+///    optimal there has one real episode to keep what the model promises (within a tenth); else training goes on, with
+///    that episode among the data.
 ///
 /// # References
 /// Arora, da Silva, Moss (2022), *Model-Based Reinforcement Learning with SINDy*, Algorithm 1.
@@ -177,23 +180,51 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
             rng: self.seed.stream("updates", 0),
             batch: Batch::zeros(schedule.batch_size, m, k),
         };
+        let mut model = model;
+        let mut least_short: Option<Tried<A::Frozen>> = None;
         let mut turn = 0;
         while !learned.interrupted {
             let region = Region::around(spec, &learned.data);
             let worst_value = worst_value(&learned.data, schedule.discount);
             let imagined = Imagined::new(&model, self.task, self.sensors, &region, worst_value);
-            match improvement.run(&imagined, schedule, self.seed, turn, observer, interrupted)? {
-                Stop::Done { optimal } => {
+            let stop = improvement.run(&imagined, schedule, self.seed, turn, observer, interrupted)?;
+            turn += 1;
+            match (stop, schedule.imagined_rollouts, improvement.best.clone()) {
+                (Stop::Interrupted, ..) => {
+                    learned.interrupted = true;
+                    break;
+                }
+                (Stop::Done { optimal: true }, Rollouts::Count(_), Some(best)) => {
+                    let data = &mut learned.data;
+                    let tried = confirm(env, &mut improvement, &imagined, best.policy, data, &mut real_rng)?;
+                    let kept = tried.kept();
+                    // Fine-tuning may make a policy worse: the one that came nearest to its promise is handed over.
+                    if least_short.as_ref().is_none_or(|least| tried.shortfall() <= least.shortfall()) {
+                        least_short = Some(tried);
+                    }
+                    observer.on(&Event::Collected { data: &learned.data })?;
+                    if kept || improvement.updates >= schedule.optimality.max_updates {
+                        learned.optimal_in_model = true;
+                        break;
+                    }
+                    improvement.trials.renew();
+                }
+                (Stop::Done { optimal }, ..) => {
                     learned.optimal_in_model = optimal;
                     break;
                 }
-                Stop::Interrupted => learned.interrupted = true,
-                Stop::RealDue => {
-                    self.real_rollout(env, &mut improvement, &mut learned.data, &mut real_rng)?;
+                (Stop::RealDue, ..) => {
+                    explore(env, &mut improvement, &mut learned.data, &mut real_rng)?;
                     observer.on(&Event::Collected { data: &learned.data })?;
                 }
             }
-            turn += 1;
+            if schedule.refit == Refit::AfterRollouts {
+                model = self.refit(model, &learned.data, &mut fit_rng, observer)?;
+                improvement.start_over();
+            }
+        }
+        if let Some(tried) = least_short {
+            improvement.keep(tried.policy);
         }
         learned.updates = improvement.updates;
         learned.model_steps = improvement.counts.steps;
@@ -205,27 +236,19 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         learned.model = Some(model);
         Ok(learned)
     }
-    /// One real episode of the policy being trained: remembered for replay, and added to the real data.
-    fn real_rollout<A: Agent>(
+
+    /// The model of all real data so far; the old one where the learner has none to offer.
+    fn refit(
         &self,
-        env: &mut dyn Environment,
-        improvement: &mut Improvement<'_, A>,
-        data: &mut Dataset,
+        model: L::Model,
+        data: &Dataset,
         rng: &mut Rng,
-    ) -> Result<(), DynaError> {
-        collect(env, Actor::Policy(&improvement.agent), Amount::Episode, data, rng)?;
-        let Some(rollout) = data.rollouts().last() else { return Ok(()) };
-        let steps = rollout.rewards.len();
-        for i in 0..steps {
-            improvement.replay.push(Transition {
-                observation: &rollout.observations.row(i).to_vec(),
-                action: &rollout.actions.row(i).to_vec(),
-                reward: rollout.rewards[i],
-                next_observation: &rollout.observations.row(i + 1).to_vec(),
-                terminated: i + 1 == steps && rollout.end == End::Terminated,
-            });
-        }
-        Ok(())
+        observer: &mut dyn Observer,
+    ) -> Result<L::Model, DynaError> {
+        let model = self.learner.fit(data, Some(&model), rng)?.unwrap_or(model);
+        let description = self.learner.describe(&model);
+        observer.on(&Event::Fitted { rows: data.n_steps(), description: &description })?;
+        Ok(model)
     }
 }
 

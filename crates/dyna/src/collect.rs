@@ -5,14 +5,14 @@ use sindyna_core::{Dataset, End, EnvError, Environment, Explorer, Mode, Policy, 
 /// Something that chooses the next real action.
 pub(crate) enum Actor<'a> {
     Explorer(&'a mut dyn Explorer),
-    Policy(&'a dyn Policy),
+    Policy(&'a dyn Policy, Mode),
 }
 
 impl Actor<'_> {
     fn act(&mut self, observation: &[f64], so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
         match self {
             Self::Explorer(explorer) => explorer.next(so_far, rng, action),
-            Self::Policy(policy) => policy.act(observation, Mode::Explore, rng, action),
+            Self::Policy(policy, mode) => policy.act(observation, *mode, rng, action),
         }
     }
 }

@@ -12,13 +12,15 @@ use crate::explore::uniform_action;
 
 /// The learned model as an environment that does not let a policy live where the model knows nothing.
 ///
-/// A rollout that leaves the trusted [`Region`] ends there, charged with `worst_value`: what the worst reward known,
-/// paid for ever, would be worth. So a policy gains nothing by going where the model was never compared with reality.
+/// A rollout that leaves the trusted [`Region`] ends at its border, charged with `worst_value`: what the worst reward
+/// known, paid for ever, would be worth. So a policy gains nothing by going where the model was never compared with
+/// reality, and nobody ever sees how far beyond the border a wild model went.
 pub struct Imagined<'a, M> {
     inner: Simulated<Bounded<&'a M>, &'a dyn Task, &'a dyn Observe>,
     region: &'a Region,
     worst_value: f64,
     left: bool,
+    before: Vec<f64>,
 }
 
 impl<'a, M: Dynamics> Imagined<'a, M> {
@@ -31,7 +33,8 @@ impl<'a, M: Dynamics> Imagined<'a, M> {
         worst_value: f64,
     ) -> Self {
         let bounded = Bounded::new(model, &task.spec().state);
-        Self { inner: Simulated::new(bounded, task, sensors), region, worst_value, left: false }
+        let before = vec![0.0; task.spec().state_dim()];
+        Self { inner: Simulated::new(bounded, task, sensors), region, worst_value, left: false, before }
     }
 
     /// Whether the last step left the trusted region.
@@ -41,7 +44,8 @@ impl<'a, M: Dynamics> Imagined<'a, M> {
 
     /// Another system like this one, sharing the model.
     fn twin(&self) -> Self {
-        Self { inner: self.inner.clone(), region: self.region, worst_value: self.worst_value, left: false }
+        let Self { inner, region, worst_value, before, .. } = self;
+        Self { inner: inner.clone(), region, worst_value: *worst_value, left: false, before: before.clone() }
     }
 
     /// Begins a rollout anywhere in the trusted region that is not already an end.
@@ -75,19 +79,20 @@ impl<M: Dynamics> Environment for Imagined<'_, M> {
     }
 
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
-        let mut outcome = match self.inner.step(action, rng) {
-            Ok(outcome) => outcome,
-            Err(error) => {
-                self.left = false;
-                return Err(error);
-            }
-        };
-        self.left = !outcome.terminated && !self.region.contains(self.inner.state());
-        if self.left {
-            outcome.reward += self.worst_value;
-            outcome.terminated = true;
+        self.left = false;
+        self.before.copy_from_slice(self.inner.state());
+        let outcome = self.inner.step(action, rng)?;
+        if self.region.contains(self.inner.state()) {
+            return Ok(outcome);
         }
-        Ok(outcome)
+        let mut border = self.inner.state().to_vec();
+        self.region.clamp(&mut border);
+        let reward = self.inner.task().reward(&self.before, action, self.inner.control(), &border);
+        self.inner.reset_to(&border, rng);
+        // Where the task itself ends, the task says what that costs.
+        self.left = !outcome.terminated;
+        let reward = if self.left { reward + self.worst_value } else { reward };
+        Ok(Outcome { reward, terminated: true, truncated: false })
     }
 }
 

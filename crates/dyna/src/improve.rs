@@ -98,6 +98,18 @@ impl<A: Agent> Improvement<'_, A> {
         }
     }
 
+    /// Forgets what earlier trials scored: they were in another model. The best policy of then has to prove itself anew.
+    pub(crate) fn start_over(&mut self) {
+        self.trials = Trials::new(self.trials.rule());
+    }
+
+    /// Hands over `policy` instead of the one that was best in the model.
+    pub(crate) fn keep(&mut self, policy: A::Frozen) {
+        if let Some(best) = &mut self.best {
+            best.policy = policy;
+        }
+    }
+
     /// Runs the deterministic policy in the model and keeps it if it is the best so far.
     fn trial<M: Dynamics>(
         &mut self,

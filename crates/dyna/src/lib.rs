@@ -13,6 +13,7 @@ mod explore;
 mod imagine;
 mod improve;
 mod optimality;
+mod real;
 mod schedule;
 
 pub use algorithm::{Dyna, DynaError, Learned};
@@ -20,4 +21,4 @@ pub use evaluate::evaluate;
 pub use explore::{Alternating, Uniform};
 pub use imagine::Imagined;
 pub use optimality::Optimality;
-pub use schedule::{Rollouts, Schedule};
+pub use schedule::{Refit, Rollouts, Schedule};

@@ -51,6 +51,16 @@ impl<'a> Trials<'a> {
         is_best
     }
 
+    /// The rule the trials are judged by.
+    pub(crate) fn rule(&self) -> &'a Optimality {
+        self.rule
+    }
+
+    /// Grants the full patience again: what was optimal did not hold.
+    pub(crate) fn renew(&mut self) {
+        self.without_gain = 0;
+    }
+
     /// The best mean return so far.
     pub(crate) fn best(&self) -> Option<f64> {
         self.best

@@ -11,6 +11,15 @@ pub enum Rollouts {
     Unlimited,
 }
 
+/// Whether a model changes when more real data come in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Refit {
+    /// The model of the warm-up stays (the paper's setting).
+    Never,
+    /// It is fitted anew to all real data after every real rollout.
+    AfterRollouts,
+}
+
 /// The hyper-parameters of Algorithm 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
@@ -20,6 +29,8 @@ pub struct Schedule {
     pub rollout_len: usize,
     /// N: imagined rollouts per real one.
     pub imagined_rollouts: Rollouts,
+    /// Whether the model is fitted anew after every real rollout.
+    pub refit: Refit,
     /// Imagined systems stepped side by side.
     pub worlds: usize,
     /// Steps after which an imagined rollout is cut and begun anew elsewhere.

@@ -9,7 +9,7 @@ use sindyna_core::{
     Agent, AgentError, Batch, Channel, Dataset, Diverged, Dynamics, DynamicsLearner, Event, FitError, Kind, Losses,
     Mode, NoModel, Observer, Policy, Precision, Rng, Seed, Sensors, Simulated, Space, Spec, Task,
 };
-use sindyna_dyna::{Dyna, Learned, Optimality, Rollouts, Schedule, Uniform, evaluate};
+use sindyna_dyna::{Dyna, Learned, Optimality, Refit, Rollouts, Schedule, Uniform, evaluate};
 
 /// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
 struct Line(Spec);
@@ -73,6 +73,8 @@ impl DynamicsLearner for Given {
 #[derive(Clone, Default)]
 struct Student {
     gain: f64,
+    /// Acts twice as strongly as its gain says: right where the model is half as lively as the truth.
+    eager: bool,
     shown: Arc<Mutex<Vec<(f64, f64, f64)>>>,
 }
 
@@ -81,7 +83,7 @@ impl Policy for Student {
         use rand::RngExt as _;
         for (o, mut a) in o.rows().into_iter().zip(actions.rows_mut()) {
             a[0] = match mode {
-                Mode::Exploit => (-self.gain * o[0]).clamp(-0.4, 0.4),
+                Mode::Exploit => (-self.gain * if self.eager { 2.0 } else { 1.0 } * o[0]).clamp(-0.4, 0.4),
                 Mode::Explore => rng.random_range(-0.4..0.4),
             };
         }
@@ -115,6 +117,7 @@ fn schedule() -> Schedule {
         warmup_rollouts: 2,
         rollout_len: 15,
         imagined_rollouts: Rollouts::Unlimited,
+        refit: Refit::Never,
         worlds: 4,
         imagined_len: 10,
         scattered_starts: 0.5,
@@ -188,6 +191,17 @@ fn a_diverging_model_is_counted_and_never_taught() {
 }
 
 #[test]
+fn a_wild_model_shows_nobody_how_wild_it_is() {
+    let agent = Student::default();
+    let shown = Arc::clone(&agent.shown);
+    let learned = run(&Given(Push { gain: 1e200, ..EXACT }), &schedule(), agent, &|| false);
+    assert!(learned.updates > 0 && learned.diverged == 0);
+    for (next, reward, _) in shown.lock().expect("one thread").iter() {
+        assert!(next.abs() <= 2.0 && reward.abs() <= 100.0, "{next} {reward}");
+    }
+}
+
+#[test]
 fn a_model_that_always_diverges_ends_the_run_without_a_policy() {
     let learned = run(&Given(Push { gain: 1.0, breaks_at: -1.0 }), &schedule(), Student::default(), &|| false);
     assert!(learned.policy.is_none() && !learned.optimal_in_model);
@@ -223,7 +237,7 @@ fn leaving_the_trusted_region_is_an_end_that_costs() {
     assert!(learned.left_region > 0);
     let worst = learned.data.rollouts().flat_map(|r| r.rewards.to_vec()).fold(0.0, f64::min) / (1.0 - 0.9);
     for (next, reward, terminated) in shown.lock().expect("one thread").iter() {
-        assert_eq!(next.abs() > learned_reach(&learned.data), *terminated == 1.0);
+        assert_eq!(next.abs() >= learned_reach(&learned.data), *terminated == 1.0, "it ends at the border");
         if *terminated == 1.0 {
             assert!(*reward <= worst, "{reward} must include the worst value {worst}");
         }
@@ -277,4 +291,28 @@ fn evaluation_depends_on_the_seed_and_not_on_how_many_systems_share_it() {
     assert_eq!(returns(7, 3), returns(1, 3));
     assert_eq!(returns(7, 3), returns(20, 3));
     assert_ne!(returns(7, 3), returns(7, 4));
+}
+
+#[test]
+fn a_promise_reality_keeps_costs_one_real_episode() {
+    let mut schedule = schedule();
+    schedule.imagined_rollouts = Rollouts::Count(1_000_000);
+    let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
+    let warmup_only = run(&Given(EXACT), &self::schedule(), Student::default(), &|| false);
+    assert!(learned.optimal_in_model);
+    assert_eq!(learned.data.n_rollouts(), warmup_only.data.n_rollouts() + 1);
+    assert_eq!(learned.updates, warmup_only.updates);
+}
+
+#[test]
+fn a_promise_reality_breaks_is_answered_with_more_training() {
+    // The model moves half as far as it should, so reality overshoots; refitting does not help this learner.
+    let mut schedule = schedule();
+    schedule.imagined_rollouts = Rollouts::Count(1_000_000);
+    schedule.refit = Refit::AfterRollouts;
+    let warmup = run(&Given(EXACT), &self::schedule(), Student::default(), &|| false).data.n_rollouts();
+    let agent = Student { eager: true, ..Student::default() };
+    let learned = run(&Given(Push { gain: 0.5, ..EXACT }), &schedule, agent, &|| false);
+    assert!(learned.data.n_rollouts() > warmup + 1, "{} rollouts", learned.data.n_rollouts());
+    assert!(learned.updates > 30 && learned.policy.is_some());
 }

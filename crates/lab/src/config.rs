@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
-use sindyna_dyna::{Optimality, Rollouts, Schedule};
+use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
 
@@ -58,6 +58,8 @@ pub(crate) struct IdentificationConfig {
 pub(crate) struct ImaginationConfig {
     /// N of Algorithm 1; `"inf"` or a number.
     pub(crate) rollouts_per_real: String,
+    /// Whether the model is fitted anew after every real rollout.
+    pub(crate) refit: bool,
     pub(crate) worlds: usize,
     pub(crate) rollout_len: usize,
     pub(crate) scattered_starts: f64,
@@ -114,6 +116,7 @@ impl TrainConfig {
             },
             imagination: ImaginationConfig {
                 rollouts_per_real: "inf".into(),
+                refit: false,
                 worlds: 32,
                 rollout_len: spec.max_steps.min(200),
                 scattered_starts: 0.5,
@@ -242,6 +245,7 @@ impl TrainConfig {
             warmup_rollouts: self.warmup.rollouts,
             rollout_len: self.warmup.rollout_len,
             imagined_rollouts: self.rollouts_per_real()?,
+            refit: if self.imagination.refit { Refit::AfterRollouts } else { Refit::Never },
             worlds: self.imagination.worlds,
             imagined_len: self.imagination.rollout_len,
             scattered_starts: self.imagination.scattered_starts,

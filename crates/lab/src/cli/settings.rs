@@ -62,9 +62,13 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<String>,
 
-    /// N: imagined rollouts per real one; `inf` never goes back to the real system [default: inf]
+    /// N: imagined rollouts per real one; `inf` never goes back to the real system. With a number, a policy that is
+    /// optimal in the model also has a real episode to keep what the model promises [default: inf]
     #[arg(long, value_name = "N|inf", help_heading = "Training")]
     imagined_rollouts: Option<String>,
+    /// Fit the model anew after every real rollout
+    #[arg(long, help_heading = "Training")]
+    refit: bool,
     /// Updates after which training stops, optimal or not [default: 60000]
     #[arg(long, value_name = "N", help_heading = "Training", value_parser = clap::value_parser!(u64).range(1..))]
     max_updates: Option<u64>,
@@ -138,6 +142,7 @@ impl Settings {
         }
         set(&mut identification.coordinates, &self.coordinates);
         set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
+        config.imagination.refit |= self.refit;
         set(&mut config.optimality.max_updates, &self.max_updates);
         set(&mut config.sac.learning_rate, &self.learning_rate);
         set(&mut config.sac.discount, &self.discount);
