@@ -115,8 +115,8 @@ impl Run<'_> {
         }
         let clock = recorder.clock;
         let timing = Timing {
-            identify_seconds: clock.fitted - clock.collected,
-            train_seconds: (trained - start).as_secs_f64() - clock.fitted,
+            identify_seconds: clock.identified,
+            train_seconds: (trained - start).as_secs_f64() - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
             wall_seconds: start.elapsed().as_secs_f64(),
             machine: machine::describe(),
@@ -269,11 +269,13 @@ fn summary(
     }
 }
 
-/// Seconds from the start at which things were done.
+/// Seconds since the start, and what they went into.
 #[derive(Debug, Clone, Copy, Default)]
 struct Clock {
+    /// When real data came in last.
     collected: f64,
-    fitted: f64,
+    /// Seconds spent on identification, over all fits.
+    identified: f64,
 }
 
 /// Watches a run: writes down, shows, times.
@@ -297,7 +299,7 @@ impl Observer for Recorder<'_> {
                 self.run_dir.write("rollout.csv", rollout_csv(self.spec, data).as_bytes())?;
                 self.clock.collected = now;
             }
-            Event::Fitted { .. } => self.clock.fitted = now,
+            Event::Fitted { .. } => self.clock.identified += now - self.clock.collected,
             _ => {}
         }
         Ok(())
