@@ -18,6 +18,9 @@ pub(crate) struct TrainConfig {
     /// Commit it was built from.
     pub(crate) commit: String,
     pub(crate) task: String,
+    /// The task file, relative to this one; none for the tasks that need none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) task_file: Option<String>,
     /// Where the real system lives: `native` or `mujoco`.
     pub(crate) simulator: String,
     pub(crate) seed: u64,
@@ -102,6 +105,7 @@ impl TrainConfig {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: env!("SINDYNA_COMMIT").into(),
             task: spec.name.clone(),
+            task_file: None,
             simulator: "native".into(),
             seed: 0,
             warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },

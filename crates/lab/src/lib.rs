@@ -9,11 +9,13 @@ mod failure;
 mod interrupt;
 mod learner;
 mod machine;
+mod problem;
 mod progress;
 mod real;
 mod record;
 mod registry;
 mod table;
+mod task_file;
 
 pub use cli::main;
 

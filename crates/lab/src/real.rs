@@ -5,7 +5,9 @@ use sindyna_envs::System;
 use sindyna_mujoco::{Library, Search, inverted_pendulum};
 
 use crate::failure::Failure;
+use crate::problem::Problem;
 use crate::registry::unknown;
+use crate::task_file::TaskFile;
 
 /// Names a simulator can have.
 pub(crate) const SIMULATORS: [&str; 2] = ["native", "mujoco"];
@@ -17,11 +19,20 @@ pub(crate) enum Real {
     Native(System),
     /// In MuJoCo; only the inverted pendulum has a model there.
     Mujoco(Library),
+    /// In MuJoCo, with the model of a task file.
+    TaskFile(Box<TaskFile>),
 }
 
 impl Real {
-    /// The real system behind `system` in the simulator called `simulator`.
-    pub(crate) fn new(system: &System, simulator: &str) -> Result<Self, Failure> {
+    /// The real system behind `problem` in the simulator called `simulator`.
+    pub(crate) fn new(problem: &Problem, simulator: &str) -> Result<Self, Failure> {
+        let system = match (problem, simulator) {
+            (Problem::Ours(system), _) => system,
+            (Problem::File(file), "mujoco") => return Ok(Self::TaskFile(file.clone())),
+            (Problem::File(_), _) => {
+                return Err(Failure::new(format!("a task file is for `mujoco`, not for simulator `{simulator}`")));
+            }
+        };
         match simulator {
             "native" => Ok(Self::Native(system.clone())),
             "mujoco" if system.name() == "inverted-pendulum" => {
@@ -38,6 +49,15 @@ impl Real {
         Ok(match self {
             Self::Native(system) => Box::new(system.environment()),
             Self::Mujoco(library) => Box::new(inverted_pendulum(library)?),
+            Self::TaskFile(file) => file.environment()?,
         })
+    }
+
+    /// Refuses to go on after a reward that was no finite number.
+    pub(crate) fn check(&self) -> Result<(), Failure> {
+        match self {
+            Self::Native(_) | Self::Mujoco(_) => Ok(()),
+            Self::TaskFile(file) => file.check(),
+        }
     }
 }

@@ -3,11 +3,14 @@
 /// Columns of a terminal that nobody has to widen.
 const WIDTH: usize = 110;
 
-/// Two titled lists of lines, side by side if they fit.
+/// Two titled lists of lines, side by side if they fit; an empty one on the right is left out.
 pub(crate) fn beside(left: (&str, &[String]), right: (&str, &[String])) -> String {
     let width = |(title, lines): (&str, &[String])| {
         lines.iter().map(|l| l.chars().count()).chain([title.len()]).max().unwrap_or(0)
     };
+    if right.1.is_empty() {
+        return left.1.iter().fold(left.0.to_owned() + "\n", |text, line| text + line + "\n");
+    }
     if width(left) + width(right) + GAP.len() > WIDTH { below(left, right) } else { columns(left, right, width(left)) }
 }
 

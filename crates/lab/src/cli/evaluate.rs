@@ -5,15 +5,14 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use sindyna_core::{Policy, Seed, Space};
 use sindyna_dyna::evaluate;
-use sindyna_envs::System;
 use sindyna_rl::SavedPolicy;
 
 use super::{Common, Verdict, print};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
+use crate::problem::Problem;
 use crate::real::Real;
 use crate::record::Evaluation;
-use crate::registry;
 
 /// Runs a trained policy on the real system again
 ///
@@ -48,23 +47,23 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
-    let system = registry::system(&config.task)?;
+    let problem = Problem::of(&config, &args.run)?;
     let episodes = args.episodes.map_or(config.evaluation_episodes, |n| n as usize);
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
-    let real = Real::new(&system, &config.simulator)?;
-    fits(&policy, &system)?;
+    let real = Real::new(&problem, &config.simulator)?;
+    fits(&policy, &problem)?;
     let evaluation = args.common.pool()?.install(|| on_real_system(&real, &policy, episodes, seed))?;
-    print(&report(&system, &evaluation, args.returns))?;
-    Ok(verdict(&system, &evaluation))
+    print(&report(&problem, &evaluation, args.returns))?;
+    Ok(verdict(&problem, &evaluation))
 }
 
 /// Refuses a policy that was made for another task.
-fn fits(policy: &SavedPolicy, system: &System) -> Result<(), Failure> {
-    let spec = system.spec();
+fn fits(policy: &SavedPolicy, problem: &Problem) -> Result<(), Failure> {
+    let spec = problem.spec();
     let (has, needs) = (policy.observation_dim(), spec.observation_dim());
     let numbered = matches!(spec.action_space, Space::Discrete { .. });
     if has != needs || numbered != matches!(policy, SavedPolicy::Categorical(_)) {
-        let name = system.name();
+        let name = problem.name();
         return Err(Failure::new(format!(
             "the policy is not one for `{name}`: it observes {has} values, not {needs}, or acts otherwise"
         )));
@@ -80,13 +79,15 @@ pub(crate) fn on_real_system(
     seed: Seed,
 ) -> Result<Evaluation, Failure> {
     let mut envs = (0..episodes).map(|_| real.environment()).collect::<Result<Vec<_>, _>>()?;
-    Ok(Evaluation::of(evaluate(&mut envs, policy, episodes, seed, "evaluation")?))
+    let returns = evaluate(&mut envs, policy, episodes, seed, "evaluation")?;
+    real.check()?;
+    Ok(Evaluation::of(returns))
 }
 
 /// Whether the evaluation reached the task's threshold, in one line.
-pub(crate) fn report(system: &System, evaluation: &Evaluation, each: bool) -> String {
+pub(crate) fn report(problem: &Problem, evaluation: &Evaluation, each: bool) -> String {
     let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
-    let judgement = match system.spec().solved_at {
+    let judgement = match problem.spec().solved_at {
         Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
         Some(mark) => format!(": not solved (< {mark})"),
         None => String::new(),
@@ -100,8 +101,8 @@ pub(crate) fn report(system: &System, evaluation: &Evaluation, each: bool) -> St
 }
 
 /// [`Verdict::MissedTarget`] below the task's threshold.
-pub(crate) fn verdict(system: &System, evaluation: &Evaluation) -> Verdict {
-    match system.spec().solved_at {
+pub(crate) fn verdict(problem: &Problem, evaluation: &Evaluation) -> Verdict {
+    match problem.spec().solved_at {
         Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
         _ => Verdict::Done,
     }

@@ -1,13 +1,14 @@
 //! The settings of `sindyna train` as options, and how they change the defaults.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
 
 use crate::config::TrainConfig;
 use crate::failure::Failure;
-use crate::registry;
+use crate::problem::Problem;
+use crate::task_file::RECORDED_TASK;
 
 /// Options that change the defaults of a run, or of the configuration it repeats.
 #[derive(Debug, Args)]
@@ -15,6 +16,9 @@ pub(crate) struct Settings {
     /// Seed of everything random: same seed, same record [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Learn the MuJoCo model and task this TOML file describes (docs/task-files.md)
+    #[arg(long, value_name = "FILE", conflicts_with = "config")]
+    task_file: Option<PathBuf>,
     /// Repeat the run this config.toml describes; other options change it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -88,29 +92,44 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
-    /// The configuration these options ask for, for `task` or the task of `--config`.
-    pub(crate) fn config(&self, task: Option<&str>) -> Result<TrainConfig, Failure> {
-        let mut config = match (&self.config, task) {
-            (Some(path), task) => {
+    /// The configuration these options ask for, for `task` or the task of `--task-file` or `--config`.
+    pub(crate) fn config(&self, task: Option<&str>) -> Result<(TrainConfig, Problem), Failure> {
+        let (mut config, problem) = match (&self.config, &self.task_file, task) {
+            (Some(path), _, _) => {
                 let text = std::fs::read_to_string(path)
                     .with_context(|| format!("cannot read {}", path.display()))
                     .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
                 let config = TrainConfig::parse(&text)
                     .with_context(|| format!("{} is not a run's configuration", path.display()))?;
-                if let Some(task) = task.filter(|t| *t != config.task) {
-                    return Err(Failure::new(format!("{} is for `{}`, not for `{task}`", path.display(), config.task)));
-                }
-                config
+                same_task(task, &config.task, path)?;
+                let problem = Problem::of(&config, path.parent().unwrap_or(Path::new("")))?;
+                (config, problem)
             }
-            (None, Some(task)) => TrainConfig::defaults(registry::system(task)?.spec()),
-            (None, None) => return Err(Failure::new("neither a task nor --config was given")),
+            (None, Some(path), _) => {
+                let problem = Problem::from_file(path)?;
+                same_task(task, problem.name(), path)?;
+                let mut config = TrainConfig::defaults(problem.spec());
+                config.task_file = Some(RECORDED_TASK.into());
+                config.simulator = "mujoco".into();
+                (config, problem)
+            }
+            (None, None, Some(task)) => {
+                let problem = Problem::named(task)?;
+                (TrainConfig::defaults(problem.spec()), problem)
+            }
+            (None, None, None) => return Err(Failure::new("neither a task nor --task-file nor --config was given")),
         };
         self.apply(&mut config)?;
         for text in &self.overrides {
             config = config.with(text)?;
         }
+        if config.task != problem.name() {
+            return Err(Failure::new("`task` cannot be set; name the task itself"));
+        }
+        // Whatever file the task came from, the record of this run has one of its own.
+        config.task_file = config.task_file.map(|_| RECORDED_TASK.into());
         config.check()?;
-        Ok(config)
+        Ok((config, problem))
     }
 
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
@@ -149,6 +168,14 @@ impl Settings {
         set(&mut config.sac.batch_size, &self.batch_size);
         set(&mut config.evaluation_episodes, &self.episodes.map(|n| n as usize));
         Ok(())
+    }
+}
+
+/// Refuses a file that is for another task than the one named.
+fn same_task(named: Option<&str>, task: &str, path: &Path) -> Result<(), Failure> {
+    match named.filter(|name| *name != task) {
+        None => Ok(()),
+        Some(name) => Err(Failure::new(format!("{} is for `{task}`, not for `{name}`", path.display()))),
     }
 }
 

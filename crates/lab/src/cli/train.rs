@@ -6,7 +6,6 @@ use std::time::Instant;
 
 use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
-use sindyna_envs::System;
 use sindyna_rl::SavedPolicy;
 
 use super::evaluate::{on_real_system, report, verdict};
@@ -15,6 +14,7 @@ use crate::config::{AnyAgent, TrainConfig};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::learner::{Fitted, Learner};
+use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::real::Real;
 use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, rollout_csv};
@@ -29,7 +29,7 @@ use crate::{machine, registry, table};
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Task to learn, such as `pendulum`; `sindyna tasks` lists them
-    #[arg(value_name = "TASK", required_unless_present = "config")]
+    #[arg(value_name = "TASK", required_unless_present_any = ["config", "task_file"])]
     task: Option<String>,
     #[command(flatten)]
     settings: super::settings::Settings,
@@ -42,18 +42,18 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
-    let config = args.settings.config(args.task.as_deref())?;
-    let system = registry::system(&config.task)?;
+    let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
-    let plan = Plan::new(&config, &system)?;
+    let plan = Plan::new(&config, &problem)?;
     let pool = args.common.pool()?;
     let run_dir = match &args.out {
         Some(path) => RunDir::create(path)?,
         None => RunDir::create_numbered(&Path::new("runs").join(format!("{}-seed{}", config.task, config.seed)))?,
     };
     run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
+    problem.record(&run_dir)?;
     let progress = Progress::new(args.common.quiet);
-    let run = Run { system: &system, config: &config, run_dir: &run_dir, progress, interrupt };
+    let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
 }
 
@@ -67,21 +67,21 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(config: &TrainConfig, system: &System) -> Result<Self, Failure> {
-        let spec = system.spec();
+    fn new(config: &TrainConfig, problem: &Problem) -> Result<Self, Failure> {
+        let spec = problem.spec();
         let mut weights = Seed::new(config.seed).stream("initial weights", 0);
         Ok(Self {
             learner: Learner(config.identifier(spec)?),
             schedule: config.schedule(spec)?,
             agent: config.agent(spec, &mut weights)?,
-            real: Real::new(system, &config.simulator)?,
+            real: Real::new(problem, &config.simulator)?,
             explorer: registry::explorer(&config.warmup.explorer, spec)?,
         })
     }
 }
 
 struct Run<'a> {
-    system: &'a System,
+    problem: &'a Problem,
     config: &'a TrainConfig,
     run_dir: &'a RunDir,
     progress: Progress,
@@ -91,7 +91,7 @@ struct Run<'a> {
 impl Run<'_> {
     fn go(self, plan: Plan) -> Result<Verdict, Failure> {
         let start = Instant::now();
-        let (system, config, spec) = (self.system, self.config, self.system.spec());
+        let (problem, config, spec) = (self.problem, self.config, self.problem.spec());
         let seed = Seed::new(config.seed);
         let mut recorder = Recorder {
             spec,
@@ -130,7 +130,7 @@ impl Run<'_> {
         recorded?;
         Ok(match evaluation {
             _ if learned.interrupted => Verdict::Interrupted,
-            Some(evaluation) => verdict(system, &evaluation),
+            Some(evaluation) => verdict(problem, &evaluation),
             None => Verdict::MissedTarget,
         })
     }
@@ -142,10 +142,10 @@ impl Run<'_> {
         recorder: &mut Recorder<'_>,
     ) -> Result<Learned<Fitted, SavedPolicy>, Failure> {
         let Plan { learner, schedule, agent, mut explorer, real } = plan;
-        let (task, sensors) = (self.system.task(), self.system.sensors());
+        let (task, sensors) = (self.problem.task(), self.problem.sensors());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
         let (mut env, explorer) = (real.environment()?, &mut *explorer);
-        let stop = || self.interrupt.pressed();
+        let stop = || self.interrupt.pressed() || real.check().is_err();
         let learned = match agent {
             AnyAgent::Sac(sac) => {
                 dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
@@ -154,6 +154,7 @@ impl Run<'_> {
                 dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
             }
         };
+        real.check()?;
         learned.map_err(explain)
     }
 
@@ -180,7 +181,7 @@ impl Run<'_> {
     /// What the user reads when all is done.
     fn conclusion(&self, learned: &Learned<Fitted, SavedPolicy>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
-        let truth: Vec<String> = self.system.true_equations().iter().map(ToString::to_string).collect();
+        let truth: Vec<String> = self.problem.true_equations().iter().map(ToString::to_string).collect();
         let mut text = table::beside(("found", found), ("true", &truth));
         text += &format!(
             "\nreal steps: {} in {} episode{}\n",
@@ -193,7 +194,7 @@ impl Run<'_> {
             text += if summary.training.optimal_in_model { "\n" } else { " (not optimal by the stop rule)\n" };
         }
         text += &match &summary.evaluation {
-            Some(evaluation) => report(self.system, evaluation, false),
+            Some(evaluation) => report(self.problem, evaluation, false),
             None if learned.interrupted => "stopped before the evaluation on the real system\n".into(),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };

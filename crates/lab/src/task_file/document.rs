@@ -1,0 +1,65 @@
+//! A task file as it is written.
+
+use serde::Deserialize;
+use toml::Spanned;
+
+/// The keys of a task file. What they mean is told in `docs/task-files.md`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Document {
+    pub(super) name: String,
+    /// The MJCF file, relative to the task file; its place in the text is kept for the record.
+    pub(super) model: Spanned<String>,
+    pub(super) frame_skip: usize,
+    pub(super) max_steps: usize,
+    pub(super) solved_at: Option<f64>,
+    pub(super) observation: Option<Vec<String>>,
+    pub(super) state: Vec<State>,
+    pub(super) control: Vec<Control>,
+    pub(super) task: Formulas,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct State {
+    pub(super) name: String,
+    #[serde(default)]
+    pub(super) unit: String,
+    #[serde(default = "one")]
+    pub(super) scale: f64,
+    /// Range of start values; the model's rest position if there is none.
+    pub(super) start: Option<[f64; 2]>,
+    pub(super) bounds: Option<[f64; 2]>,
+    #[serde(default)]
+    pub(super) kind: StateKind,
+    pub(super) rate_of: Option<String>,
+}
+
+#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum StateKind {
+    #[default]
+    Plain,
+    Angle,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Control {
+    pub(super) name: String,
+    #[serde(default)]
+    pub(super) unit: String,
+    pub(super) low: f64,
+    pub(super) high: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Formulas {
+    pub(super) reward: String,
+    pub(super) terminated: Option<String>,
+}
+
+fn one() -> f64 {
+    1.0
+}
