@@ -146,14 +146,10 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         let mut real_rng = self.seed.stream("real system", 0);
         for _ in 0..self.schedule.warmup_rollouts {
             let actor = Actor::Explorer(explorer);
-            collect(env, actor, Amount::Steps(self.schedule.rollout_len), &mut data, &mut real_rng)?;
+            collect(env, actor, Amount::Steps(self.schedule.rollout_len), &mut data, &mut real_rng, interrupted)?;
         }
         observer.on(&Event::Collected { data: &data })?;
 
-        let mut fit_rng = self.seed.stream("identification", 0);
-        let model = self.learner.fit(&data, None, &mut fit_rng)?;
-        let description = model.as_ref().map(|m| self.learner.describe(m)).unwrap_or_default();
-        observer.on(&Event::Fitted { rows: data.n_steps(), description: &description })?;
         let mut learned = Learned {
             data,
             model: None,
@@ -167,6 +163,13 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
             left_region: 0,
             interrupted: interrupted(),
         };
+        if learned.interrupted {
+            return Ok(learned);
+        }
+        let mut fit_rng = self.seed.stream("identification", 0);
+        let model = self.learner.fit(&learned.data, None, &mut fit_rng)?;
+        let description = model.as_ref().map(|m| self.learner.describe(m)).unwrap_or_default();
+        observer.on(&Event::Fitted { rows: learned.data.n_steps(), description: &description })?;
         let Some(model) = model else { return Ok(learned) };
 
         let schedule = self.schedule;
@@ -196,7 +199,8 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
                 }
                 (Stop::Done { optimal: true }, Rollouts::Count(_), Some(best)) => {
                     let data = &mut learned.data;
-                    let tried = confirm(env, &mut improvement, &imagined, best.policy, data, &mut real_rng)?;
+                    let tried =
+                        confirm(env, &mut improvement, &imagined, best.policy, data, &mut real_rng, interrupted)?;
                     let kept = tried.kept();
                     // Fine-tuning may make a policy worse: the one that came nearest to its promise is handed over.
                     if least_short.as_ref().is_none_or(|least| tried.shortfall() <= least.shortfall()) {
@@ -214,7 +218,7 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
                     break;
                 }
                 (Stop::RealDue, ..) => {
-                    explore(env, &mut improvement, &mut learned.data, &mut real_rng)?;
+                    explore(env, &mut improvement, &mut learned.data, &mut real_rng, interrupted)?;
                     observer.on(&Event::Collected { data: &learned.data })?;
                 }
             }

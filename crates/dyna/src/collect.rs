@@ -27,13 +27,14 @@ pub(crate) enum Amount {
 }
 
 /// Adds real steps to `data`, which counts them: steps as [`Dataset::n_steps`], resets as [`Dataset::n_rollouts`].
-/// Where an episode ends before the steps are made, another reset follows.
+/// Where an episode ends before the steps are made, another reset follows. Stops early once `interrupted` says so.
 pub(crate) fn collect(
     env: &mut dyn Environment,
     mut actor: Actor<'_>,
     amount: Amount,
     data: &mut Dataset,
     rng: &mut Rng,
+    interrupted: &dyn Fn() -> bool,
 ) -> Result<(), CollectError> {
     let space = env.spec().action_space.clone();
     let mut action = vec![0.0; space.action_dim()];
@@ -44,6 +45,9 @@ pub(crate) fn collect(
         Amount::Episode => env.spec().max_steps,
     };
     for step in 0..steps {
+        if interrupted() {
+            break;
+        }
         if !running {
             if step > 0 && amount == Amount::Episode {
                 break;

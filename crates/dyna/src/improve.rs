@@ -67,6 +67,9 @@ impl<A: Agent> Improvement<'_, A> {
         while self.replay.len() < schedule.random_steps.max(1) {
             imagination.turn(&Dreamer::Random, &mut self.replay);
             self.counts = counts_before.plus(imagination.counts);
+            if interrupted() {
+                return Ok(Stop::Interrupted);
+            }
             if imagination.counts.diverged > schedule.random_steps as u64 {
                 // Nothing can be learned in a model that blows up from nearly every state.
                 return Ok(Stop::Done { optimal: false });

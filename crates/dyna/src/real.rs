@@ -36,8 +36,9 @@ pub(crate) fn explore<A: Agent>(
     improvement: &mut Improvement<'_, A>,
     data: &mut Dataset,
     rng: &mut Rng,
+    interrupted: &dyn Fn() -> bool,
 ) -> Result<(), CollectError> {
-    collect(env, Actor::Policy(&improvement.agent, Mode::Explore), Amount::Episode, data, rng)?;
+    collect(env, Actor::Policy(&improvement.agent, Mode::Explore), Amount::Episode, data, rng, interrupted)?;
     learn_from_last(improvement, data);
     Ok(())
 }
@@ -50,9 +51,10 @@ pub(crate) fn confirm<A: Agent, M: Dynamics>(
     policy: A::Frozen,
     data: &mut Dataset,
     rng: &mut Rng,
+    interrupted: &dyn Fn() -> bool,
 ) -> Result<Tried<A::Frozen>, CollectError> {
     let promised = promise(model, &policy, &mut rng.clone())?;
-    collect(env, Actor::Policy(&policy, Mode::Exploit), Amount::Episode, data, rng)?;
+    collect(env, Actor::Policy(&policy, Mode::Exploit), Amount::Episode, data, rng, interrupted)?;
     learn_from_last(improvement, data);
     let real = data.rollouts().last().map_or(0.0, |rollout| rollout.rewards.sum());
     Ok(Tried { policy, real, promised })

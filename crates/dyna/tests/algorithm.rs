@@ -269,14 +269,24 @@ fn for_finite_n_a_real_rollout_follows_every_n_imagined() {
 
 #[test]
 fn an_interrupted_run_keeps_its_best_policy() {
-    let asked = Cell::new(0);
-    let stop_after_15 = || {
-        asked.set(asked.get() + 1);
-        asked.get() > 15
-    };
-    let learned = run(&Given(EXACT), &schedule(), Student::default(), &stop_after_15);
+    let agent = Student::default();
+    let shown = Arc::clone(&agent.shown);
+    let after_15_updates = || shown.lock().expect("one thread").len() >= 15 * 8;
+    let learned = run(&Given(EXACT), &schedule(), agent, &after_15_updates);
     assert!(learned.interrupted && learned.policy.is_some());
-    assert!(learned.updates < 30);
+    assert_eq!(learned.updates, 15);
+}
+
+#[test]
+fn an_interrupt_in_the_warm_up_keeps_the_data_there_are() {
+    let asked = Cell::new(0);
+    let stop_after_7 = || {
+        asked.set(asked.get() + 1);
+        asked.get() > 7
+    };
+    let learned = run(&Given(EXACT), &schedule(), Student::default(), &stop_after_7);
+    assert!(learned.interrupted && learned.model.is_none() && learned.policy.is_none());
+    assert_eq!(learned.data.n_steps(), 7);
 }
 
 #[test]

@@ -32,6 +32,9 @@ pub(crate) struct TrainConfig {
     pub(crate) evaluation_episodes: usize,
 }
 
+/// Real steps a warm-up may take: all of them, times all terms, are held in memory at once.
+const MOST_REAL_STEPS: usize = 100_000;
+
 /// Real data before anything is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -185,6 +188,13 @@ impl TrainConfig {
     pub(crate) fn check(&self) -> Result<(), Failure> {
         at_least_one("--warmup-rollouts", self.warmup.rollouts)?;
         at_least_one("--rollout-len (or --real-steps)", self.warmup.rollout_len)?;
+        let real_steps = self.warmup.rollouts.saturating_mul(self.warmup.rollout_len);
+        if real_steps > MOST_REAL_STEPS {
+            return Err(Failure::new(format!(
+                "{real_steps} real steps are more than the {MOST_REAL_STEPS} a run may take"
+            ))
+            .hint("the equations are there after a few dozen"));
+        }
         at_least_one("--batch-size", self.sac.batch_size)?;
         at_least_one("worlds", self.imagination.worlds)?;
         at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
