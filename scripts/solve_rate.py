@@ -4,7 +4,7 @@
 Runs `sindyna train TASK --seed S` one after the other, gathers summary.json and timing.json of each run, and writes
 results/solve-rate.json (the figures, with version, commit and machine) and results/solve-rate.md (the table).
 
-Usage: scripts/solve_rate.py [--tasks pendulum mountain-car inverted-pendulum] [--seeds 0-9] [-- OPTIONS OF train]
+Usage: scripts/solve_rate.py [--tasks pendulum mountain-car inverted-pendulum cart-pole] [--seeds 0-9] [-- OPTIONS OF train]
 Needs: cargo, nothing else.
 """
 import argparse
@@ -65,7 +65,7 @@ def table(runs):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--tasks", nargs="+", default=["pendulum", "mountain-car", "inverted-pendulum"])
+    parser.add_argument("--tasks", nargs="+", default=["pendulum", "mountain-car", "inverted-pendulum", "cart-pole"])
     parser.add_argument("--seeds", type=parse_seeds, default=range(10), help="such as 0-9")
     parser.add_argument("--out", type=pathlib.Path, default=ROOT / "results" / "solve-rate", help="stem of the two files")
     parser.add_argument("options", nargs="*", help="options passed on to `sindyna train`, after --")

@@ -73,7 +73,7 @@ fn action_index(action: &[f64]) -> Option<usize> {
 pub enum Kind {
     /// A quantity on the real line.
     Plain,
-    /// An angle [rad]; values 2π apart are the same place.
+    /// An angle \[rad\]; values 2π apart are the same place.
     Angle,
     /// The cosine of state channel `.0` (observations only).
     CosOf(usize),
