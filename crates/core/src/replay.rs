@@ -96,6 +96,12 @@ impl Replay {
         self.pushed += 1;
     }
 
+    /// Transitions there is room for.
+    #[must_use]
+    pub fn capacity(&self) -> usize {
+        self.capacity
+    }
+
     /// Transitions kept now.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -64,7 +64,7 @@ impl<A: Agent> Improvement<'_, A> {
         let rule = &schedule.optimality;
         let mut imagination = Imagination::new(model, schedule, seed, turn);
         let counts_before = self.counts;
-        while self.replay.len() < schedule.random_steps.max(1) {
+        while self.replay.len() < schedule.random_steps.clamp(1, self.replay.capacity()) {
             imagination.turn(&Dreamer::Random, &mut self.replay);
             self.counts = counts_before.plus(imagination.counts);
             if interrupted() {

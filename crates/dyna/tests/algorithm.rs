@@ -278,6 +278,13 @@ fn an_interrupted_run_keeps_its_best_policy() {
 }
 
 #[test]
+fn a_replay_smaller_than_the_random_steps_is_filled_once() {
+    let mut schedule = schedule();
+    schedule.replay_capacity = 16;
+    assert!(run(&Given(EXACT), &schedule, Student::default(), &|| false).optimal_in_model);
+}
+
+#[test]
 fn an_interrupt_in_the_warm_up_keeps_the_data_there_are() {
     let asked = Cell::new(0);
     let stop_after_7 = || {

@@ -196,6 +196,7 @@ impl TrainConfig {
             .hint("the equations are there after a few dozen"));
         }
         at_least_one("--batch-size", self.sac.batch_size)?;
+        at_least_one("replay_capacity", self.imagination.replay_capacity)?;
         at_least_one("worlds", self.imagination.worlds)?;
         at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
         at_least_one("updates_per_turn", self.imagination.updates_per_turn)?;
