@@ -61,6 +61,8 @@ pub struct Learned<M, P> {
     pub diverged: u64,
     /// Imagined rollouts ended because they left the trusted region.
     pub left_region: u64,
+    /// Why training stopped short, if it did; what was learned before is all here.
+    pub failure: Option<AgentError>,
     /// Whether somebody stopped it before it was done.
     pub interrupted: bool,
 }
@@ -79,6 +81,7 @@ impl<M, P> Learned<M, P> {
             model_rollouts: self.model_rollouts,
             diverged: self.diverged,
             left_region: self.left_region,
+            failure: self.failure,
             interrupted: self.interrupted,
         }
     }
@@ -94,9 +97,6 @@ pub enum DynaError {
     /// No model could be made of the data.
     #[error("identification failed")]
     Fit(#[from] FitError),
-    /// The agent failed.
-    #[error("training failed")]
-    Agent(#[from] AgentError),
     /// A trial in the model failed.
     #[error("a trial in the model failed")]
     Trial(#[source] EnvError),
@@ -114,7 +114,6 @@ impl From<CollectError> for DynaError {
 impl From<ImproveError> for DynaError {
     fn from(error: ImproveError) -> Self {
         match error {
-            ImproveError::Agent(e) => Self::Agent(e),
             ImproveError::Trial(e) => Self::Trial(e),
             ImproveError::Observer(e) => Self::Record(e),
         }
@@ -161,6 +160,7 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
             model_rollouts: 0,
             diverged: 0,
             left_region: 0,
+            failure: None,
             interrupted: interrupted(),
         };
         if learned.interrupted {
@@ -193,6 +193,10 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
             let stop = improvement.run(&imagined, schedule, self.seed, turn, observer, interrupted)?;
             turn += 1;
             match (stop, schedule.imagined_rollouts, improvement.best.clone()) {
+                (Stop::Failed(error), ..) => {
+                    learned.failure = Some(error);
+                    break;
+                }
                 (Stop::Interrupted, ..) => {
                     learned.interrupted = true;
                     break;

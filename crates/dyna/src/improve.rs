@@ -17,7 +17,7 @@ pub(crate) struct Best<P> {
 }
 
 /// Why improving stopped.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Stop {
     /// The policy is optimal in the model, or the updates are used up.
     Done { optimal: bool },
@@ -25,13 +25,13 @@ pub(crate) enum Stop {
     RealDue,
     /// Somebody asked to stop.
     Interrupted,
+    /// The agent can learn no further.
+    Failed(AgentError),
 }
 
 /// Why improving failed.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ImproveError {
-    #[error(transparent)]
-    Agent(#[from] AgentError),
     #[error(transparent)]
     Trial(#[from] EnvError),
     #[error(transparent)]
@@ -80,7 +80,10 @@ impl<A: Agent> Improvement<'_, A> {
             self.counts = counts_before.plus(imagination.counts);
             for _ in 0..schedule.updates_per_turn {
                 self.replay.sample_into(&mut self.batch, &mut self.rng);
-                let losses = self.agent.update(&self.batch, &mut self.rng)?;
+                let losses = match self.agent.update(&self.batch, &mut self.rng) {
+                    Ok(losses) => losses,
+                    Err(error) => return Ok(Stop::Failed(error)),
+                };
                 self.updates += 1;
                 if self.updates.is_multiple_of(rule.trial_every) {
                     self.trial(model, schedule, seed, losses, observer)?;

@@ -37,6 +37,8 @@ impl<'a> Trials<'a> {
 
     /// Notes a trial's mean return; `true` if it is the best so far.
     pub(crate) fn note(&mut self, mean_return: f64) -> bool {
+        // A return that is no number is no gain.
+        let mean_return = if mean_return.is_nan() { f64::NEG_INFINITY } else { mean_return };
         let is_best = self.best.is_none_or(|best| mean_return > best);
         if is_best {
             self.best = Some(mean_return);

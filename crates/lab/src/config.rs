@@ -154,7 +154,13 @@ impl TrainConfig {
         toml::from_str(text)
     }
 
-    /// Writes a `config.toml`, stamped with the version that runs it.
+    /// Notes the version and commit that run these settings.
+    pub(crate) fn stamp(&mut self) {
+        self.version = env!("CARGO_PKG_VERSION").into();
+        self.commit = env!("SINDYNA_COMMIT").into();
+    }
+
+    /// Writes a `config.toml`.
     pub(crate) fn to_toml(&self) -> Result<String, toml::ser::Error> {
         toml::to_string(self)
     }
@@ -196,6 +202,11 @@ impl TrainConfig {
             .hint("the equations are there after a few dozen"));
         }
         at_least_one("--batch-size", self.sac.batch_size)?;
+        let discount = self.sac.discount;
+        if !(0.0..1.0).contains(&discount) {
+            return Err(Failure::new(format!("discount must be at least 0 and below 1, got {discount}"))
+                .hint("rewards without end have no finite value undiscounted; 0.999 looks a thousand steps ahead"));
+        }
         at_least_one("replay_capacity", self.imagination.replay_capacity)?;
         at_least_one("worlds", self.imagination.worlds)?;
         at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
@@ -223,8 +234,10 @@ impl TrainConfig {
     /// The identification these settings describe.
     pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
         let settings = &self.identification;
+        // Refuses a threshold or ridge no solver can have, whether this one uses it or not.
+        let stlsq = Stlsq::new(settings.threshold, settings.ridge)?;
         let solver = match settings.solver.parse()? {
-            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(Stlsq::new(settings.threshold, settings.ridge)?),
+            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(stlsq),
             SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: settings.ridge },
             other => other,
         };

@@ -43,6 +43,8 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--imagined-rollouts", "0"], &["`inf`", "`0`"]);
     refuses(&["train", "pendulum", "--learning-rate", "NaN"], &["learning_rate", "NaN"]);
     refuses(&["train", "pendulum", "--discount", "1.5"], &["discount", "1.5"]);
+    refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1"]);
+    refuses(&["train", "pendulum", "--solver", "least-squares", "--ridge", "-1"], &["ridge", "-1"]);
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
@@ -95,6 +97,19 @@ fn a_model_that_diverges_in_imagination_is_counted() {
     assert!(ended_early > 0, "{training}");
 }
 
+#[test]
+fn training_that_diverges_loses_nothing_that_was_learned_before() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "pendulum", "--learning-rate", "0.5", "--out", "run", "--quiet"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 2, "{stdout}{stderr}");
+    assert!(stderr.contains("training diverged") && stderr.contains("--learning-rate"), "{stderr}");
+    assert!(stdout.contains("15 sin θ + 3 u") && stdout.contains("training stopped short"), "{stdout}");
+    let run = temp.path().join("run");
+    assert!(run.join("model.json").exists());
+    assert!(json(&run.join("summary.json"))["training"]["failure"].as_str().unwrap().contains("diverged"));
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_leaves_a_valid_record() {
@@ -131,7 +146,9 @@ fn a_full_disk_is_reported_and_the_real_data_are_kept() {
     assert!(stderr.contains("cannot write") && stderr.contains("policy.safetensors"), "{stderr}");
     assert!(stdout.contains("found"), "what was found is still told: {stdout}");
     let run = temp.path().join("run");
-    assert!(run.join("rollout.csv").exists() && run.join("model.json").exists());
+    for name in ["rollout.csv", "model.json", "events.jsonl", "summary.json", "timing.json"] {
+        assert!(run.join(name).exists(), "{name} fits and is there");
+    }
     let leftovers = fs::read_dir(&run).unwrap().filter(|f| f.as_ref().unwrap().file_name() == "policy.safetensors");
     assert_eq!(leftovers.count(), 0, "no half-written file");
 }

@@ -62,11 +62,13 @@ fn fits(policy: &SavedPolicy, problem: &Problem) -> Result<(), Failure> {
     let spec = problem.spec();
     let (has, needs) = (policy.observation_dim(), spec.observation_dim());
     let numbered = matches!(spec.action_space, Space::Discrete { .. });
-    if has != needs || numbered != matches!(policy, SavedPolicy::Categorical(_)) {
-        let name = problem.name();
-        return Err(Failure::new(format!(
-            "the policy is not one for `{name}`: it observes {has} values, not {needs}, or acts otherwise"
-        )));
+    let name = problem.name();
+    if has != needs {
+        return Err(Failure::new(format!("the policy observes {has} values, `{name}` shows {needs}")));
+    }
+    if numbered != matches!(policy, SavedPolicy::Categorical(_)) {
+        let (acts, takes) = if numbered { ("real", "numbered") } else { ("numbered", "real") };
+        return Err(Failure::new(format!("the policy has {acts} actions, `{name}` takes {takes} ones")));
     }
     Ok(())
 }

@@ -128,6 +128,8 @@ impl Settings {
         }
         // Whatever file the task came from, the record of this run has one of its own.
         config.task_file = config.task_file.map(|_| RECORDED_TASK.into());
+        // Whatever wrote the file, this version runs it.
+        config.stamp();
         config.check()?;
         Ok((config, problem))
     }

@@ -50,7 +50,12 @@ fn details(system: &System) -> String {
             let _ = writeln!(text, "actions: real, from {low:?} to {high:?}");
         }
         Space::Discrete { controls } => {
-            let _ = writeln!(text, "actions: {} numbered, with controls {:?}", controls.nrows(), controls.column(0));
+            let _ = writeln!(
+                text,
+                "actions: {} numbered, with controls {:?}",
+                controls.nrows(),
+                controls.column(0).to_vec()
+            );
         }
     }
     let solved = spec.solved_at.map_or("not defined".into(), |s| format!("at a mean return of {s}"));

@@ -128,6 +128,9 @@ impl Run<'_> {
         let recorded = self.record(&learned, &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
         recorded?;
+        if let (Some(failure), None) = (learned.failure, &evaluation) {
+            return Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"));
+        }
         Ok(match evaluation {
             _ if learned.interrupted => Verdict::Interrupted,
             Some(evaluation) => verdict(problem, &evaluation),
@@ -166,16 +169,23 @@ impl Run<'_> {
         log: &EventLog,
     ) -> Result<(), Failure> {
         let dir = self.run_dir;
-        if let Some(fitted) = &learned.model {
-            dir.write("model.json", fitted.0.model.to_json().as_bytes())?;
+        let policy = learned.policy.as_ref().map(SavedPolicy::to_safetensors);
+        let (summary, timing) = (json(summary)?, json(timing)?);
+        let files = [
+            ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
+            ("events.jsonl", Some(log.as_bytes().to_vec())),
+            ("summary.json", Some(summary)),
+            ("timing.json", Some(timing)),
+            ("policy.safetensors", policy),
+        ];
+        // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
+        let mut written = Ok(());
+        for (name, contents) in files {
+            if let Some(contents) = contents {
+                written = written.and(dir.write(name, &contents));
+            }
         }
-        if let Some(policy) = &learned.policy {
-            dir.write("policy.safetensors", &policy.to_safetensors())?;
-        }
-        dir.write("events.jsonl", log.as_bytes())?;
-        dir.write("summary.json", &json(summary)?)?;
-        dir.write("timing.json", &json(timing)?)?;
-        Ok(())
+        Ok(written?)
     }
 
     /// What the user reads when all is done.
@@ -192,6 +202,9 @@ impl Run<'_> {
         if let Some(model_return) = summary.training.model_return {
             text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
             text += if summary.training.optimal_in_model { "\n" } else { " (not optimal by the stop rule)\n" };
+        }
+        if let Some(failure) = &summary.training.failure {
+            text += &format!("training stopped short: {failure}\n");
         }
         text += &match &summary.evaluation {
             Some(evaluation) => report(self.problem, evaluation, false),
@@ -216,7 +229,6 @@ fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {
 fn explain(error: DynaError) -> Failure {
     let hint = match &error {
         DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
-        DynaError::Agent(_) => Some("a smaller --learning-rate helps against divergence"),
         _ => None,
     };
     let failure = Failure::from(error);
@@ -265,6 +277,7 @@ fn summary(
             left_region: learned.left_region,
             model_return: learned.model_return,
             optimal_in_model: learned.optimal_in_model,
+            failure: learned.failure.as_ref().map(ToString::to_string),
         },
         interrupted: learned.interrupted,
     }

@@ -1,4 +1,4 @@
-//! `rollout.csv`: the real data, in the form `sindyna identify` reads.
+//! `rollout.csv`: the real data.
 
 use std::fmt::Write as _;
 

@@ -33,13 +33,15 @@ impl RunDir {
     /// Makes the first free one of `stem`, `stem-2`, `stem-3`, …
     pub(crate) fn create_numbered(stem: &Path) -> Result<Self, Failure> {
         let name = stem.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-        let mut path = stem.to_owned();
-        let mut number = 1;
-        while path.exists() {
-            number += 1;
-            path = stem.with_file_name(format!("{name}-{number}"));
+        let numbered = (2_u32..).map(|number| stem.with_file_name(format!("{name}-{number}")));
+        for path in std::iter::once(stem.to_owned()).chain(numbered) {
+            match Self::create(&path) {
+                // Somebody else may have taken the name in between: the next one, then.
+                Err(_) if path.exists() => {}
+                result => return result,
+            }
         }
-        Self::create(&path)
+        Err(Failure::new(format!("no number is left for {}", stem.display())))
     }
 
     /// Where the run is.

@@ -77,6 +77,8 @@ pub(crate) struct Training {
     pub(crate) model_return: Option<f64>,
     /// Whether the stop rule called it optimal in the model.
     pub(crate) optimal_in_model: bool,
+    /// Why training stopped short, if it did.
+    pub(crate) failure: Option<String>,
 }
 
 /// `timing.json`: the only file of a record that differs between two runs with one seed.

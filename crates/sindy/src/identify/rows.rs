@@ -28,7 +28,7 @@ impl Rows {
     /// control and makes no row.
     ///
     /// # Errors
-    /// [`TooShort`] if a rollout is too short for the differentiator.
+    /// [`TooShort`] if every rollout is too short for the differentiator; a single one is passed over.
     pub(crate) fn new(
         spec: &Spec,
         coordinates: &Coordinates,
@@ -36,8 +36,12 @@ impl Rows {
         data: &Dataset,
     ) -> Result<Self, TooShort> {
         let mut rows = Collected::default();
+        let mut too_short = None;
         for rollout in data.rollouts().filter(|r| r.controls.nrows() > 0) {
-            rows.add(spec, coordinates, target, &rollout)?;
+            too_short = rows.add(spec, coordinates, target, &rollout).err().or(too_short);
+        }
+        if let Some(too_short) = too_short.filter(|_| rows.targets.is_empty()) {
+            return Err(too_short);
         }
         let n = coordinates.n_states();
         let count = rows.targets.len() / n.max(1);
