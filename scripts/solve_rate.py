@@ -87,7 +87,7 @@ def main():
     document = {"version": version, "commit": commit, "options": args.options, "runs": runs}
     args.out.parent.mkdir(parents=True, exist_ok=True)
     args.out.with_suffix(".json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    header = f"`scripts/solve_rate.py {' '.join(sys.argv[1:])}`".replace(" `", "`")
+    header = f"`scripts/solve_rate.py {' '.join(sys.argv[1:])}`".replace(" `", "`").replace(f"{ROOT}/", "")
     text = f"{header}, {version} ({commit}), {runs[0]['machine']}\n\n{table(runs)}"
     args.out.with_suffix(".md").write_text(text)
     print(text)
