@@ -81,6 +81,11 @@ impl Coordinates {
         }
     }
 
+    /// The standard deviation \[unit of z\] of the error with which the observation `o` shows state `i`.
+    pub(crate) fn error(&self, i: usize, o: ArrayView1<'_, f64>) -> f64 {
+        self.rounding(i, o)
+    }
+
     /// Number of states.
     pub(crate) fn n_states(&self) -> usize {
         self.sources.len()

@@ -4,7 +4,7 @@ use ndarray::{Array2, ArrayView2};
 
 use crate::expr::Tape;
 use crate::library::Term;
-use crate::model::{Form, Model, ModelError, ModelParts, Reading};
+use crate::model::{Entry, Form, Model, ModelError, ModelParts, Reading};
 use crate::names::symbols;
 use crate::solve::Selected;
 use crate::{Triangle, TriangleError};
@@ -58,6 +58,7 @@ pub(crate) fn design(
 }
 
 /// The space a model lives in.
+#[derive(Debug, Clone)]
 pub(crate) struct Space {
     pub(crate) states: Vec<String>,
     pub(crate) controls: Vec<String>,
@@ -73,7 +74,8 @@ pub(crate) fn model(space: Space, terms: &[Term], fits: &[Selected], form: Form,
     let names: Vec<String> = space.states.iter().chain(&space.controls).cloned().collect();
     let symbols = symbols(&names);
     let place = |j: &usize| active.partition_point(|a| a < j);
-    let equation = |f: &Selected| f.support.iter().map(place).zip(f.coefficients.iter().copied()).collect::<Vec<_>>();
+    let entry = |(j, c): (&usize, &f64)| Entry { term: place(j), coefficient: *c, rate: terms[*j].rate };
+    let equation = |f: &Selected| f.support.iter().zip(&f.coefficients).map(entry).collect::<Vec<_>>();
     Model::new(ModelParts {
         form,
         dt,

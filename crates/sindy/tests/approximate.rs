@@ -4,7 +4,7 @@ mod common;
 
 use common::{Truth, uniform};
 use sindyna_core::{Dataset, Dynamics as _, Rng, Seed};
-use sindyna_sindy::{Identified, Identifier};
+use sindyna_sindy::{Identified, Identifier, Target};
 
 /// RMS error of one predicted step over a box, per state, relative to the RMS change of that state in a step.
 fn errors(truth: &Truth, found: &Identified, half_widths: [f64; 4], control: fn(&mut Rng) -> f64) -> [f64; 4] {
@@ -42,7 +42,7 @@ fn check(spread: &[(f64, f64); 4], bounds: [(f64, f64); 4]) {
 }
 
 fn identify(truth: &Truth, data: &Dataset) -> Identified {
-    Identifier::new(&truth.spec).identify(data).expect("enough data")
+    Identifier::new(&truth.spec).with_target(Target::Increment).identify(data).expect("enough data")
 }
 
 #[test]

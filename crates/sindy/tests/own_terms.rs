@@ -38,9 +38,9 @@ fn quadratic_drag_is_found_once_its_term_is_offered() {
 
     let identifier = Identifier::new(&mass()).with_own_terms(vec!["v*abs(v)".into()]).expect("known names");
     let found = identifier.identify(&pushed_about()).expect("enough rows");
-    assert_eq!(found.model.equations()[0], "Δx/Δt = v");
+    assert_eq!(found.model.equations()[0], "x\u{307} = v");
     assert_eq!(found.model.nonzero(), 2, "{}", found.model.equations()[1]);
-    let mut coefficients: Vec<f64> = found.model.coefficients(1).iter().map(|(_, c)| *c).collect();
+    let mut coefficients: Vec<f64> = found.model.coefficients(1).iter().map(|e| e.coefficient).collect();
     coefficients.sort_by(f64::total_cmp);
     assert!((coefficients[0] + 0.3).abs() < 1e-9 && (coefficients[1] - 0.5).abs() < 1e-9, "{coefficients:?}");
 }

@@ -4,10 +4,7 @@ mod common;
 
 use insta::assert_snapshot;
 use sindyna_core::{Precision, Scheme};
-use sindyna_sindy::{
-    CoordinateMode, Differentiator, Expr, Form, Identifier, LibraryChoice, Model, ModelParts, SolverChoice, Stlsq,
-    Target, parse,
-};
+use sindyna_sindy::{CoordinateMode, Differentiator, Entry, Expr, Form, Identifier, LibraryChoice, Model, ModelParts, SolverChoice, Stlsq, Target, parse};
 
 #[test]
 fn pendulum() {
@@ -80,7 +77,10 @@ fn json_keeps_every_digit() {
         dt: 0.1 + 0.2,
         readings: None,
         terms: vec!["sin(pole_angle)".into(), "0.1*u + 1e-300".into()],
-        equations: vec![vec![(1, f64::MIN_POSITIVE)], vec![(0, 1.0 / 3.0), (1, -5e-324)]],
+        equations: vec![
+            vec![Entry::new(1, f64::MIN_POSITIVE)],
+            vec![Entry::new(0, 1.0 / 3.0), Entry { term: 1, coefficient: -5e-324, rate: Some(0) }],
+        ],
         kinematic: vec![true, false],
         n_features: 2,
     };
@@ -89,5 +89,5 @@ fn json_keeps_every_digit() {
     let direct: Model = serde_json::from_str(&serde_json::to_string(&model).expect("JSON")).expect("a model");
     assert_eq!(direct, model);
     assert_eq!(model.terms()[0], Expr::Call(sindyna_sindy::Function::Sin, Box::new(Expr::Variable(0))));
-    assert_eq!(model.equations()[1], "ω̇ = 0.333333 sin(pole angle) − 4.94066e−324 (0.1u + 1e−300)");
+    assert_eq!(model.equations()[1], "ω̇ = 0.333333 sin(pole angle) − 4.94066e−324 (0.1u + 1e−300)·dpole angle/dt");
 }

@@ -31,7 +31,7 @@ fn wrong(n: u64, expected: &[&[&str]], find: impl Fn(u64) -> Identified) -> Vec<
 }
 
 fn identify(spec: &Spec, data: &sindyna_core::Dataset) -> Identified {
-    Identifier::new(spec).identify(data).expect("enough data")
+    Identifier::new(spec).with_target(Target::Increment).identify(data).expect("enough data")
 }
 
 #[test]

@@ -71,6 +71,10 @@ impl FromStr for SolverChoice {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Target {
+    /// The rates of the states, with the way they are stepped; where states are declared to be rates of others, these are
+    /// not fitted. For best subsets in recognised
+    /// coordinates; elsewhere the same as [`Target::Increment`].
+    Motion,
     /// (x⁺ − x)/Δt.
     Increment,
     /// x⁺.
@@ -89,7 +93,7 @@ impl Target {
     #[must_use]
     pub fn form(&self) -> Form {
         match *self {
-            Self::Increment => Form::Increment,
+            Self::Motion | Self::Increment => Form::Increment,
             Self::Discrete => Form::Discrete,
             Self::Continuous { scheme, .. } => Form::Continuous(scheme),
         }
@@ -119,16 +123,18 @@ impl SolverChoice {
 impl FromStr for Target {
     type Err = UnknownName;
 
+    /// `motion` is the equations of motion with the way they are stepped;
     /// `continuous` is central differences, `smoothed` the same after Savitzky–Golay smoothing; both are stepped by one
     /// Runge–Kutta step of fourth order.
     fn from_str(name: &str) -> Result<Self, UnknownName> {
         let continuous = |differentiator| Self::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } };
         match name {
+            "motion" => Ok(Self::Motion),
             "increment" => Ok(Self::Increment),
             "discrete" => Ok(Self::Discrete),
             "continuous" => Ok(continuous(Differentiator::default())),
             "smoothed" => Ok(continuous(Differentiator::Smoothed(SavitzkyGolay::default()))),
-            _ => Err(unknown("target", name, "`increment`, `discrete`, `continuous`, `smoothed`")),
+            _ => Err(unknown("target", name, "`motion`, `increment`, `discrete`, `continuous`, `smoothed`")),
         }
     }
 }

@@ -5,24 +5,25 @@ mod region;
 mod report;
 mod rows;
 
-use ndarray::Array2;
+use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec};
 
 pub use choices::{LibraryChoice, SolverChoice, Target};
 pub use report::{EquationReport, Identified, Report};
 
 use crate::coordinates::{Coordinates, inputs};
-use crate::library::{Input, LibraryError, Term, auto, complexity, paper, paper_degree2};
+use crate::library::{Input, LibraryError, Term, Tiers, auto, complexity, mechanical, paper, paper_degree2};
 use crate::model::{Model, Reading};
 use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
-use crate::{BestSubset, CoordinateMode};
+use crate::{BestSubset, CoordinateMode, motion};
 use rows::Rows;
 
 /// Identifies equations of motion from rollouts of a system that a [`Spec`] declares.
 ///
-/// By default: the library of one rule for every system, best subsets, increments, recognised coordinates.
+/// By default: the library of one rule for every system, best subsets, equations of motion with the way they are stepped,
+/// recognised coordinates.
 ///
 /// # Examples
 /// A mass of 2 kg on a line, pushed by a force g:
@@ -51,7 +52,7 @@ use rows::Rows;
 ///     data.push(&[g], &[g], 0.0, &[x, v])?;
 /// }
 /// let found = Identifier::new(&spec).identify(&data)?;
-/// assert_eq!(found.model.equations(), ["Δx/Δt = v", "Δv/Δt = 0.5 g"]);
+/// assert_eq!(found.model.equations(), ["x\u{307} = v", "v\u{307} = 0.5 g"]);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -73,7 +74,7 @@ impl Identifier {
             library: LibraryChoice::Auto,
             own_terms: Vec::new(),
             solver: SolverChoice::BestSubset(BestSubset::default()),
-            target: Target::Increment,
+            target: Target::Motion,
             coordinates: CoordinateMode::Recognised,
         }
     }
@@ -129,24 +130,59 @@ impl Identifier {
     /// # Errors
     /// [`LibraryError`] if the library does not fit the variables.
     pub fn terms(&self) -> Result<Vec<Term>, LibraryError> {
+        Ok(self.tiers()?.terms)
+    }
+
+    /// The candidate terms; those in the first tier are tried before the others.
+    fn tiers(&self) -> Result<Tiers, LibraryError> {
         let inputs = self.inputs();
         let n_states = self.channels().len();
         let names: Vec<String> = inputs.iter().map(|i| i.name.clone()).collect();
         let roles: Vec<_> = inputs.iter().map(|i| i.role).collect();
-        let mut terms = match &self.library {
-            LibraryChoice::Auto => auto(&inputs, self.target == Target::Discrete),
-            LibraryChoice::Paper => paper(&inputs, n_states),
-            LibraryChoice::PaperDegree2 => paper_degree2(&inputs, n_states),
-            LibraryChoice::Terms(texts) => crate::Library::Custom(texts.clone()).terms(&names)?,
-            LibraryChoice::Custom(library) => library.terms(&names)?,
+        let mut tiers = match &self.library {
+            LibraryChoice::Auto if self.in_motion() => mechanical(&inputs, &self.speeds()),
+            LibraryChoice::Auto => Tiers::flat(auto(&inputs, self.target == Target::Discrete)),
+            LibraryChoice::Paper => Tiers::flat(paper(&inputs, n_states)),
+            LibraryChoice::PaperDegree2 => Tiers::flat(paper_degree2(&inputs, n_states)),
+            LibraryChoice::Terms(texts) => Tiers::flat(crate::Library::Custom(texts.clone()).terms(&names)?),
+            LibraryChoice::Custom(library) => Tiers::flat(library.terms(&names)?),
         };
         if !self.own_terms.is_empty() {
-            terms.extend(crate::Library::Custom(self.own_terms.clone()).terms(&names)?);
+            // What the user knows is tried first.
+            let own = crate::Library::Custom(self.own_terms.clone()).terms(&names)?;
+            tiers.terms.splice(tiers.core..tiers.core, own);
+            tiers.core += self.own_terms.len();
         }
-        for term in &mut terms {
+        for term in tiers.terms.iter_mut().filter(|t| t.rate.is_none()) {
             term.complexity = complexity(&term.expr, &roles);
         }
-        Ok(terms)
+        Ok(tiers)
+    }
+
+    /// Whether equations of motion are looked for together with the way they are stepped.
+    fn in_motion(&self) -> bool {
+        self.motion_solver().is_some()
+    }
+
+    fn motion_solver(&self) -> Option<&BestSubset> {
+        match (self.target, &self.solver, self.coordinates) {
+            (Target::Motion, SolverChoice::BestSubset(solver), CoordinateMode::Recognised) => Some(solver),
+            _ => None,
+        }
+    }
+
+    /// Per state: the state that is declared to be its rate.
+    fn rates(&self) -> Vec<Option<usize>> {
+        let rate = |i: usize| self.spec.state.iter().position(|s| s.kind == Kind::RateOf(i));
+        (0..self.spec.state_dim()).map(rate).collect()
+    }
+
+    /// The states that are rates of others.
+    fn speeds(&self) -> Vec<usize> {
+        let mut speeds: Vec<usize> = self.rates().into_iter().flatten().collect();
+        speeds.sort_unstable();
+        speeds.dedup();
+        speeds
     }
 
     fn channels(&self) -> &[Channel] {
@@ -169,9 +205,13 @@ impl Identifier {
     pub fn identify(&self, data: &Dataset) -> Result<Identified, FitError> {
         self.check(data)?;
         let failed = |reason: String| FitError::Regression { reason };
-        let terms = self.terms().map_err(|e| failed(e.to_string()))?;
+        let tiers = self.tiers().map_err(|e| failed(e.to_string()))?;
         let coordinates = Coordinates::new(&self.spec, self.coordinates)
             .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
+        if let Some(solver) = self.motion_solver() {
+            return self.in_motion_of(data, tiers, &coordinates, solver);
+        }
+        let terms = tiers.terms;
         let rows = Rows::new(&self.spec, &coordinates, &self.target, data).map_err(|e| failed(e.to_string()))?;
         let (n, needed) = (rows.targets.ncols(), self.needed_rows());
         if rows.z.nrows() < needed {
@@ -187,6 +227,46 @@ impl Identifier {
         let fits: Vec<Selected> = (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection(i))).collect();
         let model = self.model(&terms, &fits).map_err(failed)?;
         let report = Report::new(self.names(), &terms, &rows, &triangle, fits);
+        Ok(Identified { model, report })
+    }
+
+    /// Equations of motion, with the way they are stepped.
+    fn in_motion_of(
+        &self,
+        data: &Dataset,
+        mut tiers: Tiers,
+        coordinates: &Coordinates,
+        solver: &BestSubset,
+    ) -> Result<Identified, FitError> {
+        let failed = |reason: String| FitError::Regression { reason };
+        let rates = self.rates();
+        for &rate in rates.iter().flatten() {
+            // Kinematic equations need their term, whatever library was chosen.
+            let expr = crate::Expr::Variable(rate);
+            if !tiers.terms.iter().any(|t| t.rate.is_none() && t.expr == expr) {
+                tiers.terms.push(Term { name: self.inputs()[rate].name.clone(), expr, complexity: 2, rate: None });
+            }
+        }
+        let (runs, at_limits) = motion::runs(&self.spec, coordinates, data);
+        let rows: usize = runs.iter().map(motion::Run::len).sum();
+        let needed = self.needed_rows();
+        if rows < needed {
+            let count = rates.iter().filter(|r| r.is_none()).count();
+            let unknowns = format!("{count} equation{}", if count == 1 { "" } else { "s" });
+            return Err(FitError::TooFewRows { got: rows, needed, unknowns });
+        }
+        for run in &runs {
+            let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
+            let none = Array2::zeros((run.len(), 0));
+            design(&tiers.terms, z.view(), none.view()).map_err(|e| failed(e.to_string()))?;
+        }
+        let system = motion::System::new(&tiers, &rates, self.inputs().len(), self.spec.dt);
+        let kinematic = rates.iter().map(Option::is_some).collect();
+        let space = Space { kinematic, ..self.space().map_err(failed)? };
+        let found = motion::Search { system: &system, runs: &runs, space: &space, solver }.run().map_err(|e| failed(e.to_string()))?;
+        let polished = motion::polish(&found.model, &runs);
+        let model = polished.map_or(found.model, |p| p.model);
+        let report = Report::in_motion(self.names(), &tiers.terms, rows, at_limits, found.condition, found.fits);
         Ok(Identified { model, report })
     }
 
@@ -209,14 +289,16 @@ impl Identifier {
     }
 
     fn model(&self, terms: &[Term], fits: &[Selected]) -> Result<Model, String> {
-        let channels = self.channels();
-        let space = Space {
-            states: channels.iter().map(|c| c.name.clone()).collect(),
+        model(self.space()?, terms, fits, self.target.form(), self.spec.dt).map_err(|e| e.to_string())
+    }
+
+    fn space(&self) -> Result<Space, String> {
+        Ok(Space {
+            states: self.channels().iter().map(|c| c.name.clone()).collect(),
             controls: self.spec.control.iter().map(|c| c.name.clone()).collect(),
             readings: self.readings()?,
             kinematic: self.kinematic(),
-        };
-        model(space, terms, fits, self.target.form(), self.spec.dt).map_err(|e| e.to_string())
+        })
     }
 
     /// Per state of the model: whether another state is declared to be its rate.

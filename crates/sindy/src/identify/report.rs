@@ -52,6 +52,38 @@ pub struct EquationReport {
 }
 
 impl Report {
+    pub(super) fn in_motion(
+        names: Vec<String>,
+        terms: &[Term],
+        rows: usize,
+        rows_at_limit: usize,
+        condition: f64,
+        fits: Vec<Selected>,
+    ) -> Self {
+        let feature = |t: &Term| match t.rate {
+            None => t.expr.pretty(&names).to_string(),
+            Some(l) if t.expr.is_one() => format!("d{}/dt", names[l]),
+            Some(l) => format!("{}·d{}/dt", t.expr.pretty(&names).as_factor(), names[l]),
+        };
+        let equations = fits.into_iter().zip(&names).map(|(fit, state)| EquationReport {
+            state: state.clone(),
+            residual: fit.residual,
+            floor: 1.0,
+            reached_floor: fit.reached_floor,
+            proved: fit.proved,
+            support: fit.support,
+            coefficients: fit.coefficients,
+            path: fit.path,
+        });
+        Self {
+            rows,
+            rows_at_limit,
+            features: terms.iter().map(feature).collect(),
+            condition,
+            equations: equations.collect(),
+        }
+    }
+
     pub(super) fn new(
         names: Vec<String>,
         terms: &[Term],

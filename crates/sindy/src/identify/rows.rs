@@ -1,11 +1,12 @@
 //! Rows of the regression from recorded rollouts.
 
 use ndarray::{Array2, ArrayView1};
-use sindyna_core::{Dataset, Kind, Precision, Rollout, Spec};
+use sindyna_core::{Dataset, Rollout, Spec};
 
 use super::Target;
 use crate::coordinates::Coordinates;
 use crate::differentiate::TooShort;
+use crate::motion::at_limit;
 
 /// Variables and targets, one row per usable step.
 #[derive(Debug, Clone)]
@@ -83,7 +84,7 @@ impl Collected {
                 states = result.x;
                 Some(result.x_dot)
             }
-            Target::Increment | Target::Discrete => None,
+            Target::Motion | Target::Increment | Target::Discrete => None,
         };
         for i in 0..rollout.controls.nrows() {
             let (now, next) = (rollout.observations.row(i), rollout.observations.row(i + 1));
@@ -106,23 +107,4 @@ impl Collected {
         }
         Ok(())
     }
-}
-
-/// Whether an observation sits at a declared limit. What happens there (a stop, a clip) is not dynamics.
-fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
-    observation.iter().zip(&spec.observation).any(|(&value, channel)| {
-        // Cosine and sine reach their bounds on any turn.
-        if matches!(channel.kind, Kind::CosOf(_) | Kind::SinOf(_)) {
-            return false;
-        }
-        let declared = spec.state.iter().find(|s| s.name == channel.name).map_or(channel.bounds, |s| s.bounds);
-        let tolerance = match spec.precision {
-            Precision::F32 => 1.5 * f64::from(f32::EPSILON),
-            Precision::F64 => 1e-9,
-        };
-        [channel.bounds, declared]
-            .into_iter()
-            .flat_map(|(low, high)| [low, high])
-            .any(|bound| bound.is_finite() && (value - bound).abs() <= tolerance * bound.abs())
-    })
 }

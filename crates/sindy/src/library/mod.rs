@@ -3,12 +3,14 @@
 mod auto;
 mod build;
 mod complexity;
+mod mechanical;
 mod paper;
 mod role;
 
 pub(crate) use auto::auto;
 pub use build::{Library, LibraryError};
 pub(crate) use complexity::complexity;
+pub(crate) use mechanical::{Tiers, mechanical};
 pub(crate) use paper::{paper, paper_degree2};
 pub use role::{Input, Role};
 
@@ -23,4 +25,6 @@ pub struct Term {
     pub name: String,
     /// How far-fetched it is: among equally good equations the one with the smaller sum is chosen.
     pub complexity: u32,
+    /// The state whose derivative the term is multiplied by, if any.
+    pub rate: Option<usize>,
 }

@@ -3,9 +3,31 @@
 use serde::{Deserialize, Serialize};
 use sindyna_core::Scheme;
 
+use super::right_side::RightSide;
 use super::{Form, Model, Reading};
 use crate::expr::{Expr, ParseError, Tape, parse};
 use crate::names::symbols;
+
+/// One summand of an equation: coefficient × term, or coefficient × term × ẋ of a state.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Entry {
+    /// Number of the term.
+    pub term: usize,
+    /// Its coefficient.
+    pub coefficient: f64,
+    /// The state whose derivative the term is multiplied by, if any: the equation is then implicit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<usize>,
+}
+
+impl Entry {
+    /// coefficient × term.
+    #[must_use]
+    pub fn new(term: usize, coefficient: f64) -> Self {
+        Self { term, coefficient, rate: None }
+    }
+}
 
 /// Everything a model is made of.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,8 +44,8 @@ pub struct ModelParts {
     pub readings: Option<Vec<Reading>>,
     /// Active terms as text over the names, where a character that cannot stand in a name is `_`.
     pub terms: Vec<String>,
-    /// Per state: (number of the term, coefficient).
-    pub equations: Vec<Vec<(usize, f64)>>,
+    /// Per state: the summands of its equation.
+    pub equations: Vec<Vec<Entry>>,
     /// Per state: whether its rate is a state too.
     pub kinematic: Vec<bool>,
     /// Number of candidate terms F.
@@ -107,21 +129,31 @@ impl Model {
                 return Err(ModelError::NoSuch { what: "state", index: reading.index(), count: n });
             }
         }
-        for &(j, c) in parts.equations.iter().flatten() {
-            if j >= parts.terms.len() {
-                return Err(ModelError::NoSuch { what: "term", index: j, count: parts.terms.len() });
+        for &Entry { term, coefficient, rate } in parts.equations.iter().flatten() {
+            if term >= parts.terms.len() {
+                return Err(ModelError::NoSuch { what: "term", index: term, count: parts.terms.len() });
             }
-            if !c.is_finite() {
-                return Err(ModelError::BadNumber { what: "a coefficient", value: c });
+            if let Some(index) = rate.filter(|&l| l >= n) {
+                return Err(ModelError::NoSuch { what: "state", index, count: n });
+            }
+            if !coefficient.is_finite() {
+                return Err(ModelError::BadNumber { what: "a coefficient", value: coefficient });
+            }
+        }
+        let kinematic = |row: &Vec<Entry>| matches!(row[..], [Entry { rate: None, .. }]);
+        if parts.form == Form::SemiImplicit {
+            // Which state is the rate is read from the row: it must be that state and nothing else.
+            let rows = parts.equations.iter().zip(&parts.kinematic).filter(|(_, k)| **k);
+            if let Some((row, _)) = rows.filter(|(row, _)| !kinematic(row)).next() {
+                return Err(ModelError::Shape { what: "terms of a kinematic equation", expected: 1, got: row.len() });
             }
         }
         let names: Vec<String> = parts.states.iter().chain(&parts.controls).cloned().collect();
         let names = symbols(&names);
         let terms: Vec<Expr> = parts.terms.iter().map(|t| parse(t, &names)).collect::<Result<_, _>>()?;
         let tape = Tape::new(names.len(), &terms);
-        let weight = |&(j, c): &(usize, f64)| (c, tape.outputs()[j]);
-        let weights = parts.equations.iter().map(|row| row.iter().map(weight).collect()).collect();
-        Ok(Self { parts, terms, tape, weights })
+        let right = RightSide::new(&parts.equations, tape.outputs());
+        Ok(Self { parts, terms, tape, right })
     }
 
     /// The model as JSON, with every digit of every number.
@@ -144,7 +176,7 @@ impl Model {
 }
 
 /// Version of the JSON form.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 #[derive(Deserialize)]
 struct Version {
@@ -171,7 +203,7 @@ struct Document {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     readings: Option<Vec<Reading>>,
     terms: Vec<String>,
-    equations: Vec<Vec<(usize, f64)>>,
+    equations: Vec<Vec<Entry>>,
     kinematic: Vec<bool>,
     n_features: usize,
 }
@@ -182,6 +214,7 @@ enum FormName {
     Increment,
     Discrete,
     Continuous,
+    SemiImplicit,
 }
 
 #[derive(Serialize, Deserialize, Clone, Copy)]
@@ -197,6 +230,7 @@ impl From<&Model> for Document {
         let (form, scheme) = match parts.form {
             Form::Increment => (FormName::Increment, None),
             Form::Discrete => (FormName::Discrete, None),
+            Form::SemiImplicit => (FormName::SemiImplicit, None),
             Form::Continuous(Scheme::Euler) => (FormName::Continuous, Some(SchemeName::Euler)),
             Form::Continuous(Scheme::Rk4 { substeps }) => (FormName::Continuous, Some(SchemeName::Rk4 { substeps })),
         };
@@ -224,6 +258,7 @@ impl TryFrom<Document> for Model {
         let form = match (document.form, document.scheme) {
             (FormName::Increment, _) => Form::Increment,
             (FormName::Discrete, _) => Form::Discrete,
+            (FormName::SemiImplicit, _) => Form::SemiImplicit,
             (FormName::Continuous, Some(SchemeName::Euler)) => Form::Continuous(Scheme::Euler),
             (FormName::Continuous, Some(SchemeName::Rk4 { substeps })) => Form::Continuous(Scheme::Rk4 { substeps }),
             (FormName::Continuous, None) => {

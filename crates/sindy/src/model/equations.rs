@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Form, Model};
+use super::{Entry, Form, Model};
 use crate::number::readable;
 
 impl Model {
@@ -21,8 +21,7 @@ impl Model {
         match self.parts.form {
             Form::Increment => format!("Δ{name}/Δt"),
             Form::Discrete => format!("{name}⁺"),
-            Form::Continuous(_) if name.chars().count() == 1 => format!("{name}\u{307}"),
-            Form::Continuous(_) => format!("d{name}/dt"),
+            Form::Continuous(_) | Form::SemiImplicit => rate(&name),
         }
     }
 
@@ -31,9 +30,9 @@ impl Model {
         let mut text = String::new();
         let mut row = self.parts.equations[i].clone();
         // What the system does by itself is read first, what is done to it last.
-        let controlled = |j: usize| self.terms[j].max_variable().is_some_and(|v| v >= self.parts.states.len());
-        row.sort_by_key(|&(j, _)| controlled(j));
-        for (j, c) in row {
+        let controlled = |e: &Entry| self.terms[e.term].max_variable().is_some_and(|v| v >= self.parts.states.len());
+        row.sort_by_key(controlled);
+        for Entry { term, coefficient: c, rate: of } in row {
             let sign = match (text.is_empty(), c < 0.0) {
                 (true, false) => "",
                 (true, true) => "−",
@@ -41,10 +40,14 @@ impl Model {
                 (false, true) => " − ",
             };
             let size = readable(c.abs());
-            let term = &self.terms[j];
-            let factor = term.pretty(&names).as_factor();
+            let term = &self.terms[term];
+            let factor = match of.map(|l| rate(&names[l])) {
+                None => term.pretty(&names).as_factor(),
+                Some(rate) if term.is_one() => rate,
+                Some(rate) => format!("{}·{rate}", term.pretty(&names).as_factor()),
+            };
             text.push_str(sign);
-            text.push_str(&match (term.is_one(), size.as_str()) {
+            text.push_str(&match (term.is_one() && of.is_none(), size.as_str()) {
                 (true, _) => size,
                 (false, "1") => factor,
                 _ if factor.starts_with(|c: char| c.is_ascii_digit()) => format!("{size}·{factor}"),
@@ -53,6 +56,11 @@ impl Model {
         }
         if text.is_empty() { "0".into() } else { text }
     }
+}
+
+/// The derivative of `name`: a dot above a single letter.
+fn rate(name: &str) -> String {
+    if name.chars().count() == 1 { format!("{name}\u{307}") } else { format!("d{name}/dt") }
 }
 
 /// The equations, one per line.

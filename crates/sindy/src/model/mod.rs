@@ -3,10 +3,13 @@
 mod document;
 mod equations;
 mod frame;
+mod right_side;
 mod step;
 
-pub use document::{ModelError, ModelParts};
+pub use document::{Entry, ModelError, ModelParts};
 pub use frame::Reading;
+
+use right_side::RightSide;
 
 use crate::expr::{Expr, Tape};
 use sindyna_core::Scheme;
@@ -20,6 +23,8 @@ pub enum Form {
     Discrete,
     /// ẋ = Θ(x; u) Ξᵀ, stepped by a scheme.
     Continuous(Scheme),
+    /// ẋ = Θ(x; u) Ξᵀ, stepped by semi-implicit Euler: states whose rate is a state too move by their new rate.
+    SemiImplicit,
 }
 
 /// Identified equations of motion.
@@ -31,8 +36,7 @@ pub struct Model {
     parts: ModelParts,
     terms: Vec<Expr>,
     tape: Tape,
-    /// Per equation: the coefficients and the registers they multiply.
-    weights: Vec<Vec<(f64, u32)>>,
+    right: RightSide,
 }
 
 impl Model {
@@ -66,13 +70,35 @@ impl Model {
         &self.terms
     }
 
-    /// Coefficients of equation `i` as (number of the active term, value).
+    /// The summands of equation `i`; their terms are numbered as in [`Self::terms`].
     ///
     /// # Panics
     /// If there is no equation `i`.
     #[must_use]
-    pub fn coefficients(&self, i: usize) -> &[(usize, f64)] {
+    pub fn coefficients(&self, i: usize) -> &[Entry] {
         &self.parts.equations[i]
+    }
+
+    /// The coefficients of the equations that are not kinematic, one equation after the other.
+    pub(crate) fn fitted(&self) -> Vec<f64> {
+        self.fitted_rows().flatten().map(|e| e.coefficient).collect()
+    }
+
+    fn fitted_rows(&self) -> impl Iterator<Item = &Vec<Entry>> {
+        let rows = self.parts.equations.iter().zip(&self.parts.kinematic);
+        rows.filter(|(_, kinematic)| !**kinematic).map(|(row, _)| row)
+    }
+
+    /// The same model with other coefficients, in the order of [`Self::fitted`].
+    pub(crate) fn with_fitted(&self, xi: &[f64]) -> Self {
+        let mut model = self.clone();
+        let rows = model.parts.equations.iter_mut().zip(&self.parts.kinematic);
+        let entries = rows.filter(|(_, kinematic)| !**kinematic).flat_map(|(row, _)| row.iter_mut());
+        for (entry, value) in entries.zip(xi) {
+            entry.coefficient = *value;
+        }
+        model.right = RightSide::new(&model.parts.equations, self.tape.outputs());
+        model
     }
 
     /// States times candidate terms: the paper's P.
@@ -84,20 +110,19 @@ impl Model {
     /// Fitted coefficients that are not zero; rows of states whose rate is a state too are not counted.
     #[must_use]
     pub fn nonzero(&self) -> usize {
-        let rows = self.parts.equations.iter().zip(&self.parts.kinematic);
-        rows.filter(|(_, kinematic)| !**kinematic).map(|(row, _)| row.len()).sum()
+        self.fitted_rows().map(Vec::len).sum()
     }
 
-    /// Coefficients that are not zero in the paper's counting, its P′: those of x⁺ = Θ Ξᵀ (of ẋ for continuous models),
+    /// Coefficients that are not zero in the paper's counting, its P′: those of x⁺ = Θ Ξᵀ (of ẋ for continuous schemes),
     /// kinematic rows included.
     #[must_use]
     pub fn nonzero_paper(&self) -> usize {
         let written: usize = self.parts.equations.iter().map(Vec::len).sum();
-        if self.parts.form != Form::Increment {
+        if matches!(self.parts.form, Form::Discrete) {
             return written;
         }
         // x⁺ = x + Δt Θ Ξᵀ: the state itself is one more term, unless its row has it already.
-        let has_own = |i: &usize| self.parts.equations[*i].iter().any(|(j, _)| self.terms[*j] == Expr::Variable(*i));
+        let has_own = |i: &usize| self.parts.equations[*i].iter().any(|e| self.terms[e.term] == Expr::Variable(*i));
         written + (0..self.parts.states.len()).filter(|i| !has_own(i)).count()
     }
 }

@@ -3,10 +3,8 @@
 use sindyna_core::{Diverged, Dynamics, Held, Rng, Scheme, VectorField};
 
 use super::frame::back;
+use super::right_side::STACK;
 use super::{Form, Model};
-
-/// Numbers kept on the stack during an evaluation; larger models fall back to the heap.
-const STACK: usize = 96;
 
 impl Model {
     /// Writes Θ(z; u) Ξᵀ, the right-hand side of the equations, at a state `z` of the model.
@@ -23,9 +21,7 @@ impl Model {
         registers[..z.len()].copy_from_slice(z);
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
         self.tape.run(registers);
-        for (out, weights) in out.iter_mut().zip(&self.weights) {
-            *out = weights.iter().map(|(c, r)| c * registers[*r as usize]).sum();
-        }
+        self.right.eval(registers, out);
     }
 
     /// One control interval in the model's own space.
@@ -36,6 +32,17 @@ impl Model {
                 self.right_side(z, u, next);
                 for (next, z) in next.iter_mut().zip(z) {
                     *next = z + self.parts.dt * *next;
+                }
+            }
+            Form::SemiImplicit => {
+                self.right_side(z, u, next);
+                for (next, z) in next.iter_mut().zip(z) {
+                    *next = z + self.parts.dt * *next;
+                }
+                let rows = self.parts.equations.iter().zip(&self.parts.kinematic).enumerate();
+                for (i, (row, _)) in rows.filter(|(_, (_, kinematic))| **kinematic) {
+                    let moved: f64 = row.iter().map(|e| e.coefficient * self.terms[e.term].eval(next)).sum();
+                    next[i] = z[i] + self.parts.dt * moved;
                 }
             }
             Form::Continuous(scheme) => return self.held(scheme).step(z, u, rng, next),
@@ -79,7 +86,8 @@ impl VectorField for Own<'_> {
     }
 }
 
-/// The right-hand side over the model's own states: ẋ for a continuous model, (x⁺ − x)/Δt or x⁺ for the others.
+/// The right-hand side over the model's own states: ẋ for a continuous or semi-implicit model, (x⁺ − x)/Δt or x⁺
+/// for the others.
 impl VectorField for Model {
     fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
         self.right_side(x, u, x_dot);

@@ -112,7 +112,7 @@ impl BestSubset {
             // More terms than this can only fit rounding.
             let enough =
                 found.first().is_some_and(|c| exact(c) && !by_chance(&problem, c.rss.max(interesting), rows, size));
-            if enough || size <= rows / 2 {
+            if enough || size <= rows * 2 / 3 {
                 let scored = found.iter().map(|c| (criterion.score(c), c)).min_by(|(a, _), (b, _)| a.total_cmp(b));
                 if let Some((score, candidate)) = scored.filter(|(s, _)| winner.as_ref().is_none_or(|(w, _)| s < w)) {
                     winner = Some((score, candidate.clone()));
@@ -122,7 +122,7 @@ impl BestSubset {
             let best_size = winner.as_ref().map_or(0, |(_, c)| c.subset.len());
             // Exact equations are short; they may be found on hardly more rows than terms.
             let short = size < SHORT && selection.floor > 0.0;
-            if enough || (size >= (rows / 2).min(best_size + PATIENCE) && !short) {
+            if enough || (size >= (rows * 2 / 3).min(best_size + PATIENCE) && !short) {
                 break;
             }
         }
@@ -194,6 +194,27 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 }
 
 impl Selected {
+    /// All columns before `target`, with their least-squares coefficients.
+    pub(crate) fn all(triangle: &Triangle, target: usize, floor: f64) -> Self {
+        let support: Vec<usize> = (0..target).collect();
+        let coefficients = triangle.solve_scaled(&support, target, 0.0, |j| triangle.norm(j).max(f64::MIN_POSITIVE));
+        let unscaled = |(c, j): (&f64, &usize)| c / triangle.norm(*j).max(f64::MIN_POSITIVE);
+        let coefficients: Vec<f64> = coefficients.iter().zip(&support).map(unscaled).collect();
+        let rows = triangle.n_rows();
+        let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
+        let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
+        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new() }
+    }
+
+    /// The same with term j called `numbers[j]`.
+    pub(crate) fn renumbered(mut self, numbers: &[usize]) -> Self {
+        let paths = self.path.iter_mut().flat_map(|s| s.support.iter_mut());
+        for j in self.support.iter_mut().chain(paths) {
+            *j = numbers[*j];
+        }
+        self
+    }
+
     /// The account of a fit of all terms, with coefficients that may be zero.
     pub(crate) fn dense(triangle: &Triangle, target: usize, coefficients: &[f64], floor: f64) -> Self {
         let kept = coefficients.iter().copied().enumerate().filter(|(_, c)| *c != 0.0);

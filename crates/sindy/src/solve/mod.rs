@@ -8,4 +8,5 @@ mod stlsq;
 
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
 pub(crate) use least_squares::{least_squares, truncated};
+pub(crate) use search::binomial;
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};

@@ -1,0 +1,149 @@
+//! The right-hand side of a model's equations, explicit or implicit.
+
+use super::document::Entry;
+
+/// Numbers kept on the stack during an evaluation; larger models fall back to the heap.
+pub(super) const STACK: usize = 96;
+
+/// Smallest pivot, as part of the largest entry of its row, with which derivatives are solved for.
+const SINGULAR: f64 = 1e-9;
+
+/// ẋ = h + D ẋ, with h and D linear in the terms.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct RightSide {
+    /// Per equation: the coefficients and the registers of the terms that make h.
+    explicit: Vec<Vec<(f64, u32)>>,
+    /// The entries of D.
+    coupled: Vec<Coupling>,
+    /// States whose derivatives depend on each other through D.
+    solved: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Coupling {
+    row: usize,
+    column: usize,
+    coefficient: f64,
+    register: u32,
+}
+
+impl RightSide {
+    /// The right-hand side of `equations` over terms found in `registers`.
+    pub(super) fn new(equations: &[Vec<Entry>], registers: &[u32]) -> Self {
+        let explicit = |row: &Vec<Entry>| {
+            row.iter().filter(|e| e.rate.is_none()).map(|e| (e.coefficient, registers[e.term])).collect()
+        };
+        let coupled: Vec<(usize, usize, &Entry)> = equations
+            .iter()
+            .enumerate()
+            .flat_map(|(i, row)| row.iter().filter_map(move |e| e.rate.map(|l| (i, l, e))))
+            .collect();
+        let mut solved: Vec<usize> = coupled.iter().flat_map(|&(i, l, _)| [i, l]).collect();
+        solved.sort_unstable();
+        solved.dedup();
+        let place = |i: usize| solved.partition_point(|&s| s < i);
+        let coupling = |&(i, l, e): &(usize, usize, &Entry)| Coupling {
+            row: place(i),
+            column: place(l),
+            coefficient: e.coefficient,
+            register: registers[e.term],
+        };
+        let coupled = coupled.iter().map(coupling).collect();
+        Self { explicit: equations.iter().map(explicit).collect(), coupled, solved }
+    }
+
+    /// Writes ẋ; NaN where the implicit equations are as good as singular.
+    pub(super) fn eval(&self, registers: &[f64], x_dot: &mut [f64]) {
+        for (out, weights) in x_dot.iter_mut().zip(&self.explicit) {
+            *out = weights.iter().map(|(c, r)| c * registers[*r as usize]).sum();
+        }
+        if self.coupled.is_empty() {
+            return;
+        }
+        let q = self.solved.len();
+        let mut stack = [0.0; STACK];
+        let mut heap = Vec::new();
+        let system = if q * (q + 1) <= STACK {
+            &mut stack[..q * (q + 1)]
+        } else {
+            heap.resize(q * (q + 1), 0.0);
+            &mut heap[..]
+        };
+        let width = q + 1;
+        for (i, &state) in self.solved.iter().enumerate() {
+            system[i * width + i] = 1.0;
+            system[i * width + q] = x_dot[state];
+        }
+        for c in &self.coupled {
+            system[c.row * width + c.column] -= c.coefficient * registers[c.register as usize];
+        }
+        let regular = solve(system, q);
+        for (i, &state) in self.solved.iter().enumerate() {
+            x_dot[state] = if regular { system[i * width + q] } else { f64::NAN };
+        }
+    }
+}
+
+/// Solves the q equations in the rows (A | b) of `system` in place, by elimination with row exchanges; the solution
+/// takes the place of b. `false` if A is as good as singular.
+fn solve(system: &mut [f64], q: usize) -> bool {
+    let width = q + 1;
+    for k in 0..q {
+        let size = |i: &usize| system[i * width + k].abs();
+        let pivot = (k..q).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
+        let largest = (k..q).map(|j| system[pivot * width + j].abs()).fold(0.0, f64::max);
+        if !(system[pivot * width + k].abs() > SINGULAR * largest) {
+            return false;
+        }
+        if pivot != k {
+            for j in 0..width {
+                system.swap(pivot * width + j, k * width + j);
+            }
+        }
+        for i in 0..q {
+            if i == k {
+                continue;
+            }
+            let factor = system[i * width + k] / system[k * width + k];
+            for j in k..width {
+                system[i * width + j] -= factor * system[k * width + j];
+            }
+        }
+    }
+    for k in 0..q {
+        system[k * width + q] /= system[k * width + k];
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn coupled(term: usize, coefficient: f64, rate: usize) -> Entry {
+        Entry { term, coefficient, rate: Some(rate) }
+    }
+
+    #[test]
+    fn coupled_derivatives_are_solved_for() {
+        // a = 3 + 0.5 b, b = 1 − 2 a: a = 1.75, b = −2.5; the third equation is explicit.
+        let equations =
+            [vec![Entry::new(0, 3.0), coupled(0, 0.5, 1)], vec![Entry::new(0, 1.0), coupled(0, -2.0, 0)], vec![
+                Entry::new(1, 4.0),
+            ]];
+        let right = RightSide::new(&equations, &[0, 1]);
+        let mut x_dot = [0.0; 3];
+        right.eval(&[1.0, 0.25], &mut x_dot);
+        for (got, expected) in x_dot.iter().zip([1.75, -2.5, 1.0]) {
+            assert!((got - expected).abs() < 1e-15, "{x_dot:?}");
+        }
+    }
+
+    #[test]
+    fn singular_equations_give_no_number() {
+        let equations = [vec![Entry::new(0, 1.0), coupled(0, 1.0, 1)], vec![coupled(0, 1.0, 0)]];
+        let mut x_dot = [0.0; 2];
+        RightSide::new(&equations, &[0]).eval(&[1.0], &mut x_dot);
+        assert!(x_dot.iter().all(|v| v.is_nan()));
+    }
+}

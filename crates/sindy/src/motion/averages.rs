@@ -1,0 +1,127 @@
+//! The terms of an equation averaged over each step.
+
+use ndarray::Array2;
+use sindyna_core::VectorField as _;
+
+use super::{Run, Stepping};
+use crate::Model;
+use crate::expr::Tape;
+use crate::library::{Term, Tiers};
+
+/// A place on the way from one sample to the next, with its weight in the average.
+struct Node<'a> {
+    weight: f64,
+    /// (x; u) there.
+    z: &'a [f64],
+    /// ẋ there.
+    rates: &'a [f64],
+}
+
+/// What equations can be made of, compiled.
+pub(crate) struct System<'a> {
+    pub(crate) terms: &'a [Term],
+    /// How many of the terms are tried before the others.
+    pub(crate) core: usize,
+    /// Per state: the state that is its rate.
+    pub(crate) rates: &'a [Option<usize>],
+    /// Control interval \[s\].
+    pub(crate) dt: f64,
+    tape: Tape,
+}
+
+impl<'a> System<'a> {
+    /// Equations of `n_inputs` states and controls over `terms`.
+    pub(crate) fn new(tiers: &'a Tiers, rates: &'a [Option<usize>], n_inputs: usize, dt: f64) -> Self {
+        let tape = Tape::new(n_inputs, tiers.terms.iter().map(|t| &t.expr));
+        Self { terms: &tiers.terms, core: tiers.core, rates, dt, tape }
+    }
+
+    /// The average of every term over each step of `run` (T, F), along the way that `model` takes from sample to sample;
+    /// without one, along a cubic through them.
+    ///
+    /// With the model's own coefficients these averages add up to exactly the step the model takes.
+    pub(super) fn averages(&self, run: &Run, stepping: Stepping, model: Option<&Model>) -> Array2<f64> {
+        let mut theta = Array2::zeros((run.len(), self.terms.len()));
+        for t in 0..run.len() {
+            let mut add = |node: &Node<'_>| self.add(node, &mut theta, t);
+            match (stepping, model) {
+                (Stepping::Euler | Stepping::SemiImplicit, _) => {
+                    let z: Vec<f64> = run.x.row(t).iter().chain(run.u.row(t)).copied().collect();
+                    add(&Node { weight: 1.0, z: &z, rates: &self.increments(run, t) });
+                }
+                (Stepping::Continuous { .. }, None) => self.cubic(run, t, &mut add),
+                (Stepping::Continuous { substeps }, Some(model)) => self.stages(run, t, model, substeps, &mut add),
+            }
+        }
+        theta
+    }
+
+    fn add(&self, node: &Node<'_>, theta: &mut Array2<f64>, t: usize) {
+        let mut registers = vec![0.0; self.tape.n_registers()];
+        registers[..node.z.len()].copy_from_slice(node.z);
+        self.tape.run(&mut registers);
+        for (j, (term, &register)) in self.terms.iter().zip(self.tape.outputs()).enumerate() {
+            let rate = term.rate.map_or(1.0, |l| node.rates[l]);
+            theta[[t, j]] += node.weight * registers[register as usize] * rate;
+        }
+    }
+
+    /// (x⁺ − x)/Δt.
+    pub(super) fn increments(&self, run: &Run, t: usize) -> Vec<f64> {
+        run.x.row(t + 1).iter().zip(run.x.row(t)).map(|(next, now)| (next - now) / self.dt).collect()
+    }
+
+    /// Simpson's rule over both samples and the middle of the cubic through states and rates at both ends. Where there
+    /// is no rate to go by, the way is straight.
+    fn cubic(&self, run: &Run, t: usize, add: &mut impl FnMut(&Node<'_>)) {
+        let (now, next) = (run.x.row(t), run.x.row(t + 1));
+        let n = now.len();
+        let increments = self.increments(run, t);
+        let mut places = [now.to_vec(), (0..n).map(|i| 0.5 * (now[i] + next[i])).collect(), next.to_vec()];
+        let mut rates = [increments.clone(), increments.clone(), increments.clone()];
+        for (i, v) in self.rates.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v))) {
+            let (before, after) = (now[v], next[v]);
+            // How far the mean rate lies from the mean of the rates: what the cubic bends more than a parabola.
+            let bend = increments[i] - 0.5 * (before + after);
+            places[1][i] += self.dt / 8.0 * (before - after);
+            places[1][v] += 1.5 * bend;
+            rates[0][v] += 6.0 * bend / self.dt;
+            rates[2][v] -= 6.0 * bend / self.dt;
+        }
+        for ((weight, x), rates) in [1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0].into_iter().zip(&mut places).zip(&rates) {
+            x.extend(run.u.row(t));
+            add(&Node { weight, z: x, rates });
+        }
+    }
+
+    /// The stages of the Runge–Kutta steps of `model`; where its accelerations miss the data's on average, they are moved.
+    fn stages(&self, run: &Run, t: usize, model: &Model, substeps: usize, add: &mut impl FnMut(&Node<'_>)) {
+        let (n, k) = (run.x.ncols(), run.u.ncols());
+        let u: Vec<f64> = run.u.row(t).to_vec();
+        let mut x: Vec<f64> = run.x.row(t).to_vec();
+        let h = self.dt / substeps as f64;
+        let mut places = Vec::with_capacity(4 * substeps);
+        for _ in 0..substeps {
+            let mut slopes = vec![vec![0.0; n]; 4];
+            for s in 0..4 {
+                let reach = [0.0, 0.5 * h, 0.5 * h, h][s];
+                let mut z = Vec::with_capacity(n + k);
+                z.extend((0..n).map(|i| x[i] + if s > 0 { reach * slopes[s - 1][i] } else { 0.0 }));
+                model.eval(&z, &u, &mut slopes[s]);
+                z.extend_from_slice(&u);
+                let weight = [1.0, 2.0, 2.0, 1.0][s] / (6.0 * substeps as f64);
+                places.push((weight, z, slopes[s].clone()));
+            }
+            for (i, x) in x.iter_mut().enumerate() {
+                *x += h / 6.0 * (slopes[0][i] + 2.0 * slopes[1][i] + 2.0 * slopes[2][i] + slopes[3][i]);
+            }
+        }
+        let increments = self.increments(run, t);
+        let miss: Vec<f64> =
+            (0..n).map(|i| increments[i] - places.iter().map(|(w, _, slope)| w * slope[i]).sum::<f64>()).collect();
+        for (weight, z, slope) in &places {
+            let rates: Vec<f64> = slope.iter().zip(&miss).map(|(a, b)| a + b).collect();
+            add(&Node { weight: *weight, z, rates: &rates });
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! Coefficients fitted to whole trajectories.
+
+use faer::Mat;
+use faer::linalg::solvers::Solve as _;
+use ndarray::{Array2, ArrayView2, s};
+use sindyna_core::{Dynamics as _, Seed};
+
+use super::Run;
+use crate::{Model, Triangle};
+
+/// A model with polished coefficients.
+#[derive(Debug, Clone)]
+pub(crate) struct Polished {
+    pub(crate) model: Model,
+    /// Standard error of each coefficient, in the order of the model's equations, fitted equations only.
+    pub(crate) errors: Vec<f64>,
+    /// Σ of squared errors in standard deviations.
+    pub(crate) misfit: f64,
+    /// Number of values compared, less the number of values fitted.
+    pub(crate) freedom: usize,
+}
+
+/// Steps of a piece of trajectory that is followed from one start.
+const PIECE: usize = 20;
+
+/// Gauss–Newton steps, at most.
+const ROUNDS: usize = 12;
+
+/// Relative change by which derivatives are taken.
+const NUDGE: f64 = 1e-6;
+
+/// A piece of trajectory: observed states, controls, errors; and the start that is being fitted.
+struct Piece<'a> {
+    x: ArrayView2<'a, f64>,
+    u: ArrayView2<'a, f64>,
+    sigma: ArrayView2<'a, f64>,
+    start: Vec<f64>,
+}
+
+/// Fits the coefficients of `model` to the trajectories in `runs`, and the start of each piece with them:
+/// min Σ ((x − x̂)/σ)² by Gauss–Newton, where x̂ follows the model from its start. `None` if the model cannot follow the data.
+///
+/// A deterministic system seen through sensors with independent errors is estimated so with the least possible error.
+///
+/// # References
+/// Bock (1983), multiple shooting for parameter estimation; here the pieces need not meet.
+pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
+    let mut pieces: Vec<Piece<'_>> = runs.iter().flat_map(pieces).collect();
+    let mut model = model.clone();
+    let mut xi = model.fitted();
+    let mut misfit = pieces.iter().map(|p| p.misfit(&model)).sum::<f64>();
+    if !misfit.is_finite() {
+        return None;
+    }
+    for _ in 0..ROUNDS {
+        let step = gauss_newton(&model, &xi, &pieces)?;
+        // A step that overshoots is halved.
+        let mut taken = None;
+        for halvings in 0..8 {
+            let part = 0.5_f64.powi(halvings);
+            let trial: Vec<f64> = xi.iter().zip(&step.xi).map(|(c, d)| c + part * d).collect();
+            let moved = model.with_fitted(&trial);
+            let starts: Vec<Vec<f64>> = pieces
+                .iter()
+                .zip(&step.starts)
+                .map(|(p, d)| p.start.iter().zip(d).map(|(x, d)| x + part * d).collect())
+                .collect();
+            let total: f64 = pieces.iter().zip(&starts).map(|(p, start)| p.misfit_from(&moved, start)).sum();
+            if total <= misfit {
+                taken = Some((trial, moved, starts, total));
+                break;
+            }
+        }
+        let Some((trial, moved, starts, total)) = taken else { break };
+        let gain = misfit - total;
+        (xi, model, misfit) = (trial, moved, total);
+        for (piece, start) in pieces.iter_mut().zip(starts) {
+            piece.start = start;
+        }
+        if gain < 1e-6 * misfit.max(1.0) {
+            break;
+        }
+    }
+    let errors = standard_errors(&gauss_newton(&model, &xi, &pieces)?.triangle, xi.len())?;
+    let compared: usize = pieces.iter().map(|p| p.x.len() - p.start.len()).sum();
+    Some(Polished { model, errors, misfit, freedom: compared.saturating_sub(xi.len()) })
+}
+
+fn pieces(run: &Run) -> Vec<Piece<'_>> {
+    let cut = |first: usize| {
+        let last = (first + PIECE).min(run.len());
+        Piece {
+            x: run.x.slice(s![first..=last, ..]),
+            u: run.u.slice(s![first..last, ..]),
+            sigma: run.sigma.slice(s![first..=last, ..]),
+            start: run.x.row(first).to_vec(),
+        }
+    };
+    (0..run.len()).step_by(PIECE).map(cut).collect()
+}
+
+impl Piece<'_> {
+    /// (x − x̂)/σ (T + 1, n) from `start`.
+    fn errors(&self, model: &Model, start: &[f64]) -> Array2<f64> {
+        let mut rng = Seed::new(0).stream("no randomness", 0);
+        let mut errors = Array2::from_elem(self.x.dim(), f64::NAN);
+        let (mut x, mut next) = (start.to_vec(), vec![0.0; start.len()]);
+        for t in 0..self.x.nrows() {
+            for i in 0..x.len() {
+                errors[[t, i]] = (self.x[[t, i]] - x[i]) / self.sigma[[t, i]];
+            }
+            if t < self.u.nrows() {
+                let u = self.u.row(t).to_vec();
+                if model.step(&x, &u, &mut rng, &mut next).is_err() {
+                    break;
+                }
+                std::mem::swap(&mut x, &mut next);
+            }
+        }
+        errors
+    }
+
+    fn misfit(&self, model: &Model) -> f64 {
+        self.misfit_from(model, &self.start)
+    }
+
+    fn misfit_from(&self, model: &Model, start: &[f64]) -> f64 {
+        let total: f64 = self.errors(model, start).iter().map(|e| e * e).sum();
+        if total.is_finite() { total } else { f64::INFINITY }
+    }
+}
+
+struct Step {
+    xi: Vec<f64>,
+    starts: Vec<Vec<f64>>,
+    /// [∂x̂/∂ξ | x − x̂], what is left after the starts are fitted.
+    triangle: Triangle,
+}
+
+/// One Gauss–Newton step. The start of a piece concerns that piece alone, so it is taken out by QR before the pieces are
+/// put together.
+fn gauss_newton(model: &Model, xi: &[f64], pieces: &[Piece<'_>]) -> Option<Step> {
+    let p = xi.len();
+    let nudges: Vec<f64> = xi.iter().map(|c| NUDGE * c.abs().max(1e-6)).collect();
+    let nudged: Vec<[Model; 2]> = (0..p)
+        .map(|j| {
+            [1.0, -1.0].map(|sign| {
+                let mut moved = xi.to_vec();
+                moved[j] += sign * nudges[j];
+                model.with_fitted(&moved)
+            })
+        })
+        .collect();
+    let mut triangle = Triangle::new(p + 1);
+    let mut heads = Vec::with_capacity(pieces.len());
+    for piece in pieces {
+        let n = piece.start.len();
+        let errors = piece.errors(model, &piece.start);
+        let mut columns: Vec<Array2<f64>> = Vec::with_capacity(n + p + 1);
+        for i in 0..n {
+            let size = NUDGE * piece.start[i].abs().max(1e-3);
+            let [up, down] = [size, -size].map(|by| {
+                let mut start = piece.start.clone();
+                start[i] += by;
+                piece.errors(model, &start)
+            });
+            columns.push((down - up) / (2.0 * size));
+        }
+        for (nudge, [up, down]) in nudges.iter().zip(&nudged) {
+            columns.push((piece.errors(down, &piece.start) - piece.errors(up, &piece.start)) / (2.0 * *nudge));
+        }
+        columns.push(errors);
+        let rows = columns[0].len();
+        let flat: Vec<Vec<f64>> = columns.iter().map(|c| c.iter().copied().collect()).collect();
+        if flat.iter().flatten().any(|v| !v.is_finite()) {
+            return None;
+        }
+        let r = Mat::from_fn(rows, n + p + 1, |row, column| flat[column][row]).qr().thin_R().to_owned();
+        let rest = Array2::from_shape_fn((r.nrows().saturating_sub(n), p + 1), |(i, j)| {
+            if i <= j { r[(n + i, n + j)] } else { 0.0 }
+        });
+        triangle.push(rest.view()).ok()?;
+        heads.push(r);
+    }
+    let all: Vec<usize> = (0..p).collect();
+    let delta = triangle.solve_scaled(&all, p, 0.0, |j| triangle.norm(j).max(f64::MIN_POSITIVE));
+    let delta: Vec<f64> = delta.iter().zip(&all).map(|(d, &j)| d / triangle.norm(j).max(f64::MIN_POSITIVE)).collect();
+    let starts = heads.iter().zip(pieces).map(|(r, piece)| {
+        let n = piece.start.len();
+        let a = Mat::from_fn(n, n, |i, j| if i <= j { r[(i, j)] } else { 0.0 });
+        let b = Mat::from_fn(n, 1, |i, _| r[(i, n + p)] - (0..p).map(|j| r[(i, n + j)] * delta[j]).sum::<f64>());
+        let x = a.partial_piv_lu().solve(b);
+        (0..n).map(|i| x[(i, 0)]).collect()
+    });
+    let starts = starts.collect();
+    delta.iter().all(|d| d.is_finite()).then_some(Step { xi: delta, starts, triangle })
+}
+
+/// √ of the diagonal of (JᵀJ)⁻¹, from the triangle of J.
+fn standard_errors(triangle: &Triangle, p: usize) -> Option<Vec<f64>> {
+    if p == 0 {
+        return Some(Vec::new());
+    }
+    let norms: Vec<f64> = (0..p).map(|j| triangle.norm(j)).collect();
+    let r = Mat::from_fn(p, p, |i, j| triangle.column(j).get(i).copied().unwrap_or(0.0) / norms[j]);
+    let inverse = r.partial_piv_lu().solve(Mat::<f64>::identity(p, p));
+    let error = |j: usize| (0..p).map(|i| inverse[(j, i)].powi(2)).sum::<f64>().sqrt() / norms[j];
+    let errors: Vec<f64> = (0..p).map(error).collect();
+    Some(errors)
+}

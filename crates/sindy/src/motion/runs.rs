@@ -1,0 +1,80 @@
+//! Recorded states with nothing between them but the equations of motion.
+
+use ndarray::{Array2, ArrayView1, s};
+use sindyna_core::{Dataset, Kind, Precision, Spec};
+
+use crate::coordinates::Coordinates;
+
+/// Consecutive samples of one rollout.
+#[derive(Debug, Clone)]
+pub(crate) struct Run {
+    /// States (T + 1, n).
+    pub(crate) x: Array2<f64>,
+    /// Controls (T, k), each held from one sample to the next.
+    pub(crate) u: Array2<f64>,
+    /// Standard deviation of the error of each state (T + 1, n).
+    pub(crate) sigma: Array2<f64>,
+}
+
+impl Run {
+    /// Number of steps.
+    pub(crate) fn len(&self) -> usize {
+        self.u.nrows()
+    }
+}
+
+/// Errors smaller than this part of the rounding of a channel's largest value are not believed: a state that is exactly
+/// zero has been computed from others that were rounded.
+const LEAST_ROUNDING: f64 = 0.1;
+
+/// The runs of `data`, and the number of steps left out because they end at a declared limit: what happens there (a stop,
+/// a clip) is not dynamics.
+pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (Vec<Run>, usize) {
+    let n = coordinates.n_states();
+    let mut found = Vec::new();
+    let mut at_limits = 0;
+    for rollout in data.rollouts() {
+        let x = coordinates.states(rollout.observations);
+        let mut sigma = Array2::from_shape_fn(x.dim(), |(t, i)| coordinates.error(i, rollout.observations.row(t)));
+        for i in 0..n {
+            let largest = (0..x.nrows()).map(|t| sigma[[t, i]]).fold(0.0, f64::max);
+            sigma.column_mut(i).mapv_inplace(|v| v.max(LEAST_ROUNDING * largest));
+        }
+        let steps = rollout.controls.nrows();
+        let mut first = 0;
+        for t in 0..=steps {
+            let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1));
+            if broken || t == steps {
+                if t > first {
+                    found.push(Run {
+                        x: x.slice(s![first..=t, ..]).to_owned(),
+                        u: rollout.controls.slice(s![first..t, ..]).to_owned(),
+                        sigma: sigma.slice(s![first..=t, ..]).to_owned(),
+                    });
+                }
+                at_limits += usize::from(broken);
+                first = t + 1;
+            }
+        }
+    }
+    (found, at_limits)
+}
+
+/// Whether an observation sits at a declared limit.
+pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
+    observation.iter().zip(&spec.observation).any(|(&value, channel)| {
+        // Cosine and sine reach their bounds on any turn.
+        if matches!(channel.kind, Kind::CosOf(_) | Kind::SinOf(_)) {
+            return false;
+        }
+        let declared = spec.state.iter().find(|s| s.name == channel.name).map_or(channel.bounds, |s| s.bounds);
+        let tolerance = match spec.precision {
+            Precision::F32 => 1.5 * f64::from(f32::EPSILON),
+            Precision::F64 => 1e-9,
+        };
+        [channel.bounds, declared]
+            .into_iter()
+            .flat_map(|(low, high)| [low, high])
+            .any(|bound| bound.is_finite() && (value - bound).abs() <= tolerance * bound.abs())
+    })
+}

@@ -1,0 +1,67 @@
+//! How a system goes from one sample to the next.
+
+use sindyna_core::Scheme;
+
+use super::Run;
+use super::whiten::whiten;
+use crate::model::Form;
+
+/// How the equations of motion are stepped through one control interval.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stepping {
+    /// Every state moves by its rate before the step.
+    Euler,
+    /// Rates first, the states they belong to then move by the new ones.
+    SemiImplicit,
+    /// In continuous time: Runge–Kutta steps of fourth order.
+    Continuous {
+        /// Steps per control interval.
+        substeps: usize,
+    },
+}
+
+impl Stepping {
+    pub(crate) fn form(self) -> Form {
+        match self {
+            Self::Euler => Form::Continuous(Scheme::Euler),
+            Self::SemiImplicit => Form::SemiImplicit,
+            Self::Continuous { substeps } => Form::Continuous(Scheme::Rk4 { substeps }),
+        }
+    }
+}
+
+/// Difference of χ² below which two ways of stepping are as good as each other.
+const CLEAR: f64 = 12.0;
+
+/// The stepping that the states with known rates show: whether they moved by the rate before the step, after it, or by
+/// something between the two. `rates` holds, per state, the state that is its rate. `None` where no state has one.
+///
+/// What the data cannot tell is taken as continuous.
+pub(super) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<Stepping> {
+    let pairs: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect();
+    if pairs.is_empty() {
+        return None;
+    }
+    let misfit = |old: f64, new: f64| {
+        pairs.iter().map(|&(i, v)| runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>()).sum::<f64>()
+    };
+    let continuous = misfit(0.5, 0.5);
+    let (euler, semi) = (misfit(1.0, 0.0), misfit(0.0, 1.0));
+    Some(if euler.min(semi) + CLEAR > continuous {
+        Stepping::Continuous { substeps: 1 }
+    } else if euler <= semi {
+        Stepping::Euler
+    } else {
+        Stepping::SemiImplicit
+    })
+}
+
+/// Σ of the squared, whitened errors of x⁺ = x + Δt (a v + b v⁺).
+fn chi_squared(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> f64 {
+    let error = |t: usize| (run.x[[t + 1, i]] - run.x[[t, i]]) / dt - a * run.x[[t, v]] - b * run.x[[t + 1, v]];
+    let mut rows = ndarray::Array2::from_shape_fn((run.len(), 1), |(t, _)| error(t));
+    // The error of the rate enters too.
+    let sigma: Vec<f64> = (0..=run.len()).map(|t| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]])).collect();
+    whiten(rows.view_mut(), &sigma, dt);
+    rows.iter().map(|w| w * w).sum()
+}
