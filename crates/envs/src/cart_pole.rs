@@ -58,6 +58,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("F", "N", Kind::Plain, FORCE).within(-FORCE, FORCE)],
         action_space: Space::Discrete { controls: array![[-FORCE], [FORCE]] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: DT,
         max_steps: 500,
         solved_at: Some(475.0),

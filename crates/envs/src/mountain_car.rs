@@ -45,6 +45,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "", Kind::Plain, MAX_THROTTLE).within(-MAX_THROTTLE, MAX_THROTTLE)],
         action_space: Space::Box { low: vec![-MAX_THROTTLE], high: vec![MAX_THROTTLE] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: 1.0,
         max_steps: 999,
         solved_at: Some(90.0),

@@ -45,6 +45,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "N·m", Kind::Plain, MAX_TORQUE).within(-MAX_TORQUE, MAX_TORQUE)],
         action_space: Space::Box { low: vec![-MAX_TORQUE], high: vec![MAX_TORQUE] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: DT,
         max_steps: 200,
         // Gymnasium names no threshold; this one is ours: the best known policies average about −150.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dynamics, Sensors, Simulated, Spec, Task};
+use sindyna_core::{Dynamics, Redeclared, Sensors, Simulated, Spec, Task};
 
 use crate::{cart_pole, inverted_pendulum, mountain_car, pendulum};
 
@@ -86,6 +86,15 @@ impl System {
     #[must_use]
     pub fn sensors(&self) -> Sensors {
         self.sensors.clone()
+    }
+
+    /// The same system with noise on its sensors: the declared one is `fraction` (≥ 0) of every observation channel's
+    /// scale. Reward and termination remain those of the state itself.
+    #[must_use]
+    pub fn with_noise(mut self, fraction: f64) -> Self {
+        self.task = Arc::new(Redeclared::new(self.task, |spec| spec.noise = fraction));
+        self.sensors = Sensors::new(self.task.spec()).expect("noise changes no channel");
+        self
     }
 
     /// The real system: task and true dynamics together. The first call must be a reset.

@@ -57,6 +57,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "100 N", Kind::Plain, MAX_CONTROL).within(-MAX_CONTROL, MAX_CONTROL)],
         action_space: Space::Box { low: vec![-MAX_CONTROL], high: vec![MAX_CONTROL] },
         precision: Precision::F64,
+        noise: 0.0,
         dt: DT,
         max_steps: 1000,
         solved_at: Some(950.0),
