@@ -1,4 +1,5 @@
-//! The true systems of sindyna and the tasks on them, number for number those of Gymnasium 1.4.
+//! The true systems of sindyna and the tasks on them: number for number those of Gymnasium 1.4, and a cart-pole to be
+//! swung up.
 //!
 //! Every system comes in two parts that do not know each other: its *dynamics*, with all walls, friction and speed
 //! limits, and its *task*: start states, reward, termination and what is declared about the channels. A learned
@@ -24,6 +25,7 @@
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "tests compare exact numbers on purpose"))]
 
 mod cart_pole;
+mod cart_pole_swing_up;
 mod float32;
 mod inverted_pendulum;
 mod mountain_car;

@@ -29,7 +29,7 @@ const MAX_ANGLE: f64 = 0.2;
 pub(crate) fn system() -> System {
     let card = Card {
         name: "inverted-pendulum",
-        gymnasium_id: "InvertedPendulum-v5",
+        gymnasium_id: Some("InvertedPendulum-v5"),
         summary: "balance a pole on a motor-driven cart, on a rail with soft ends",
         true_equations: &[
             "ẋ = v",
@@ -40,7 +40,8 @@ pub(crate) fn system() -> System {
     };
     let spec = spec(card.name);
     let scheme = Scheme::Rk4 { substeps: SUBSTEPS };
-    System::new(card, InvertedPendulumTask { spec }, Held::new(CartAndPole::new(), scheme, DT))
+    let held = Held::new(CartAndPole::new(), scheme, DT);
+    System::new(card, InvertedPendulumTask { spec }, held, CartAndPole::new().without_stops())
 }
 
 fn spec(name: &str) -> Spec {
