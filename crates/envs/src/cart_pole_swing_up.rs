@@ -68,7 +68,8 @@ fn spec(name: &str) -> Spec {
         dt: DT,
         max_steps: 250,
         // Ours: no step earns more than a point, so at least 180 of the 250 steps were spent upright. It is 87 % of what
-        // energy shaping with state feedback earns (206, `tests/known_returns.rs`), and nearly twice what swinging about without a catch does (98).
+        // energy shaping with state feedback earns (206, `tests/known_returns.rs`), and nearly twice what swinging about without a catch does (98);
+        // soft actor-critic trained in the true equations earns 226.
         solved_at: Some(180.0),
     }
 }
@@ -80,11 +81,11 @@ fn spec(name: &str) -> Spec {
 /// - m l cos θ v̇ + J ω̇ = m g l sin θ − c ω.
 ///
 /// # Deviations
-/// 1. The hinge rubs too: in the source c = 0.
+/// 1. The hinge rubs too: in the source c = 0. The track has ends, and the pole's length of 0.6 m is ours.
 ///
 /// # References
-/// Deisenroth (2010), *Efficient Reinforcement Learning using Gaussian Processes*, appendix C.2 (masses, length, friction
-/// of the cart, largest force).
+/// Deisenroth (2010), *Efficient Reinforcement Learning using Gaussian Processes*, appendix C.2 (masses, friction of the
+/// cart, largest force).
 struct CartPole;
 
 impl VectorField for CartPole {

@@ -17,6 +17,8 @@
 //! # Ok::<(), sindyna_core::EnvError>(())
 //! ```
 //!
+//! Beside them stands a laboratory of systems without a task, [`fields`], for identification alone.
+//!
 //! Not here: anything learned, any policy, any file.
 //!
 //! # References
@@ -28,9 +30,11 @@ mod cart_pole;
 mod cart_pole_swing_up;
 mod float32;
 mod inverted_pendulum;
+mod laboratory;
 mod mountain_car;
 mod pendulum;
 mod system;
 mod uniform;
 
+pub use laboratory::{fields, find_field};
 pub use system::{System, find, systems};

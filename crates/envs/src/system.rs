@@ -121,7 +121,7 @@ impl System {
     }
 }
 
-/// Every system there is.
+/// Every system there is a task for.
 #[must_use]
 pub fn systems() -> Vec<System> {
     vec![

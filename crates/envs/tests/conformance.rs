@@ -114,7 +114,7 @@ fn check_spec(spec: &Spec) {
 fn every_system_keeps_the_promises_of_an_environment() {
     let systems = sindyna_envs::systems();
     assert_eq!(systems.len(), 5);
-    for system in systems {
+    for system in systems.into_iter().chain(sindyna_envs::fields()) {
         check_environment(|| system.environment());
     }
 }
@@ -134,7 +134,7 @@ fn systems_are_found_by_either_name() {
 
 #[test]
 fn the_true_dynamics_draw_nothing_and_stay_where_states_are_declared() {
-    for system in sindyna_envs::systems() {
+    for system in sindyna_envs::systems().into_iter().chain(sindyna_envs::fields()) {
         let (dynamics, task, spec) = (system.dynamics(), system.task(), system.spec());
         let mut rng = Seed::new(1).numpy();
         let mut x = vec![0.0; spec.state_dim()];
