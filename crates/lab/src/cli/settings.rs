@@ -42,7 +42,8 @@ pub(crate) struct Settings {
     /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
-    /// Who acts in the warm-up: `alternating` directions of random size, or `random` [default: alternating]
+    /// Who acts in the warm-up: `alternating` directions of random size, `held` pushes of 1 to 4 steps, or `random`
+    /// [default: alternating]
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<String>,
 
