@@ -58,6 +58,12 @@ impl<V: VectorField + ?Sized> VectorField for &V {
     }
 }
 
+impl<V: VectorField + ?Sized> VectorField for Arc<V> {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        (**self).eval(x, u, x_dot);
+    }
+}
+
 /// How a [`VectorField`] is stepped through one control interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheme {

@@ -38,4 +38,4 @@ pub use seed::{Rng, Seed};
 pub use sensors::{Observe, Sensors};
 pub use simulated::Simulated;
 pub use spec::{Channel, Kind, Precision, Space, Spec};
-pub use task::Task;
+pub use task::{Redeclared, Task};

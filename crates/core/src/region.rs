@@ -86,6 +86,7 @@ mod tests {
             control: vec![],
             action_space: Space::Box { low: vec![], high: vec![] },
             precision: Precision::F64,
+            noise: 0.0,
             dt: 0.1,
             max_steps: 10,
             solved_at: None,

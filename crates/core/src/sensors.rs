@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use rand_distr::{Distribution as _, StandardNormal};
+
 use crate::{Kind, Precision, Rng, Spec};
 
 /// o = h(x), with the sensors' rounding and noise.
@@ -29,10 +31,27 @@ enum Reading {
     Sine(usize),
 }
 
-/// The sensors a [`Spec`] declares: states, or cosines and sines of them, rounded to the declared precision.
+impl Reading {
+    /// Without noise and rounding.
+    fn of(self, x: &[f64]) -> f64 {
+        match self {
+            Self::Direct(i) => x[i],
+            Self::Cosine(i) => x[i].cos(),
+            Self::Sine(i) => x[i].sin(),
+        }
+    }
+}
+
+/// The sensors a [`Spec`] declares: states, or cosines and sines of them, with Gaussian noise of the declared standard
+/// deviation, rounded to the declared precision.
+///
+/// Noise is independent from channel to channel and from step to step. Where none is declared, no random number is
+/// drawn. A noisy reading may lie beyond the declared bounds of its channel.
 #[derive(Debug, Clone)]
 pub struct Sensors {
     readings: Vec<Reading>,
+    /// Standard deviation of each reading; empty for sensors without noise.
+    deviations: Vec<f64>,
     precision: Precision,
 }
 
@@ -45,22 +64,96 @@ impl Sensors {
             Kind::SinOf(i) => (i < spec.state_dim()).then_some(Reading::Sine(i)),
             _ => spec.state.iter().position(|s| s.name == channel.name).map(Reading::Direct),
         });
-        Some(Self { readings: readings.collect::<Option<_>>()?, precision: spec.precision })
+        let deviations = if spec.noise > 0.0 { spec.noise_deviations().collect() } else { Vec::new() };
+        Some(Self { readings: readings.collect::<Option<_>>()?, deviations, precision: spec.precision })
     }
 }
 
 impl Observe for Sensors {
-    fn observe(&self, x: &[f64], _rng: &mut Rng, o: &mut [f64]) {
+    fn observe(&self, x: &[f64], rng: &mut Rng, o: &mut [f64]) {
         for (value, reading) in o.iter_mut().zip(&self.readings) {
-            let exact = match *reading {
-                Reading::Direct(i) => x[i],
-                Reading::Cosine(i) => x[i].cos(),
-                Reading::Sine(i) => x[i].sin(),
-            };
-            *value = match self.precision {
-                Precision::F32 => f64::from(exact as f32),
-                Precision::F64 => exact,
-            };
+            *value = reading.of(x);
         }
+        for (value, deviation) in o.iter_mut().zip(&self.deviations) {
+            let normal: f64 = StandardNormal.sample(rng);
+            *value += deviation * normal;
+        }
+        if self.precision == Precision::F32 {
+            for value in o {
+                *value = f64::from(*value as f32);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Channel, Seed, Space};
+
+    /// x of scale 2, θ of scale 0.5 seen as its cosine.
+    fn spec(noise: f64, precision: Precision) -> Spec {
+        let x = Channel::new("x", "m", Kind::Plain, 2.0);
+        Spec {
+            name: "any".into(),
+            state: vec![x.clone(), Channel::new("θ", "rad", Kind::Angle, 0.5)],
+            observation: vec![x, Channel::new("cos θ", "", Kind::CosOf(1), 1.0)],
+            control: vec![],
+            action_space: Space::Box { low: vec![], high: vec![] },
+            precision,
+            noise,
+            dt: 0.1,
+            max_steps: 10,
+            solved_at: None,
+        }
+    }
+
+    fn observe(noise: f64, precision: Precision, rng: &mut Rng) -> [f64; 2] {
+        let sensors = Sensors::new(&spec(noise, precision)).expect("every channel shows a state");
+        let mut o = [0.0; 2];
+        sensors.observe(&[0.3, 0.7], rng, &mut o);
+        o
+    }
+
+    #[test]
+    fn sensors_without_noise_draw_nothing() {
+        let mut rng = Seed::new(0).numpy();
+        let before = rng.clone();
+        assert_eq!(observe(0.0, Precision::F64, &mut rng), [0.3, 0.7_f64.cos()]);
+        assert_eq!(observe(0.0, Precision::F32, &mut rng), [0.3, 0.7_f64.cos()].map(|v| f64::from(v as f32)));
+        assert_eq!(rng, before);
+    }
+
+    #[test]
+    fn noise_is_gaussian_of_the_declared_share_of_each_scale() {
+        const N: usize = 100_000;
+        let mut rng = Seed::new(1).numpy();
+        let (mut sums, mut squares, mut products, mut beyond) = ([0.0; 2], [0.0; 2], 0.0, 0);
+        for _ in 0..N {
+            let o = observe(0.1, Precision::F64, &mut rng);
+            let z = [(o[0] - 0.3) / 0.2, (o[1] - 0.7_f64.cos()) / 0.1];
+            for i in 0..2 {
+                sums[i] += z[i];
+                squares[i] += z[i] * z[i];
+            }
+            products += z[0] * z[1];
+            beyond += usize::from(z[0].abs() > 1.96);
+        }
+        let n = N as f64;
+        // Standard errors: 0.003 for means and correlation, 0.0045 for variances, 0.0007 for the share.
+        for i in 0..2 {
+            assert!((sums[i] / n).abs() < 0.015, "mean {}", sums[i] / n);
+            assert!((squares[i] / n - 1.0).abs() < 0.02, "variance {}", squares[i] / n);
+        }
+        assert!((products / n).abs() < 0.015, "channels are independent: {}", products / n);
+        assert!((beyond as f64 / n - 0.05).abs() < 0.004, "a Gaussian lies beyond 1.96 σ one time in 20: {beyond}");
+    }
+
+    #[test]
+    fn one_seed_one_noise_and_rounding_comes_after_it() {
+        let seeded = |seed, precision| observe(0.1, precision, &mut Seed::new(seed).numpy());
+        assert_eq!(seeded(3, Precision::F64), seeded(3, Precision::F64));
+        assert_ne!(seeded(3, Precision::F64), seeded(4, Precision::F64));
+        assert_eq!(seeded(3, Precision::F32), seeded(3, Precision::F64).map(|v| f64::from(v as f32)));
     }
 }

@@ -116,6 +116,7 @@ mod tests {
                 control: vec![Channel::new("u", "m", Kind::Plain, 1.0)],
                 action_space: Space::Box { low: vec![-0.5], high: vec![0.5] },
                 precision: Precision::F32,
+                noise: 0.0,
                 dt: 1.0,
                 max_steps: 4,
                 solved_at: None,

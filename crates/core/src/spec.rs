@@ -143,6 +143,9 @@ pub struct Spec {
     pub action_space: Space,
     /// How finely observations are shown.
     pub precision: Precision,
+    /// Standard deviation of the sensors' noise as a fraction of each observation channel's scale: what stands on a
+    /// sensor's data sheet, so that whoever learns may know it. 0 for sensors without noise.
+    pub noise: f64,
     /// Control interval \[s\]; 1 for a map without seconds.
     pub dt: f64,
     /// Steps after which an episode is truncated.
@@ -168,6 +171,11 @@ impl Spec {
     #[must_use]
     pub fn control_dim(&self) -> usize {
         self.control.len()
+    }
+
+    /// Standard deviation of the noise on each observation channel, in its unit: [`Self::noise`] times its scale.
+    pub fn noise_deviations(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.observation.iter().map(|channel| self.noise * channel.scale)
     }
 }
 

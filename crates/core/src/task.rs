@@ -20,6 +20,38 @@ pub trait Task: Send + Sync {
     fn terminated(&self, next: &[f64]) -> bool;
 }
 
+/// A task with something else declared about its system, such as noise on its sensors. Start states, reward and
+/// termination, which are of the state and not of what is observed, remain.
+#[derive(Debug, Clone)]
+pub struct Redeclared<T> {
+    task: T,
+    spec: Spec,
+}
+
+impl<T: Task> Redeclared<T> {
+    /// `task` with its spec changed by `change`; channels must remain in number and meaning.
+    pub fn new(task: T, change: impl FnOnce(&mut Spec)) -> Self {
+        let mut spec = task.spec().clone();
+        change(&mut spec);
+        Self { task, spec }
+    }
+}
+
+impl<T: Task> Task for Redeclared<T> {
+    fn spec(&self) -> &Spec {
+        &self.spec
+    }
+    fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
+        self.task.initial(rng, x);
+    }
+    fn reward(&self, x: &[f64], action: &[f64], u: &[f64], next: &[f64]) -> f64 {
+        self.task.reward(x, action, u, next)
+    }
+    fn terminated(&self, next: &[f64]) -> bool {
+        self.task.terminated(next)
+    }
+}
+
 impl<T: Task + ?Sized> Task for &T {
     fn spec(&self) -> &Spec {
         (**self).spec()

@@ -61,6 +61,82 @@ impl Explorer for Alternating {
     }
 }
 
+/// Longest time a level is held \[steps\].
+const LONGEST_HOLD: usize = 4;
+/// Smallest push, as a share of the largest.
+const WEAKEST: f64 = 0.3;
+
+/// Pushes that are held: a level for 1 to 4 steps, then another to the other side, of 0.3 to 1 of the way to the bound.
+///
+/// Slow parts of a system hardly move under pushes that alternate with every step, and its fast parts are told from one
+/// another by steps of several lengths. Every input keeps its own time, so that two inputs do not move as one. Numbered
+/// actions are held alike; the next is any but the last.
+///
+/// # References
+/// Ljung (1999), *System Identification*, §13.3: random signals of few levels, held for random times.
+#[derive(Debug, Clone)]
+pub struct Levels {
+    space: Space,
+    /// The level of every action value; none before the first step.
+    held: Vec<Level>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Level {
+    value: f64,
+    /// Whether it lies beyond the middle.
+    high: bool,
+    steps_left: usize,
+}
+
+impl Levels {
+    /// Explores the action space of `spec`.
+    #[must_use]
+    pub fn new(spec: &Spec) -> Self {
+        Self { space: spec.action_space.clone(), held: Vec::new() }
+    }
+}
+
+impl Explorer for Levels {
+    fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
+        for (i, a) in action.iter_mut().enumerate() {
+            let last = self.held.get(i).copied();
+            let level = match last.filter(|level| level.steps_left > 0) {
+                Some(level) => level,
+                None => another(&self.space, i, last, rng),
+            };
+            *a = level.value;
+            let level = Level { steps_left: level.steps_left - 1, ..level };
+            match self.held.get_mut(i) {
+                Some(held) => *held = level,
+                None => self.held.push(level),
+            }
+        }
+    }
+}
+
+/// The level of action value `i` that follows `last`, with all its steps before it.
+fn another(space: &Space, i: usize, last: Option<Level>, rng: &mut Rng) -> Level {
+    let steps_left = rng.random_range(1..=LONGEST_HOLD);
+    let high = last.map_or_else(|| rng.random_bool(0.5), |last| !last.high);
+    let value = match space {
+        Space::Box { low, high: top } => {
+            let (middle, reach) = (0.5 * (low[i] + top[i]), 0.5 * (top[i] - low[i]));
+            let push = reach * rng.random_range(WEAKEST..=1.0);
+            if high { middle + push } else { middle - push }
+        }
+        Space::Discrete { controls } => match last {
+            // One of the others: those from the last upwards move up by one.
+            Some(last) if controls.nrows() > 1 => {
+                let other = rng.random_range(0..controls.nrows() - 1) as f64;
+                if other >= last.value { other + 1.0 } else { other }
+            }
+            _ => rng.random_range(0..controls.nrows()) as f64,
+        },
+    };
+    Level { value, high, steps_left }
+}
+
 /// Draws an action uniformly from `space`.
 pub(crate) fn uniform_action(space: &Space, rng: &mut Rng, action: &mut [f64]) {
     match space {

@@ -23,6 +23,7 @@ impl Line {
             control: vec![Channel::new("u", "m", Kind::Plain, 1.0)],
             action_space: Space::Box { low: vec![-0.4], high: vec![0.4] },
             precision: Precision::F64,
+            noise: 0.0,
             dt: 1.0,
             max_steps,
             solved_at: None,

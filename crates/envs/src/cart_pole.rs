@@ -29,7 +29,7 @@ const MAX_ANGLE: f64 = 12.0 * 2.0 * std::f64::consts::PI / 360.0;
 pub(crate) fn system() -> System {
     let card = Card {
         name: "cart-pole",
-        gymnasium_id: "CartPole-v1",
+        gymnasium_id: Some("CartPole-v1"),
         summary: "balance a pole on a cart with pushes of 10 N to the left or right",
         true_equations: &[
             "ẋ = v",
@@ -39,7 +39,7 @@ pub(crate) fn system() -> System {
         ],
     };
     let spec = spec(card.name);
-    System::new(card, CartPoleTask { spec }, Held::new(CartPole, Scheme::Euler, DT))
+    System::new(card, CartPoleTask { spec }, Held::new(CartPole, Scheme::Euler, DT), CartPole)
 }
 
 fn spec(name: &str) -> Spec {
@@ -58,6 +58,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("F", "N", Kind::Plain, FORCE).within(-FORCE, FORCE)],
         action_space: Space::Discrete { controls: array![[-FORCE], [FORCE]] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: DT,
         max_steps: 500,
         solved_at: Some(475.0),

@@ -1,4 +1,5 @@
-//! The true systems of sindyna and the tasks on them, number for number those of Gymnasium 1.4.
+//! The true systems of sindyna and the tasks on them: number for number those of Gymnasium 1.4, and a cart-pole to be
+//! swung up.
 //!
 //! Every system comes in two parts that do not know each other: its *dynamics*, with all walls, friction and speed
 //! limits, and its *task*: start states, reward, termination and what is declared about the channels. A learned
@@ -16,6 +17,8 @@
 //! # Ok::<(), sindyna_core::EnvError>(())
 //! ```
 //!
+//! Beside them stands a laboratory of systems without a task, [`fields`], for identification alone.
+//!
 //! Not here: anything learned, any policy, any file.
 //!
 //! # References
@@ -24,11 +27,14 @@
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "tests compare exact numbers on purpose"))]
 
 mod cart_pole;
+mod cart_pole_swing_up;
 mod float32;
 mod inverted_pendulum;
+mod laboratory;
 mod mountain_car;
 mod pendulum;
 mod system;
 mod uniform;
 
+pub use laboratory::{fields, find_field};
 pub use system::{System, find, systems};

@@ -1,6 +1,6 @@
 //! A car in a valley, too weak to climb out in one go (Gymnasium's `MountainCarContinuous-v0`).
 
-use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task};
+use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task, VectorField};
 
 use crate::float32::{is_float32, rounded, rounded_if};
 use crate::system::{Card, System};
@@ -24,12 +24,12 @@ const GOAL: f64 = 0.45;
 pub(crate) fn system() -> System {
     let card = Card {
         name: "mountain-car",
-        gymnasium_id: "MountainCarContinuous-v0",
+        gymnasium_id: Some("MountainCarContinuous-v0"),
         summary: "rock a weak car out of a valley with as little throttle as possible",
         true_equations: &["x' = x + v'", "v' = v + 0.0015 u − 0.0025 cos 3x"],
     };
     let spec = spec(card.name);
-    System::new(card, MountainCarTask { spec }, MountainCar)
+    System::new(card, MountainCarTask { spec }, MountainCar, Hills)
 }
 
 fn spec(name: &str) -> Spec {
@@ -45,6 +45,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "", Kind::Plain, MAX_THROTTLE).within(-MAX_THROTTLE, MAX_THROTTLE)],
         action_space: Space::Box { low: vec![-MAX_THROTTLE], high: vec![MAX_THROTTLE] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: 1.0,
         max_steps: 999,
         solved_at: Some(90.0),
@@ -96,6 +97,16 @@ impl Dynamics for MountainCar {
         next[0] = rounded(position);
         next[1] = rounded(velocity);
         Diverged::check(next)
+    }
+}
+
+/// The increments (x⁺ − x, v⁺ − v) = (v⁺, 0.0015 u − 0.0025 cos 3x) of one step, without wall, limits and rounding.
+struct Hills;
+
+impl VectorField for Hills {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        x_dot[1] = POWER * u[0] - GRAVITY * (3.0 * x[0]).cos();
+        x_dot[0] = x[1] + x_dot[1];
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task};
+use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task, VectorField};
 
 use crate::float32::{is_float32, rounded_if};
 use crate::system::{Card, System};
@@ -24,12 +24,12 @@ const DT: f64 = 0.05;
 pub(crate) fn system() -> System {
     let card = Card {
         name: "pendulum",
-        gymnasium_id: "Pendulum-v1",
+        gymnasium_id: Some("Pendulum-v1"),
         summary: "swing a pendulum up with a motor too weak to lift it, and hold it there",
         true_equations: &["θ̇ = ω", "ω̇ = 15 sin θ + 3 u"],
     };
     let spec = spec(card.name);
-    System::new(card, PendulumTask { spec }, Pendulum)
+    System::new(card, PendulumTask { spec }, Pendulum, Rod)
 }
 
 fn spec(name: &str) -> Spec {
@@ -45,6 +45,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "N·m", Kind::Plain, MAX_TORQUE).within(-MAX_TORQUE, MAX_TORQUE)],
         action_space: Space::Box { low: vec![-MAX_TORQUE], high: vec![MAX_TORQUE] },
         precision: Precision::F32,
+        noise: 0.0,
         dt: DT,
         max_steps: 200,
         // Gymnasium names no threshold; this one is ours: the best known policies average about −150.
@@ -68,6 +69,16 @@ impl Dynamics for Pendulum {
         next[1] = (rate + acceleration * DT).clamp(-MAX_SPEED, MAX_SPEED);
         next[0] = angle + next[1] * DT;
         Diverged::check(next)
+    }
+}
+
+/// (ω, ω̇) at one instant, without the speed limit.
+struct Rod;
+
+impl VectorField for Rod {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        x_dot[0] = x[1];
+        x_dot[1] = 3.0 * GRAVITY / (2.0 * LENGTH) * x[0].sin() + 3.0 / (MASS * LENGTH * LENGTH) * u[0];
     }
 }
 

@@ -2,32 +2,39 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dynamics, Sensors, Simulated, Spec, Task};
+use sindyna_core::{Dynamics, Redeclared, Sensors, Simulated, Spec, Task, VectorField};
 
-use crate::{cart_pole, inverted_pendulum, mountain_car, pendulum};
+use crate::{cart_pole, cart_pole_swing_up, inverted_pendulum, mountain_car, pendulum};
 
 /// A true system with the task on it.
 #[derive(Clone)]
 pub struct System {
     name: &'static str,
-    gymnasium_id: &'static str,
+    gymnasium_id: Option<&'static str>,
     summary: &'static str,
     true_equations: &'static [&'static str],
     task: Arc<dyn Task>,
     dynamics: Arc<dyn Dynamics>,
+    rates: Arc<dyn VectorField>,
     sensors: Sensors,
 }
 
 /// What is said about a system besides its two parts.
 pub(crate) struct Card {
     pub(crate) name: &'static str,
-    pub(crate) gymnasium_id: &'static str,
+    pub(crate) gymnasium_id: Option<&'static str>,
     pub(crate) summary: &'static str,
     pub(crate) true_equations: &'static [&'static str],
 }
 
 impl System {
-    pub(crate) fn new(card: Card, task: impl Task + 'static, dynamics: impl Dynamics + 'static) -> Self {
+    /// `rates` is what [`System::rates`] tells of `dynamics`.
+    pub(crate) fn new(
+        card: Card,
+        task: impl Task + 'static,
+        dynamics: impl Dynamics + 'static,
+        rates: impl VectorField + 'static,
+    ) -> Self {
         let sensors = Sensors::new(task.spec()).expect("every observation of our specs names a state");
         Self {
             name: card.name,
@@ -36,6 +43,7 @@ impl System {
             true_equations: card.true_equations,
             task: Arc::new(task),
             dynamics: Arc::new(dynamics),
+            rates: Arc::new(rates),
             sensors,
         }
     }
@@ -46,9 +54,9 @@ impl System {
         self.name
     }
 
-    /// Gymnasium's name for it, such as `Pendulum-v1`.
+    /// Gymnasium's name for it, such as `Pendulum-v1`; none for what Gymnasium does not have.
     #[must_use]
-    pub fn gymnasium_id(&self) -> &'static str {
+    pub fn gymnasium_id(&self) -> Option<&'static str> {
         self.gymnasium_id
     }
 
@@ -82,10 +90,28 @@ impl System {
         Arc::clone(&self.dynamics)
     }
 
+    /// The true right-hand side ẋ = f(x, u), states and controls in the order of [`Self::spec`]: what an identified
+    /// model's accelerations are to be compared with. It holds between walls, stops and limits and knows nothing of
+    /// them, nor of the scheme by which [`Self::dynamics`] is stepped. For a map without seconds it is the increment of
+    /// one step, x⁺ − x.
+    #[must_use]
+    pub fn rates(&self) -> Arc<dyn VectorField> {
+        Arc::clone(&self.rates)
+    }
+
     /// The sensors the spec declares.
     #[must_use]
     pub fn sensors(&self) -> Sensors {
         self.sensors.clone()
+    }
+
+    /// The same system with noise on its sensors: the declared one is `fraction` (≥ 0) of every observation channel's
+    /// scale. Reward and termination remain those of the state itself.
+    #[must_use]
+    pub fn with_noise(mut self, fraction: f64) -> Self {
+        self.task = Arc::new(Redeclared::new(self.task, |spec| spec.noise = fraction));
+        self.sensors = Sensors::new(self.task.spec()).expect("noise changes no channel");
+        self
     }
 
     /// The real system: task and true dynamics together. The first call must be a reset.
@@ -95,14 +121,20 @@ impl System {
     }
 }
 
-/// Every system there is.
+/// Every system there is a task for.
 #[must_use]
 pub fn systems() -> Vec<System> {
-    vec![cart_pole::system(), mountain_car::system(), pendulum::system(), inverted_pendulum::system()]
+    vec![
+        cart_pole::system(),
+        mountain_car::system(),
+        pendulum::system(),
+        inverted_pendulum::system(),
+        cart_pole_swing_up::system(),
+    ]
 }
 
 /// The system called `name`, in our words or by its Gymnasium id.
 #[must_use]
 pub fn find(name: &str) -> Option<System> {
-    systems().into_iter().find(|s| s.name == name || s.gymnasium_id == name)
+    systems().into_iter().find(|s| s.name == name || s.gymnasium_id == Some(name))
 }

@@ -23,6 +23,9 @@ pub(crate) struct TrainConfig {
     pub(crate) task_file: Option<String>,
     /// Where the real system lives: `native` or `mujoco`.
     pub(crate) simulator: String,
+    /// Standard deviation of the sensors' noise, as a fraction of every observation channel's scale.
+    #[serde(default)]
+    pub(crate) noise: f64,
     pub(crate) seed: u64,
     pub(crate) warmup: Warmup,
     pub(crate) identification: IdentificationConfig,
@@ -110,6 +113,7 @@ impl TrainConfig {
             task: spec.name.clone(),
             task_file: None,
             simulator: "native".into(),
+            noise: 0.0,
             seed: 0,
             warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
             identification: IdentificationConfig {

@@ -40,6 +40,19 @@ impl Problem {
         }
     }
 
+    /// The same problem with Gaussian noise on the sensors of its system: `fraction` of every observation channel's
+    /// scale. It is declared, so the learner may know of it; reward and termination know nothing of it.
+    pub(crate) fn with_noise(self, fraction: f64) -> Result<Self, Failure> {
+        if !(0.0..=1.0).contains(&fraction) {
+            return Err(Failure::new(format!("--noise must be between 0 and 1, got {fraction}"))
+                .hint("it is a fraction of every observation's scale: 0.01 is one per cent"));
+        }
+        Ok(match self {
+            Self::Ours(system) => Self::Ours(system.with_noise(fraction)),
+            Self::File(file) => Self::File(Box::new(file.with_noise(fraction))),
+        })
+    }
+
     /// Name of the task.
     pub(crate) fn name(&self) -> &str {
         &self.spec().name

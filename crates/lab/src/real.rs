@@ -2,7 +2,7 @@
 
 use sindyna_core::Environment;
 use sindyna_envs::System;
-use sindyna_mujoco::{Library, Search, inverted_pendulum};
+use sindyna_mujoco::{Library, Search, inverted_pendulum_of};
 
 use crate::failure::Failure;
 use crate::problem::Problem;
@@ -18,7 +18,7 @@ pub(crate) enum Real {
     /// In this program.
     Native(System),
     /// In MuJoCo; only the inverted pendulum has a model there.
-    Mujoco(Library),
+    Mujoco(Library, System),
     /// In MuJoCo, with the model of a task file.
     TaskFile(Box<TaskFile>),
 }
@@ -36,7 +36,7 @@ impl Real {
         match simulator {
             "native" => Ok(Self::Native(system.clone())),
             "mujoco" if system.name() == "inverted-pendulum" => {
-                Ok(Self::Mujoco(Library::load(&Search::from_environment())?))
+                Ok(Self::Mujoco(Library::load(&Search::from_environment())?, system.clone()))
             }
             "mujoco" => Err(Failure::new(format!("`{}` has no model in MuJoCo", system.name()))
                 .hint("`inverted-pendulum` has; leave --simulator out for the others")),
@@ -48,7 +48,7 @@ impl Real {
     pub(crate) fn environment(&self) -> Result<Box<dyn Environment>, Failure> {
         Ok(match self {
             Self::Native(system) => Box::new(system.environment()),
-            Self::Mujoco(library) => Box::new(inverted_pendulum(library)?),
+            Self::Mujoco(library, system) => Box::new(inverted_pendulum_of(library, system)?),
             Self::TaskFile(file) => file.environment()?,
         })
     }
@@ -56,7 +56,7 @@ impl Real {
     /// Refuses to go on after a reward that was no finite number.
     pub(crate) fn check(&self) -> Result<(), Failure> {
         match self {
-            Self::Native(_) | Self::Mujoco(_) => Ok(()),
+            Self::Native(_) | Self::Mujoco(..) => Ok(()),
             Self::TaskFile(file) => file.check(),
         }
     }

@@ -49,6 +49,9 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
     refuses(&["train", "pendulum", "--episodes", "0"], &["--episodes"]);
+    for noise in ["-0.1", "1.5", "NaN"] {
+        refuses(&["train", "pendulum", "--noise", noise], &["--noise", "between 0 and 1", noise, "hint:"]);
+    }
 }
 
 #[test]

@@ -182,3 +182,36 @@ fn options_that_do_not_go_with_a_task_file_are_refused() {
         assert!(stderr.contains(says), "{args:?}: {stderr}");
     }
 }
+
+/// The first row of a run's real data: trajectory, time, observation, ...
+fn first_row(run: &Path) -> Vec<f64> {
+    let text = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    text.lines().nth(1).unwrap().split(',').map(|v| v.parse().unwrap()).collect()
+}
+
+#[test]
+fn sensors_in_mujoco_are_noisy_too() {
+    let temp = tempfile::tempdir().unwrap();
+    slider_with(temp.path(), "[-0.5, 0.5]", "[0.25, 0.25]");
+    for (noise, out) in [("0", "clean"), ("0.1", "noisy")] {
+        let args =
+            ["train", "--task-file", "task.toml", "--noise", noise, "--max-updates", "1", "--out", out, "--quiet"];
+        let (code, _, stderr) = sindyna(temp.path(), &args);
+        assert_eq!(code, 1, "{stderr}");
+    }
+    assert_eq!(first_row(&temp.path().join("clean"))[2..4], [0.25, 0.0]);
+    let noisy = &first_row(&temp.path().join("noisy"))[2..4];
+    assert!(noisy[0] != 0.25 && noisy[1] != 0.0 && noisy[0].abs() < 1.0, "{noisy:?}");
+
+    // Our own inverted pendulum and MuJoCo's begin in the same state and draw the same noise.
+    for simulator in ["native", "mujoco"] {
+        let args = ["train", "inverted-pendulum", "--noise", "0.1", "--simulator", simulator];
+        let args = [&args[..], &["--max-updates", "1", "--out", simulator, "--quiet"]].concat();
+        let (code, _, stderr) = sindyna(temp.path(), &args);
+        assert_eq!(code, 1, "{stderr}");
+    }
+    let [ours, theirs] = ["native", "mujoco"].map(|run| first_row(&temp.path().join(run)));
+    assert_eq!(ours[2..6], theirs[2..6]);
+    // Start states lie within ±0.01, the noise on x is 0.1 m.
+    assert!(ours[2].abs() > 0.01 || ours[4].abs() > 0.01, "{ours:?}");
+}

@@ -85,6 +85,44 @@ fn for_finite_n_real_rollouts_are_counted() {
     assert_eq!(rows, 1 + steps + episodes, "every real step is in the record");
 }
 
+/// The returns `sindyna evaluate run` prints with `options` added.
+fn returns(directory: &Path, options: &[&str]) -> Vec<f64> {
+    let (code, stdout, stderr) = parts(&sindyna(directory, &[&["evaluate", "run", "--returns"], options].concat()));
+    assert!(code == 0 || code == 1, "{stderr}");
+    stdout.lines().filter_map(|l| l.parse().ok()).collect()
+}
+
+#[test]
+fn noise_is_on_every_observation_and_in_the_record() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "cart-pole", "--noise", "0.05", "--max-updates", "1000", "--out", "run"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 || code == 1, "{stdout}{stderr}");
+    let run = temp.path().join("run");
+    assert!(fs::read_to_string(run.join("config.toml")).unwrap().contains("noise = 0.05"));
+
+    // Episodes begin within ±0.05 of rest; x of scale 2.4 m is then off by 0.12 m, every time anew: a cart without noise
+    // would have moved no further than 2 cm from one row to the next.
+    let rollout = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    let x: Vec<f64> = rollout.lines().skip(1).map(|l| l.split(',').nth(2).unwrap().parse().unwrap()).collect();
+    let jumps = x.windows(2).filter(|x| (x[1] - x[0]).abs() > 0.06).count();
+    assert!(jumps > 5, "{jumps} of {} steps: {x:?}", x.len() - 1);
+
+    // Neither reward nor end comes from what was seen: every step pays one point.
+    let rewards = rollout.lines().skip(1).filter_map(|l| l.split(',').next_back().unwrap().parse::<f64>().ok());
+    assert!(rewards.into_iter().all(|r| r.to_bits() == 1.0_f64.to_bits()));
+
+    // The record repeats itself, noise and all; without noise the same policy does otherwise.
+    let summary = json(&run.join("summary.json"));
+    let recorded: Vec<f64> =
+        summary["evaluation"]["returns"].as_array().unwrap().iter().map(|r| r.as_f64().unwrap()).collect();
+    assert_eq!(returns(temp.path(), &[]), recorded);
+    assert_eq!(returns(temp.path(), &["--noise", "0.05"]), recorded);
+    assert_ne!(returns(temp.path(), &["--noise", "0"]), recorded);
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run", "--noise", "-1"]));
+    assert!(code == 2 && stderr.contains("--noise must be between 0 and 1, got -1"), "{stderr}");
+}
+
 fn same_record(a: &Path, b: &Path) {
     for name in RECORD {
         assert!(fs::read(a.join(name)).unwrap() == fs::read(b.join(name)).unwrap(), "{name} differs");

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Sensors, Task};
+use sindyna_core::Task;
+use sindyna_envs::System;
 
 use crate::environment::MujocoEnvironment;
 use crate::error::MujocoError;
@@ -20,8 +21,19 @@ const FRAME_SKIP: usize = 2;
 /// # Errors
 /// [`MujocoError::Raised`] if there is no memory for it.
 pub fn inverted_pendulum(library: &Library) -> Result<MujocoEnvironment<Arc<dyn Task>>, MujocoError> {
-    let model = MujocoModel::from_xml(library, MODEL)?;
     let system = sindyna_envs::find("inverted-pendulum").expect("sindyna-envs registers it");
-    let sensors: Sensors = system.sensors();
-    MujocoEnvironment::new(&model, FRAME_SKIP, system.task(), sensors)
+    inverted_pendulum_of(library, &system)
+}
+
+/// [`inverted_pendulum`] with the task and sensors of `system`: the native system, with noise perhaps.
+///
+/// # Errors
+/// [`MujocoError::Mismatch`] or [`MujocoError::Interval`] if `system` is another one, [`MujocoError::Raised`] if there is
+/// no memory for it.
+pub fn inverted_pendulum_of(
+    library: &Library,
+    system: &System,
+) -> Result<MujocoEnvironment<Arc<dyn Task>>, MujocoError> {
+    let model = MujocoModel::from_xml(library, MODEL)?;
+    MujocoEnvironment::new(&model, FRAME_SKIP, system.task(), system.sensors())
 }

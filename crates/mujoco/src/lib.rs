@@ -41,7 +41,7 @@ mod self_check;
 
 pub use environment::MujocoEnvironment;
 pub use error::{Attempt, MujocoError};
-pub use inverted_pendulum::inverted_pendulum;
+pub use inverted_pendulum::{inverted_pendulum, inverted_pendulum_of};
 pub use library::Library;
 pub use model::MujocoModel;
 pub use search::{Place, Search};

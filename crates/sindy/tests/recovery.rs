@@ -108,6 +108,7 @@ fn the_papers_mass_is_found_from_one_push() {
         control: vec![Channel::new("g", "N", Kind::Plain, 1.0)],
         action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
         precision: Precision::F64,
+        noise: 0.0,
         dt: 0.1,
         max_steps: 30,
         solved_at: None,

@@ -29,7 +29,7 @@ const MAX_ANGLE: f64 = 0.2;
 pub(crate) fn system() -> System {
     let card = Card {
         name: "inverted-pendulum",
-        gymnasium_id: "InvertedPendulum-v5",
+        gymnasium_id: Some("InvertedPendulum-v5"),
         summary: "balance a pole on a motor-driven cart, on a rail with soft ends",
         true_equations: &[
             "ẋ = v",
@@ -40,7 +40,8 @@ pub(crate) fn system() -> System {
     };
     let spec = spec(card.name);
     let scheme = Scheme::Rk4 { substeps: SUBSTEPS };
-    System::new(card, InvertedPendulumTask { spec }, Held::new(CartAndPole::new(), scheme, DT))
+    let held = Held::new(CartAndPole::new(), scheme, DT);
+    System::new(card, InvertedPendulumTask { spec }, held, CartAndPole::new().without_stops())
 }
 
 fn spec(name: &str) -> Spec {
@@ -57,6 +58,7 @@ fn spec(name: &str) -> Spec {
         control: vec![Channel::new("u", "100 N", Kind::Plain, MAX_CONTROL).within(-MAX_CONTROL, MAX_CONTROL)],
         action_space: Space::Box { low: vec![-MAX_CONTROL], high: vec![MAX_CONTROL] },
         precision: Precision::F64,
+        noise: 0.0,
         dt: DT,
         max_steps: 1000,
         solved_at: Some(950.0),

@@ -18,6 +18,7 @@ use crate::record::Evaluation;
 ///
 /// Without options this repeats the evaluation of the run itself: same start states, same returns.
 #[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Directory a run left
     #[arg(value_name = "RUN")]
@@ -28,6 +29,9 @@ pub(crate) struct Args {
     /// Seed of the start states [default: the run's own seed]
     #[arg(long)]
     seed: Option<u64>,
+    /// Sensor noise, as a fraction of every observation channel's scale, 0 to 1 [default: the run's own]
+    #[arg(long, value_name = "FRACTION")]
+    noise: Option<f64>,
     /// Also print the return of every episode
     #[arg(long)]
     returns: bool,
@@ -47,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
-    let problem = Problem::of(&config, &args.run)?;
+    let problem = Problem::of(&config, &args.run)?.with_noise(args.noise.unwrap_or(config.noise))?;
     let episodes = args.episodes.map_or(config.evaluation_episodes, |n| n as usize);
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
     let real = Real::new(&problem, &config.simulator)?;

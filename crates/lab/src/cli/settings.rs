@@ -29,6 +29,10 @@ pub(crate) struct Settings {
     /// Where the real system lives: `native`, or `mujoco` (found at run time) for `inverted-pendulum` [default: native]
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     simulator: Option<String>,
+    /// Gaussian noise on every observation of the real system, in training and evaluation: its standard deviation as a
+    /// fraction of the channel's scale, 0 to 1 [default: 0]
+    #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
+    noise: Option<f64>,
     /// Real steps before anything is learned, over all warm-up rollouts [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
@@ -38,7 +42,8 @@ pub(crate) struct Settings {
     /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 20]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
-    /// Who acts in the warm-up: `alternating` directions of random size, or `random` [default: alternating]
+    /// Who acts in the warm-up: `alternating` directions of random size, `held` pushes of 1 to 4 steps, or `random`
+    /// [default: alternating]
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<String>,
 
@@ -131,12 +136,14 @@ impl Settings {
         // Whatever wrote the file, this version runs it.
         config.stamp();
         config.check()?;
+        let problem = problem.with_noise(config.noise)?;
         Ok((config, problem))
     }
 
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
         set(&mut config.seed, &self.seed);
         set(&mut config.simulator, &self.simulator);
+        set(&mut config.noise, &self.noise);
         set(&mut config.warmup.rollouts, &self.warmup_rollouts);
         set(&mut config.warmup.rollout_len, &self.rollout_len);
         set(&mut config.warmup.explorer, &self.explorer);

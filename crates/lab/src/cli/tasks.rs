@@ -30,15 +30,20 @@ fn overview(systems: &[System]) -> String {
     let width = systems.iter().map(|s| s.name().len()).max().unwrap_or(0);
     let mut text = String::new();
     for system in systems {
-        let _ = writeln!(text, "{:width$}  {} ({})", system.name(), system.summary(), system.gymnasium_id());
+        let _ = writeln!(text, "{:width$}  {}{}", system.name(), system.summary(), alias(system));
     }
     text.push_str("\nsindyna tasks TASK shows one in full; sindyna train TASK learns it.\n");
     text
 }
 
+/// Gymnasium's name in parentheses, where it has one.
+fn alias(system: &System) -> String {
+    system.gymnasium_id().map_or(String::new(), |id| format!(" ({id})"))
+}
+
 fn details(system: &System) -> String {
     let spec = system.spec();
-    let mut text = format!("{} ({})\n{}\n\n", system.name(), system.gymnasium_id(), system.summary());
+    let mut text = format!("{}{}\n{}\n\n", system.name(), alias(system), system.summary());
     for (title, channels) in [("state", &spec.state), ("observation", &spec.observation), ("control", &spec.control)] {
         let _ = writeln!(text, "{title}");
         for channel in channels {

@@ -88,6 +88,13 @@ impl TaskFile {
         self.sensors.clone()
     }
 
+    /// The same with noise on its sensors: `fraction` of every observation channel's scale.
+    pub(crate) fn with_noise(mut self, fraction: f64) -> Self {
+        Arc::make_mut(&mut self.task).spec.noise = fraction;
+        self.sensors = Sensors::new(&self.task.spec).expect("noise changes no channel");
+        self
+    }
+
     /// The real system; the first call must be a reset.
     pub(crate) fn environment(&self) -> Result<Box<dyn Environment>, Failure> {
         Ok(Box::new(MujocoEnvironment::new(&self.model, self.frame_skip, self.task(), self.sensors())?))
@@ -220,6 +227,7 @@ impl Document {
             control: control.collect(),
             action_space: Space::Box { low, high },
             precision: Precision::F64,
+            noise: 0.0,
             dt: self.frame_skip as f64 * model.timestep(),
             max_steps: self.max_steps,
             solved_at: self.solved_at,

@@ -12,6 +12,7 @@ use super::condition::Condition;
 const STACK_VARIABLES: usize = 64;
 
 /// Start ranges, reward and end as a task file gives them.
+#[derive(Clone)]
 pub(super) struct FormulaTask {
     pub(super) spec: Spec,
     /// Range of start values of each state.

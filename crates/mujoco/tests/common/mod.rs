@@ -64,6 +64,7 @@ impl Anything {
             control: (0..k).map(|i| channel("u", i).within(-1e3, 1e3)).collect(),
             action_space: Space::Box { low: vec![-1e3; k], high: vec![1e3; k] },
             precision: Precision::F64,
+            noise: 0.0,
             dt: model.timestep() * frame_skip as f64,
             max_steps: usize::MAX,
             solved_at: None,

@@ -39,6 +39,7 @@ use rows::Rows;
 ///     control: vec![Channel::new("g", "N", Kind::Plain, 1.0)],
 ///     action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
 ///     precision: Precision::F64,
+///     noise: 0.0,
 ///     dt: 0.1,
 ///     max_steps: 20,
 ///     solved_at: None,

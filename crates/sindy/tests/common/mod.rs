@@ -18,6 +18,7 @@ fn spec(name: &str, state: Vec<Channel>, observation: Vec<Channel>, u: f64, prec
         control: vec![Channel::new("u", "N", Kind::Plain, u).within(-u, u)],
         action_space: Space::Box { low: vec![-u], high: vec![u] },
         precision,
+        noise: 0.0,
         dt,
         max_steps: 200,
         solved_at: None,
