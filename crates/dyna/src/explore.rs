@@ -1,7 +1,7 @@
 //! Warm-up policies that know nothing but the action space.
 
 use rand::RngExt as _;
-use sindyna_core::{Dataset, Explorer, Rng, Space, Spec};
+use sindyna_core::{Dataset, End, Explorer, Rng, Space, Spec};
 
 /// Independent actions, uniform over the action space.
 #[derive(Debug, Clone)]
@@ -135,6 +135,59 @@ fn another(space: &Space, i: usize, last: Option<Level>, rng: &mut Rng) -> Level
         },
     };
     Level { value, high, steps_left }
+}
+
+/// Pushes one way for a while, then the other, as long as the system bears it; the default warm-up.
+///
+/// What tells one equation from another is a state that goes far: a push that stays on one side for some steps drives it
+/// there, sizes that change with every step tell the push itself apart from everything that changes slowly. A system that
+/// falls under this (an episode that ends by itself) is pushed in alternating directions from then on, which keeps it up
+/// longer. Every input keeps its own time; numbered actions are held and exchanged alike.
+#[derive(Debug, Clone)]
+pub struct Swings {
+    space: Space,
+    /// Per action value: the side it is on, and the steps left there.
+    sides: Vec<(bool, usize)>,
+}
+
+impl Swings {
+    /// Explores the action space of `spec`.
+    #[must_use]
+    pub fn new(spec: &Spec) -> Self {
+        Self { space: spec.action_space.clone(), sides: Vec::new() }
+    }
+}
+
+/// Steps on one side, between these.
+const SWING: std::ops::RangeInclusive<usize> = 6..=8;
+
+/// Smallest push, as part of the largest.
+const LEAST_PUSH: f64 = 0.5;
+
+impl Explorer for Swings {
+    fn next(&mut self, so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
+        let fallen = so_far.rollouts().any(|rollout| rollout.end == End::Terminated);
+        for (i, a) in action.iter_mut().enumerate() {
+            let (high, left) = match self.sides.get(i) {
+                Some(&(high, left)) if left > 0 && !fallen => (high, left),
+                Some(&(high, _)) => (!high, rng.random_range(SWING)),
+                None => (rng.random_bool(0.5), rng.random_range(SWING)),
+            };
+            match self.sides.get_mut(i) {
+                Some(side) => *side = (high, left - 1),
+                None => self.sides.push((high, left - 1)),
+            }
+            *a = match &self.space {
+                Space::Box { low, high: top } => {
+                    let (middle, reach) = (0.5 * (low[i] + top[i]), 0.5 * (top[i] - low[i]));
+                    let push = reach * rng.random_range(LEAST_PUSH..=1.0);
+                    if high { middle + push } else { middle - push }
+                }
+                Space::Discrete { controls } if high => controls.nrows() as f64 - 1.0,
+                Space::Discrete { .. } => 0.0,
+            };
+        }
+    }
 }
 
 /// Draws an action uniformly from `space`.
