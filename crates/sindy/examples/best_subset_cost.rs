@@ -9,10 +9,11 @@ use std::error::Error;
 use std::time::Instant;
 
 use ndarray::Array2;
-use rand::{Rng as _, SeedableRng as _, rngs::StdRng};
+use rand::RngExt as _;
 use serde::Deserialize;
 use serde_json::{Value, json};
-use sindyna_sindy::{Bound, Constraints, Path, Stlsq, SubsetPath, Triangle};
+use sindyna_core::Seed;
+use sindyna_sindy::{BestSubset, Bound, Constraints, Path, Selection, Stlsq, SubsetPath, Triangle};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let answer = match std::env::args().nth(1) {
@@ -106,7 +107,7 @@ fn account(path: &Path) -> Vec<Value> {
 
 /// Columns with correlation ρ^|i − j|, ten true terms of coefficient ±1 spread over them, and noise of variance 10 / SNR.
 fn design(seed: u64, n: usize, p: usize, terms: usize, rho: f64, snr: f64) -> Array2<f64> {
-    let mut rng = StdRng::seed_from_u64(seed);
+    let mut rng = Seed::new(seed).stream("design", 0);
     // Twelve uniform numbers: near enough to a normal one, and the same everywhere.
     let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
     let mut rows = Array2::zeros((n, p + 1));
@@ -126,8 +127,8 @@ fn design(seed: u64, n: usize, p: usize, terms: usize, rho: f64, snr: f64) -> Ar
 fn lorenz(n: usize, noise: f64) -> Array2<f64> {
     let rate = |s: [f64; 3]| [10.0 * (s[1] - s[0]), s[0] * (28.0 - s[2]) - s[1], s[0] * s[1] - 8.0 / 3.0 * s[2]];
     let along = |s: [f64; 3], v: [f64; 3], h: f64| [s[0] + h * v[0], s[1] + h * v[1], s[2] + h * v[2]];
-    let mut rng = StdRng::seed_from_u64(1);
-    let mut state = [-8.0, 7.0, 27.0];
+    let mut rng = Seed::new(1).stream("noise", 0);
+    let mut state = [-8.0_f64, 7.0, 27.0];
     let mut rows = Array2::zeros((n, 57));
     for mut row in rows.rows_mut() {
         let powers = (0..6).flat_map(|i| (0..6 - i).flat_map(move |j| (0..6 - i - j).map(move |k| [i, j, k])));
@@ -166,6 +167,25 @@ fn case(name: &str, rows: &Array2<f64>, terms: usize, bound: Bound) -> Result<Va
     }))
 }
 
+/// The search of all sizes that ends by choosing one.
+fn chosen(name: &str, rows: &Array2<f64>) -> Result<Value, Box<dyn Error>> {
+    let p = rows.ncols() - 1;
+    let mut triangle = Triangle::new(p + 1);
+    triangle.push(rows.view())?;
+    let complexity = vec![2; p];
+    let selection = Selection { floor: 1e-6, complexity: &complexity, region: None };
+    let (found, seconds) = timed(5, || Ok(BestSubset::default().solve(&triangle, p, selection)))?;
+    Ok(json!({
+        "case": name,
+        "features": p,
+        "rows": rows.nrows(),
+        "seconds": seconds,
+        "support": found.support,
+        "proved_up_to": found.path.iter().take_while(|s| s.proved).count() - 1,
+        "sizes_tried": found.path.len(),
+    }))
+}
+
 fn costs() -> Result<Value, Box<dyn Error>> {
     let mut cases = Vec::new();
     for (name, rho) in [("gaussian", 0.0), ("correlated 0.5", 0.5)] {
@@ -173,12 +193,15 @@ fn costs() -> Result<Value, Box<dyn Error>> {
             cases.push(case(name, &design(1, n, 100, 10, rho, 10.0), 10, Bound::Relaxation)?);
         }
     }
-    for noise in [0.0, 0.01, 0.1] {
+    for noise in [0.0, 1e-8, 0.01, 0.1] {
         cases.push(case(&format!("lorenz, noise {noise}"), &lorenz(1000, noise), 8, Bound::Relaxation)?);
     }
     cases.push(case("fewer rows", &design(1, 50, 100, 4, 0.0, 10.0), 4, Bound::Relaxation)?);
+    cases.push(case("fewer rows", &design(1, 50, 100, 5, 0.0, 10.0), 5, Bound::Relaxation)?);
     cases.push(case("fewer rows", &design(1, 12, 25, 6, 0.0, 10.0), 6, Bound::Relaxation)?);
     cases.push(case("ten rows", &design(1, 10, 90, 3, 0.0, 10.0), 3, Bound::Relaxation)?);
+    cases.push(chosen("choosing a size", &design(1, 10, 90, 3, 0.0, 1e12))?);
+    cases.push(chosen("choosing a size", &design(1, 50, 100, 4, 0.0, 10.0))?);
     let mut bounds = Vec::new();
     for bound in [Bound::None, Bound::Exclusion, Bound::Gains, Bound::Relaxation] {
         for (name, rho) in [("gaussian", 0.0), ("correlated 0.5", 0.5)] {

@@ -10,18 +10,19 @@ use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
 ///
-/// Every subset of a size is looked at while there are no more than `budget` of them; larger sizes go on from the best
-/// found by forward steps and exchanges, and are marked as not proved. Terms that equal another term (up to a factor)
+/// Forward steps and exchanges find good subsets of each size; [`SubsetPath`](crate::SubsetPath)'s search then looks for
+/// better ones, for no more than `budget` operations, of which looking at one subset is about one. A size it does not
+/// get through is marked as not proved. Terms that equal another term (up to a factor)
 /// on the data are represented by the simplest of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BestSubset {
     max_size: usize,
-    budget: f64,
+    budget: u64,
 }
 
 impl Default for BestSubset {
     fn default() -> Self {
-        Self { max_size: 20, budget: 7e5 }
+        Self { max_size: 20, budget: 5_000_000 }
     }
 }
 
@@ -44,7 +45,7 @@ pub struct SizeReport {
     pub support: Vec<usize>,
     /// RMS residual \[unit of the target\].
     pub residual: f64,
-    /// Whether every subset of this size was looked at.
+    /// Whether no subset of this size is better.
     pub proved: bool,
 }
 
@@ -59,7 +60,7 @@ pub struct Selected {
     pub residual: f64,
     /// Whether the residual is no more than rounding explains.
     pub reached_floor: bool,
-    /// Whether every subset of this size was looked at.
+    /// Whether no subset of this size is better.
     pub proved: bool,
     /// The best subset of each size tried, from no term on.
     pub path: Vec<SizeReport>,
@@ -87,10 +88,10 @@ impl BestSubset {
         Self { max_size, ..self }
     }
 
-    /// The same search looking at no more than `budget` subsets of one size.
+    /// The same search with at most about `budget` operations for each size.
     #[must_use]
     pub fn with_budget(self, budget: u64) -> Self {
-        Self { budget: budget as f64, ..self }
+        Self { budget, ..self }
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
@@ -109,17 +110,17 @@ impl BestSubset {
         let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let mut winner: Option<(f64, Candidate)> = None;
-        let limits = Limits { bound: Bound::Relaxation, budget: u64::MAX, go_on: &|| true };
+        let limits = Limits { bound: Bound::Relaxation, budget: self.budget, go_on: &|| true };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let interesting = explained(selection.floor, rows, size);
-            let complete = problem.n_subsets(size) <= self.budget && sizes.last().is_none_or(|s| s.1);
             let mut kept = Kept::new(KEPT, NEAR_BEST, interesting);
             if let Some((smaller, _)) = sizes.last() {
                 grow(&problem, smaller, &mut kept);
             }
-            if complete {
-                search(&problem, size, &limits, &mut kept);
-            }
+            // Where nothing bounds, what is too much to look at is not begun, and larger sizes are still more.
+            let begun = rows > columns.len()
+                || (problem.n_subsets(size) <= self.budget as f64 && sizes.last().is_none_or(|s| s.1));
+            let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
             let found = kept.into_best();
             // More terms than this can only fit rounding.
             let enough =

@@ -46,6 +46,11 @@ impl Kept {
         self.best.retain(|c| c.rss <= cutoff);
     }
 
+    /// Whether a further candidate has to be better than the last one.
+    pub(crate) fn is_full(&self) -> bool {
+        self.best.len() == self.keep
+    }
+
     pub(crate) fn into_best(self) -> Vec<Candidate> {
         self.best
     }

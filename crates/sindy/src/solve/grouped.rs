@@ -2,7 +2,7 @@
 
 use super::candidates::Kept;
 use super::problem::Problem;
-use super::tree::{Account, Bound, Limits};
+use super::tree::{Account, Bound, EXACT, Limits};
 
 /// Offers to `kept` every choice of `size` of the `units` that is good enough, as far as the limits allow. Units are
 /// sets of the problem's columns. A part of the tree is cut by the residual of all columns that may still come.
@@ -35,6 +35,9 @@ struct Search<'a> {
 
 impl Search<'_> {
     fn spent(&mut self, bound: f64) -> bool {
+        if self.kept.is_full() && self.kept.cutoff() <= EXACT * self.problem.total() {
+            return true;
+        }
         self.stopped = self.stopped || self.account.work >= self.limits.budget || !(self.limits.go_on)();
         if self.stopped {
             self.account.open = self.account.open.min(bound);

@@ -17,6 +17,9 @@ use crate::Triangle;
 /// orthogonal columns. What the search may cost is counted in operations, so that a result does not depend on the
 /// machine; where the budget ends, the gap that is left is told.
 ///
+/// A squared residual below 10⁻²⁸ of the squared target is nothing but rounding: a subset that comes so close is as good
+/// as any, and no better one is looked for.
+///
 /// Columns that equal another column up to a factor are represented by the first of them.
 ///
 /// # References

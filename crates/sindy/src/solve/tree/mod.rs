@@ -45,6 +45,9 @@ pub(crate) struct Account {
     pub(crate) nodes: u64,
 }
 
+/// Part of the squared target below which a squared residual is nothing but rounding.
+pub(super) const EXACT: f64 = 1e-28;
+
 struct Search<'a> {
     problem: &'a Problem,
     limits: &'a Limits<'a>,
@@ -84,6 +87,10 @@ impl Search<'_> {
 
     /// Whether the search ends here; then `bound` holds for what is left out.
     fn spent(&mut self, bound: f64) -> bool {
+        if self.kept.is_full() && self.kept.cutoff() <= EXACT * self.problem.total() {
+            // Nothing is better than exact: the rest need not be looked at.
+            return true;
+        }
         self.stopped = self.stopped || self.account.work >= self.limits.budget || !(self.limits.go_on)();
         if self.stopped {
             self.account.open = self.account.open.min(bound);
@@ -92,6 +99,7 @@ impl Search<'_> {
     }
 
     fn offer(&mut self) {
+        self.account.work += (self.chosen.len() * self.chosen.len() * self.problem.dim() / 2) as u64;
         let mut subset = self.chosen.clone();
         subset.sort_unstable();
         if let Some(rss) = self.problem.rss(&subset) {

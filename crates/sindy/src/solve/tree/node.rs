@@ -32,13 +32,23 @@ pub(super) struct Errors {
     pub(super) overlap: f64,
     /// Of the squared residual.
     pub(super) rss: f64,
+    /// Of the residual when it is computed from the columns.
+    drift: f64,
 }
 
 /// Rounding error beyond which products are computed anew from the columns.
 const STALE: f64 = 1e-10;
 
+/// Part of the squared residual that may be rounding, if the columns could tell more.
+const UNSURE: f64 = 1e-3;
+
 /// Rounding error of a product of two vectors of unit length.
 const ROUNDING: f64 = 2e-15;
+
+/// Rounding error of a squared residual that is computed from the columns.
+fn at_best(drift: f64, rss: f64) -> f64 {
+    4.0 * drift * (drift + rss.sqrt())
+}
 
 impl Node {
     /// The products of `free` with the columns `chosen` taken out, each scaled to unit length again. Columns that
@@ -76,7 +86,8 @@ impl Node {
         let error = Errors {
             gram: gram_error,
             overlap: 2.0 * drift + gram_error * rss.sqrt(),
-            rss: 4.0 * drift * (drift + rss.sqrt()),
+            rss: at_best(drift, rss),
+            drift,
         };
         // Scaling the columns up again lowers no eigenvalue.
         Some(Self { free: kept, gram, overlap, rss, error, least })
@@ -117,12 +128,15 @@ impl Node {
             rss: self.error.rss
                 + 2.0 * along * self.error.overlap * inverse.sqrt()
                 + along * along * self.error.gram * inverse,
+            ..self.error
         }
     }
 
     /// Whether taking out column `i` by its products would leave too much rounding.
     pub(super) fn is_stale_after(&self, i: usize) -> bool {
-        self.error_after(i).gram > STALE
+        let error = self.error_after(i);
+        let rss = (self.rss - self.overlap[i] * self.overlap[i] / self.square_at_least(i)).max(0.0);
+        error.gram > STALE || (error.rss > UNSURE * rss && error.rss > 10.0 * at_best(error.drift, rss))
     }
 
     /// The columns `keep` only.
@@ -173,17 +187,20 @@ impl Node {
         (pairs.rss, pairs.error) = (self.rss, self.error);
     }
 
-    /// The pairs of columns after column `i` is chosen too.
+    /// The pairs of the columns after column `i`, with that one chosen too.
     pub(super) fn pairs_after(&self, i: usize, pairs: &mut Pairs) {
         let f = self.len();
         let scale = 1.0 / self.square(i).sqrt();
         let along = self.overlap[i] * scale;
-        pairs.shared.clear();
-        pairs.shared.extend(self.gram[i * f..(i + 1) * f].iter().map(|g| g * scale));
-        pairs.overlap.clear();
-        pairs.overlap.extend(self.overlap.iter().zip(&pairs.shared).map(|(o, s)| o - s * along));
-        pairs.square.clear();
-        pairs.square.extend((0..f).map(|j| self.square(j)).zip(&pairs.shared).map(|(q, s)| q - s * s));
+        for of_column in [&mut pairs.shared, &mut pairs.overlap, &mut pairs.square] {
+            of_column.resize(f, 0.0);
+        }
+        for j in i + 1..f {
+            let shared = self.gram[i * f + j] * scale;
+            pairs.shared[j] = shared;
+            pairs.overlap[j] = self.overlap[j] - shared * along;
+            pairs.square[j] = self.square(j) - shared * shared;
+        }
         (pairs.rss, pairs.error) = ((self.rss - along * along).max(0.0), self.error_after(i));
     }
 }

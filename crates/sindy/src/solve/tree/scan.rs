@@ -121,10 +121,12 @@ impl Pairs {
                 let test = row.test(g[i], s[i], o[i], q[i]);
                 best[i] = if test > best[i] { test } else { best[i] };
             }
-            from += LANES;
+            // The last lanes overlap those before, if need be.
+            let rest = last - from - LANES;
+            from += if rest == 0 { LANES } else { LANES.min(rest) };
         }
         let hit = best.iter().any(|b| *b >= 0.0);
-        let from = if hit { k + 1 } else { from };
+        let from = if hit || last < k + 1 + LANES { k + 1 } else { last };
         for l in from..last {
             if row.test(gram[l], shared[l], overlap[l], square[l]) >= 0.0 {
                 hits.push((k, l));
