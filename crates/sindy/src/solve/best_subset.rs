@@ -110,7 +110,7 @@ impl BestSubset {
         let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let mut winner: Option<(f64, Candidate)> = None;
-        let limits = Limits { bound: Bound::Relaxation, budget: self.budget, go_on: &|| true };
+        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let interesting = explained(selection.floor, rows, size);
             let mut kept = Kept::new(KEPT, NEAR_BEST, interesting);

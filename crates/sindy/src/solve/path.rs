@@ -105,9 +105,9 @@ pub struct Path {
 }
 
 impl Default for SubsetPath {
-    /// Ten terms, the best subset of each size only, at most 4·10⁸ operations (a good second) for each, all bounds.
+    /// Ten terms, the best subset of each size only, at most 4·10⁸ operations (about a second) for each, bounded by gains.
     fn default() -> Self {
-        Self { max_size: 10, keep: 1, budget: 400_000_000, bound: Bound::Relaxation }
+        Self { max_size: 10, keep: 1, budget: 400_000_000, bound: Bound::Gains }
     }
 }
 
