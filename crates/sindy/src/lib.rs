@@ -29,5 +29,8 @@ pub use identify::{EquationReport, Identified, Identifier, LibraryChoice, Report
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{Entry, Form, Model, ModelError, ModelParts, Reading};
 pub use plain::{Sindy, SindyError, SindyFit, Trajectory};
-pub use solve::{BestSubset, Columns, Finish, Selected, Selection, SizeReport, SparseFit, Stlsq};
+pub use solve::{
+    BestSubset, Bound, Columns, ConstraintError, Constraints, Finish, Path, Selected, Selection, SizeReport,
+    SizeResult, SparseFit, Stlsq, Subset, SubsetPath,
+};
 pub use triangle::{Triangle, TriangleError};

@@ -1,23 +1,28 @@
 //! Best-subset regression: for each number of terms, the terms with the smallest residual.
 
+use super::candidates::{Candidate, Kept};
 use super::criterion::{Criterion, FLOOR_FACTOR, by_chance, explained, rms};
-use super::search::{Candidate, NEAR_BEST, Problem};
+use super::exchange::grow;
+use super::prepare::{distinct, most_promising_first, problem, split, unit};
+use super::problem::Problem;
+use super::tree::{Bound, Limits, search};
 use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
 ///
-/// Every subset of a size is looked at while there are no more than `budget` of them; larger sizes go on from the best
-/// found by forward steps and exchanges, and are marked as not proved. Terms that equal another term (up to a factor)
+/// Forward steps and exchanges find good subsets of each size; [`SubsetPath`](crate::SubsetPath)'s search then looks for
+/// better ones, for no more than `budget` operations, of which looking at one subset is about one. A size it does not
+/// get through is marked as not proved. Terms that equal another term (up to a factor)
 /// on the data are represented by the simplest of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BestSubset {
     max_size: usize,
-    budget: f64,
+    budget: u64,
 }
 
 impl Default for BestSubset {
     fn default() -> Self {
-        Self { max_size: 20, budget: 7e5 }
+        Self { max_size: 20, budget: 5_000_000 }
     }
 }
 
@@ -40,7 +45,7 @@ pub struct SizeReport {
     pub support: Vec<usize>,
     /// RMS residual \[unit of the target\].
     pub residual: f64,
-    /// Whether every subset of this size was looked at.
+    /// Whether no subset of this size is better.
     pub proved: bool,
 }
 
@@ -55,7 +60,7 @@ pub struct Selected {
     pub residual: f64,
     /// Whether the residual is no more than rounding explains.
     pub reached_floor: bool,
-    /// Whether every subset of this size was looked at.
+    /// Whether no subset of this size is better.
     pub proved: bool,
     /// The best subset of each size tried, from no term on.
     pub path: Vec<SizeReport>,
@@ -64,14 +69,17 @@ pub struct Selected {
 /// Part of the floor within which residuals are as good as equal: the floor is generous, ties should not be.
 const TIE: f64 = 0.25;
 
+/// Candidates kept per size.
+const KEPT: usize = 24;
+
+/// Residuals this many times the best one's (squared) are of no interest.
+const NEAR_BEST: f64 = 4.0;
+
 /// Sizes always tried where rounding is known.
 const SHORT: usize = 4;
 
 /// Sizes tried beyond the best one so far.
 const PATIENCE: usize = 5;
-
-/// Length of the difference of two unit columns below which they are the same.
-const SAME: f64 = 1e-9;
 
 impl BestSubset {
     /// The same search with no more than `max_size` terms in an equation.
@@ -80,16 +88,16 @@ impl BestSubset {
         Self { max_size, ..self }
     }
 
-    /// The same search looking at no more than `budget` subsets of one size.
+    /// The same search with at most about `budget` operations for each size.
     #[must_use]
     pub fn with_budget(self, budget: u64) -> Self {
-        Self { budget: budget as f64, ..self }
+        Self { budget, ..self }
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
-        let (columns, problem) = distinct(triangle, target, selection.complexity);
+        let (columns, problem) = simplest(triangle, target, selection.complexity);
         let rows = triangle.n_rows();
         let criterion = Criterion {
             problem: &problem,
@@ -102,13 +110,18 @@ impl BestSubset {
         let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let mut winner: Option<(f64, Candidate)> = None;
+        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let interesting = explained(selection.floor, rows, size);
-            let complete = problem.n_subsets(size) <= self.budget && sizes.last().is_none_or(|s| s.1);
-            let found = match sizes.last() {
-                Some((smaller, _)) if !complete => problem.grow(smaller, interesting),
-                _ => problem.exhaustive(size, interesting, rows > columns.len()),
-            };
+            let mut kept = Kept::new(KEPT, NEAR_BEST, interesting);
+            if let Some((smaller, _)) = sizes.last() {
+                grow(&problem, smaller, &mut kept);
+            }
+            // Where nothing bounds, what is too much to look at is not begun, and larger sizes are still more.
+            let begun = rows > columns.len()
+                || (problem.n_subsets(size) <= self.budget as f64 && sizes.last().is_none_or(|s| s.1));
+            let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
+            let found = kept.into_best();
             // More terms than this can only fit rounding.
             let enough =
                 found.first().is_some_and(|c| exact(c) && !by_chance(&problem, c.rss.max(interesting), rows, size));
@@ -157,40 +170,16 @@ fn support_of(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
     support
 }
 
-/// The columns that differ, the most promising first, as a problem; with their numbers in the triangle.
-fn distinct(triangle: &Triangle, target: usize, complexity: &[u32]) -> (Vec<usize>, Problem) {
+/// The columns that differ, the simplest of equal ones and the most promising first, as a problem; with their numbers
+/// in the triangle.
+fn simplest(triangle: &Triangle, target: usize, complexity: &[u32]) -> (Vec<usize>, Problem) {
     let dim = complexity.len().min(triangle.n_rows());
     let mut order: Vec<usize> = (0..complexity.len()).collect();
     order.sort_by_key(|&j| complexity[j]);
-    let mut kept: Vec<(usize, Vec<f64>)> = Vec::new();
-    for j in order {
-        let length = triangle.norm(j);
-        if length == 0.0 {
-            continue;
-        }
-        let mut unit = vec![0.0; dim];
-        for (u, v) in unit.iter_mut().zip(triangle.column(j)) {
-            *u = v / length;
-        }
-        if !kept.iter().any(|(_, other)| same(&unit, other)) {
-            kept.push((j, unit));
-        }
-    }
-    let y = triangle.column(target);
-    let mut reachable = vec![0.0; dim];
-    let shared = dim.min(y.len());
-    reachable[..shared].copy_from_slice(&y[..shared]);
-    let unreachable: f64 = y[shared..].iter().map(|v| v * v).sum();
-    let overlap = |unit: &[f64]| unit.iter().zip(&reachable).map(|(a, b)| a * b).sum::<f64>().abs();
-    kept.sort_by(|(i, a), (j, b)| overlap(b).total_cmp(&overlap(a)).then(i.cmp(j)));
-    let columns = kept.iter().flat_map(|(_, unit)| unit.clone()).collect();
-    (kept.iter().map(|(j, _)| *j).collect(), Problem::new(dim, columns, reachable, unreachable))
-}
-
-/// Whether two unit vectors point along the same line.
-fn same(a: &[f64], b: &[f64]) -> bool {
-    let sign = if a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() < 0.0 { -1.0 } else { 1.0 };
-    a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>() < SAME * SAME
+    let (mut kept, _) = distinct(order.into_iter().filter_map(|j| unit(triangle, j, dim)));
+    let (y, unreachable) = split(triangle, target, dim);
+    most_promising_first(&mut kept, &y);
+    problem(dim, kept, y, unreachable)
 }
 
 impl Selected {

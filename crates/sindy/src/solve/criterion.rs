@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-use super::search::{Candidate, Problem, binomial};
+use super::candidates::{Candidate, binomial};
+use super::problem::Problem;
 use crate::Triangle;
 
 /// Residuals up to this many times the floor count as rounding.

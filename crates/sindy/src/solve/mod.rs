@@ -1,12 +1,20 @@
 //! Sparse regressions, all of them on a [`Triangle`](crate::Triangle).
 
 mod best_subset;
+mod candidates;
 mod criterion;
+mod exchange;
+mod grouped;
 mod least_squares;
-mod search;
+mod path;
+mod prepare;
+mod problem;
 mod stlsq;
+mod tree;
 
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
+pub(crate) use candidates::binomial;
 pub(crate) use least_squares::{least_squares, truncated};
-pub(crate) use search::binomial;
+pub use path::{ConstraintError, Constraints, Path, SizeResult, Subset, SubsetPath};
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};
+pub use tree::Bound;

@@ -1,0 +1,145 @@
+//! One regression as the searches see it: columns of unit length and a target.
+
+use super::candidates::binomial;
+
+/// Columns of one regression, each of unit length, and their target.
+#[derive(Debug, Clone)]
+pub(crate) struct Problem {
+    /// Length of a column.
+    dim: usize,
+    /// (columns, dim), one column after the other.
+    columns: Vec<f64>,
+    target: Vec<f64>,
+    /// Squared length of the part of the target that no column reaches.
+    unreachable: f64,
+}
+
+/// Squared distance from the span of the others at which a column of unit length counts as dependent.
+pub(super) const DEPENDENT: f64 = 1e-18;
+
+impl Problem {
+    /// A problem of `columns` and a `target`, all of length `dim`; `unreachable` is the squared length of what was cut
+    /// off the target. The columns must have unit length.
+    pub(crate) fn new(dim: usize, columns: Vec<f64>, target: Vec<f64>, unreachable: f64) -> Self {
+        Self { dim, columns, target, unreachable }
+    }
+
+    pub(crate) fn n_columns(&self) -> usize {
+        self.columns.len().checked_div(self.dim).unwrap_or(0)
+    }
+
+    /// Length of a column: no more of them than this can be independent.
+    pub(crate) fn dim(&self) -> usize {
+        self.dim
+    }
+
+    pub(crate) fn column(&self, j: usize) -> &[f64] {
+        &self.columns[j * self.dim..(j + 1) * self.dim]
+    }
+
+    /// The part of the target that columns may reach.
+    pub(crate) fn target(&self) -> &[f64] {
+        &self.target
+    }
+
+    pub(crate) fn unreachable(&self) -> f64 {
+        self.unreachable
+    }
+
+    /// Number of subsets of `size`.
+    pub(crate) fn n_subsets(&self, size: usize) -> f64 {
+        binomial(self.n_columns(), size)
+    }
+
+    /// Squared length of the target.
+    pub(crate) fn total(&self) -> f64 {
+        square(&self.target) + self.unreachable
+    }
+
+    /// Orthonormal columns with the span of `subset`; none if they depend on each other.
+    pub(crate) fn basis(&self, subset: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let mut basis: Vec<Vec<f64>> = Vec::with_capacity(subset.len());
+        for &j in subset {
+            let mut a = self.column(j).to_vec();
+            take_out_all(&mut a, &basis);
+            let left = square(&a);
+            if left < DEPENDENT {
+                return None;
+            }
+            let length = left.sqrt();
+            a.iter_mut().for_each(|v| *v /= length);
+            basis.push(a);
+        }
+        Some(basis)
+    }
+
+    /// The squared residual of `subset` by orthogonal columns, without cancellation; none if they depend on each other.
+    pub(crate) fn rss(&self, subset: &[usize]) -> Option<f64> {
+        let mut residual = self.target.clone();
+        self.basis(subset)?.iter().for_each(|q| subtract(&mut residual, q));
+        Some(square(&residual) + self.unreachable)
+    }
+
+    /// The squared residual of the span of `subset`, whose columns may depend on each other.
+    pub(crate) fn span_rss(&self, subset: &[usize]) -> f64 {
+        self.remainders(&[], subset)[0] + self.unreachable
+    }
+
+    /// For each i the squared residual of all columns in `chosen` and `order[i..]`, without the unreachable part: no
+    /// subset of them falls below it.
+    pub(crate) fn remainders(&self, chosen: &[usize], order: &[usize]) -> Vec<f64> {
+        let mut residual = self.target.clone();
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        let mut left = vec![0.0; order.len() + 1];
+        let columns =
+            chosen.iter().map(|&j| (j, order.len())).chain(order.iter().enumerate().rev().map(|(i, &j)| (j, i)));
+        left[order.len()] = square(&residual);
+        for (j, at) in columns {
+            let mut a = self.column(j).to_vec();
+            take_out_all(&mut a, &basis);
+            let length = square(&a).sqrt();
+            if length * length >= DEPENDENT {
+                a.iter_mut().for_each(|v| *v /= length);
+                subtract(&mut residual, &a);
+                basis.push(a);
+            }
+            left[at] = square(&residual);
+        }
+        left
+    }
+}
+
+/// a·b, in eight lanes.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    const LANES: usize = 8;
+    let mut sums = [0.0; LANES];
+    let (a_chunks, a_rest) = a.as_chunks::<LANES>();
+    let (b_chunks, b_rest) = b.as_chunks::<LANES>();
+    for (a, b) in a_chunks.iter().zip(b_chunks) {
+        for i in 0..LANES {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
+}
+
+pub(super) fn square(a: &[f64]) -> f64 {
+    dot(a, a)
+}
+
+/// r ← r − (r·q) q.
+pub(super) fn subtract(r: &mut [f64], q: &[f64]) {
+    let along = dot(r, q);
+    for (r, q) in r.iter_mut().zip(q) {
+        *r -= along * q;
+    }
+}
+
+/// Takes every direction of an orthonormal `basis` out of `a`, twice, so that rounding leaves nothing behind.
+pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
+    for _ in 0..2 {
+        for q in basis {
+            subtract(a, q);
+        }
+    }
+}
