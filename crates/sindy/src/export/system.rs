@@ -1,0 +1,110 @@
+//! What an exporter has to know of a model. The only place of the exporters that looks into one.
+
+use sindyna_core::Scheme;
+
+use crate::expr::Expr;
+use crate::{Form, Model, ModelError};
+
+/// One summand of an equation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Number of the term.
+    pub term: usize,
+    /// Its coefficient.
+    pub coefficient: f64,
+    /// The state whose rate the term multiplies, where it multiplies one: the equations are then solved for all rates
+    /// together.
+    pub rate: Option<usize>,
+}
+
+/// How one control interval is made of the equations.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Stepping {
+    /// The equations give the next state.
+    Map,
+    /// The equations give Δx/Δt.
+    Increment,
+    /// The equations give ẋ, followed for one interval.
+    Euler,
+    /// The equations give ẋ; what is no position moves first, then each position by what its rate has become.
+    SemiImplicitEuler {
+        /// Per state: whether it is a position.
+        positions: Vec<bool>,
+    },
+    /// The equations give ẋ, stepped by the classical Runge–Kutta scheme.
+    Rk4 {
+        /// Equal parts of the interval.
+        substeps: usize,
+    },
+}
+
+/// Equations of motion, ready to be written in another language.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    /// Names of the states (n).
+    pub states: Vec<String>,
+    /// Names of the controls (k).
+    pub controls: Vec<String>,
+    /// Control interval \[s\].
+    pub dt: f64,
+    /// Terms, as functions of z = (state; control).
+    pub terms: Vec<Expr>,
+    /// One sum per state.
+    pub equations: Vec<Vec<Entry>>,
+    /// What the sums are, and how a step is made of them.
+    pub stepping: Stepping,
+    /// The equations as people read them, one per state.
+    pub text: Vec<String>,
+}
+
+impl System {
+    /// Whether an equation holds rates of other states.
+    #[must_use]
+    pub fn is_implicit(&self) -> bool {
+        self.equations.iter().flatten().any(|entry| entry.rate.is_some())
+    }
+
+    /// Refuses lists that do not fit each other.
+    pub(super) fn check(&self) -> Result<(), ModelError> {
+        let n = self.states.len();
+        let shape = |what, got| if got == n { Ok(()) } else { Err(ModelError::Shape { what, expected: n, got }) };
+        shape("equations", self.equations.len())?;
+        shape("equations as text", self.text.len())?;
+        if let Stepping::SemiImplicitEuler { positions } = &self.stepping {
+            shape("positions", positions.len())?;
+        }
+        let below =
+            |what, index, count| if index < count { Ok(()) } else { Err(ModelError::NoSuch { what, index, count }) };
+        for entry in self.equations.iter().flatten() {
+            below("term", entry.term, self.terms.len())?;
+            below("rate of state", entry.rate.unwrap_or(0), n)?;
+            if !entry.coefficient.is_finite() {
+                return Err(ModelError::BadNumber { what: "a coefficient", value: entry.coefficient });
+            }
+        }
+        let variables = n + self.controls.len();
+        self.terms.iter().filter_map(Expr::max_variable).try_for_each(|v| below("variable", v, variables))
+    }
+}
+
+/// The equations in the model's own space.
+impl From<&Model> for System {
+    fn from(model: &Model) -> Self {
+        let entry = |&(term, coefficient): &(usize, f64)| Entry { term, coefficient, rate: None };
+        Self {
+            states: model.states().to_vec(),
+            controls: model.controls().to_vec(),
+            dt: model.dt(),
+            terms: model.terms().to_vec(),
+            equations: (0..model.states().len()).map(|i| model.coefficients(i).iter().map(entry).collect()).collect(),
+            stepping: match model.form() {
+                Form::Discrete => Stepping::Map,
+                Form::Increment => Stepping::Increment,
+                Form::Continuous(Scheme::Euler) => Stepping::Euler,
+                Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Rk4 { substeps },
+            },
+            text: model.equations(),
+        }
+    }
+}
