@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
-use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
+use sindyna_sindy::Identifier;
 
 use crate::failure::Failure;
+use crate::identification::IdentificationConfig;
 use crate::registry;
 
 /// The settings of `sindyna train`, defaults filled in.
@@ -42,20 +43,6 @@ pub(crate) struct Warmup {
     pub(crate) rollouts: usize,
     pub(crate) rollout_len: usize,
     pub(crate) explorer: String,
-}
-
-/// How equations are found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct IdentificationConfig {
-    pub(crate) library: String,
-    /// The user's own terms, added to the library.
-    pub(crate) terms: Vec<String>,
-    pub(crate) solver: String,
-    pub(crate) threshold: f64,
-    pub(crate) ridge: f64,
-    pub(crate) target: String,
-    pub(crate) coordinates: String,
 }
 
 /// How rollouts are imagined.
@@ -112,15 +99,7 @@ impl TrainConfig {
             simulator: "native".into(),
             seed: 0,
             warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
-            identification: IdentificationConfig {
-                library: "auto".into(),
-                terms: Vec::new(),
-                solver: "best-subset".into(),
-                threshold: 0.0009,
-                ridge: 0.05,
-                target: "increment".into(),
-                coordinates: "recognised".into(),
-            },
+            identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
                 rollouts_per_real: "inf".into(),
                 refit: false,
@@ -233,20 +212,7 @@ impl TrainConfig {
 
     /// The identification these settings describe.
     pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
-        let settings = &self.identification;
-        // Refuses a threshold or ridge no solver can have, whether this one uses it or not.
-        let stlsq = Stlsq::new(settings.threshold, settings.ridge)?;
-        let solver = match settings.solver.parse()? {
-            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(stlsq),
-            SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: settings.ridge },
-            other => other,
-        };
-        let identifier = Identifier::new(spec)
-            .with_coordinates(settings.coordinates.parse()?)
-            .with_library(settings.library.parse()?)?
-            .with_own_terms(settings.terms.clone())?
-            .with_solver(solver)
-            .with_target(settings.target.parse()?);
+        let identifier = self.identification.identifier(spec)?;
         let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
         if steps < needed {
             let name = &spec.name;
