@@ -36,6 +36,25 @@ pub(crate) struct TrainConfig {
 /// Real steps a warm-up may take: all of them, times all terms, are held in memory at once.
 const MOST_REAL_STEPS: usize = 100_000;
 
+/// Episodes of one evaluation: as many systems stand side by side.
+const MOST_EPISODES: usize = 10_000;
+
+/// Imagined worlds side by side.
+const MOST_WORLDS: usize = 10_000;
+
+/// Transitions in the replay: gigabytes for any larger number.
+const MOST_TRANSITIONS: usize = 10_000_000;
+
+/// Steps or updates of one turn of the training.
+const MOST_PER_TURN: usize = 1_000_000;
+
+/// Transitions of one update.
+const MOST_IN_BATCH: usize = 65_536;
+
+/// Hidden layers of a network, and units of one of them.
+const MOST_LAYERS: usize = 8;
+const MOST_UNITS: usize = 4_096;
+
 /// Real data before anything is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -180,19 +199,26 @@ impl TrainConfig {
             ))
             .hint("the equations are there after a few dozen"));
         }
-        at_least_one("--batch-size", self.sac.batch_size)?;
+        within("--batch-size", self.sac.batch_size, MOST_IN_BATCH)?;
+        within("number of sac.hidden layers", self.sac.hidden.len().max(1), MOST_LAYERS)?;
+        self.sac.hidden.iter().try_for_each(|width| within("width of a sac.hidden layer", *width, MOST_UNITS))?;
         let discount = self.sac.discount;
         if !(0.0..1.0).contains(&discount) {
             return Err(Failure::new(format!("discount must be at least 0 and below 1, got {discount}"))
                 .hint("rewards without end have no finite value undiscounted; 0.999 looks a thousand steps ahead"));
         }
-        at_least_one("replay_capacity", self.imagination.replay_capacity)?;
-        at_least_one("worlds", self.imagination.worlds)?;
-        at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
-        at_least_one("updates_per_turn", self.imagination.updates_per_turn)?;
-        at_least_one("trial_every", self.optimality.trial_every as usize)?;
-        at_least_one("trial_episodes", self.optimality.trial_episodes)?;
-        at_least_one("evaluation_episodes", self.evaluation_episodes)?;
+        within("imagination.replay_capacity", self.imagination.replay_capacity, MOST_TRANSITIONS)?;
+        within("imagination.worlds", self.imagination.worlds, MOST_WORLDS)?;
+        within("imagination.rollout_len", self.imagination.rollout_len, MOST_PER_TURN)?;
+        within("imagination.updates_per_turn", self.imagination.updates_per_turn, MOST_PER_TURN)?;
+        at_least_one("optimality.trial_every", self.optimality.trial_every as usize)?;
+        within("optimality.trial_episodes", self.optimality.trial_episodes, MOST_EPISODES)?;
+        at_least_one("--max-updates", self.optimality.max_updates as usize)?;
+        let tolerance = self.optimality.tolerance;
+        if !(tolerance.is_finite() && tolerance >= 0.0) {
+            return Err(Failure::new(format!("optimality.tolerance must be finite and at least 0, got {tolerance}")));
+        }
+        check_episodes(self.evaluation_episodes)?;
         if !(0.0..=1.0).contains(&self.imagination.scattered_starts) {
             let got = self.imagination.scattered_starts;
             return Err(Failure::new(format!("scattered_starts must be between 0 and 1, got {got}")));
@@ -258,6 +284,19 @@ impl TrainConfig {
             },
         })
     }
+}
+
+/// Refuses a number of evaluation episodes there cannot be.
+pub(crate) fn check_episodes(episodes: usize) -> Result<(), Failure> {
+    within("--episodes (evaluation_episodes)", episodes, MOST_EPISODES)
+}
+
+fn within(name: &str, value: usize, most: usize) -> Result<(), Failure> {
+    at_least_one(name, value)?;
+    if value > most {
+        return Err(Failure::new(format!("{name} must be at most {most}, got {value}")));
+    }
+    Ok(())
 }
 
 fn at_least_one(name: &str, value: usize) -> Result<(), Failure> {

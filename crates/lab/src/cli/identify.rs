@@ -90,7 +90,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     }
     let progress = Progress::new(args.common.quiet);
     let log = Log::read(&args.log, &args.options()?)?;
-    progress.say(&format!("read: {} rows in {} rollouts", log.rows, log.data.n_rollouts()));
+    progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
     let identifier = settings.identifier(&log.spec)?;
@@ -189,7 +189,7 @@ fn heading(path: &Path, log: &Log) -> String {
     };
     let rollouts = log.data.n_rollouts();
     let mut text = format!(
-        "log: {}, {} rows in {rollouts} rollout{}, a step every {} s\nstates: {}; inputs: {}; numbers: {}\n",
+        "log: {}, {} rows in {rollouts} rollout{}, a step every {} s\nstates: {}; inputs: {}; numbers as fine as {}\n",
         path.display(),
         log.rows,
         if rollouts == 1 { "" } else { "s" },

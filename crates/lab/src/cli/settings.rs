@@ -71,8 +71,8 @@ pub(crate) struct Settings {
     batch_size: Option<usize>,
 
     /// Episodes of the evaluation on the real system [default: 100]
-    #[arg(long, value_name = "N", help_heading = "Evaluation", value_parser = clap::value_parser!(u32).range(1..))]
-    episodes: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = "Evaluation")]
+    episodes: Option<usize>,
 }
 
 impl Settings {
@@ -144,7 +144,7 @@ impl Settings {
         set(&mut config.sac.learning_rate, &self.learning_rate);
         set(&mut config.sac.discount, &self.discount);
         set(&mut config.sac.batch_size, &self.batch_size);
-        set(&mut config.evaluation_episodes, &self.episodes.map(|n| n as usize));
+        set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
 }

@@ -51,6 +51,15 @@ struct Summand {
     standard_error: Option<f64>,
 }
 
+impl Summand {
+    /// Significant digits of the coefficient that go as far as two digits of its error.
+    fn digits(&self) -> usize {
+        let known =
+            |error: f64| (self.coefficient.abs().log10().floor() - error.log10().floor() + 2.0).clamp(2.0, 15.0);
+        self.standard_error.filter(|e| *e > 0.0).map_or(9, |error| known(error) as usize)
+    }
+}
+
 /// The best subset of one size.
 #[derive(Debug, Serialize)]
 struct Size {
@@ -143,7 +152,7 @@ impl Equation {
         let left = self.equation.split(" = ").next().unwrap_or(&self.state);
         let lines = self.terms.iter().map(|summand| {
             let error = summand.standard_error.map_or_else(|| "not known".into(), |e| significant(e, 2));
-            [summand.term.clone(), significant(summand.coefficient, 9), error]
+            [summand.term.clone(), significant(summand.coefficient, summand.digits()), error]
         });
         let heading = [left.to_owned(), "coefficient".into(), "standard error".into()];
         let lines: Vec<[String; 3]> = std::iter::once(heading).chain(lines).collect();
@@ -207,7 +216,7 @@ mod tests {
             state: "w".into(),
             equation: "Δw/Δt = 15 sin th − 0.1 w".into(),
             unit: "rad/s²".into(),
-            terms: vec![summand("sin th", 15.000_000_2, Some(1.234e-7)), summand("w", -0.1, None)],
+            terms: vec![summand("sin th", 15.000_000_213, Some(1.234e-7)), summand("w", -0.1, None)],
             residual: 1.26e-6,
             floor: 2e-6,
             reached_floor: true,
@@ -216,7 +225,7 @@ mod tests {
         };
         let expected = "\
 \u{20} Δw/Δt    coefficient   standard error
-\u{20} sin th   15.0000002    1.2e-7
+\u{20} sin th   15.00000021   1.2e-7
 \u{20} w        -0.1          not known
 \u{20} residual 1.3e-6 rad/s²: no more than rounding explains (2e-6); not every subset of this size was tried
 ";

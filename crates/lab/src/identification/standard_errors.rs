@@ -36,8 +36,13 @@ pub(super) fn standard_errors(equation: &EquationReport, terms: &[Term], data: &
 
 /// The length of each row of R⁻¹; `None` where R has none.
 fn inverse_row_norms(triangle: &Triangle) -> Option<Vec<f64>> {
+    /// Part of a column that must be left after the columns before it are taken out, for it to say anything.
+    const OWN: f64 = 1e-12;
     let n = triangle.n_columns();
     let r = |i: usize, j: usize| triangle.column(j).get(i).copied().unwrap_or(0.0);
+    if (0..n).any(|j| r(j, j).abs() <= OWN * triangle.norm(j)) {
+        return None;
+    }
     let mut squares = vec![0.0; n];
     for k in 0..n {
         // Column k of R⁻¹ by back substitution; it is zero below row k.
@@ -48,7 +53,7 @@ fn inverse_row_norms(triangle: &Triangle) -> Option<Vec<f64>> {
             squares[i] += column[i] * column[i];
         }
     }
-    squares.iter().all(|s: &f64| s.is_finite()).then(|| squares.into_iter().map(f64::sqrt).collect())
+    Some(squares.into_iter().map(f64::sqrt).collect())
 }
 
 #[cfg(test)]

@@ -93,9 +93,9 @@ impl Log {
                 .into_iter()
                 .map(|seen| {
                     let (rate, of) = (&options.states[seen.rate], &options.states[seen.of]);
-                    let percent = 100.0 * seen.off_by;
+                    let percent = (100.0 * seen.off_by).max(0.1);
                     notes.push(format!(
-                        "{rate} is taken as the rate of {of}: {of} changes by it to within {percent:.2} %; say --rates \
+                        "{rate} is taken as the rate of {of}, which changes by it to within {percent:.1} %; say --rates \
                          none to stop this"
                     ));
                     (seen.rate, seen.of)

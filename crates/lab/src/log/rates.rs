@@ -45,21 +45,29 @@ fn closes_circle(kept: &[Seen], candidate: Seen) -> bool {
     at == candidate.rate
 }
 
-/// RMS of (change of `of` − integral of `rate`), over the RMS of the change; `None` where nothing changes.
+/// How much of the new rate a simulated step may have moved by: all of it (semi-implicit Euler), half of it (nature), none
+/// (Euler).
+const NEW: [f64; 3] = [0.5, 1.0, 0.0];
+
+/// RMS of (change of `of` − integral of `rate`), over the RMS of the change, by the sum that fits best; `None` where
+/// nothing changes.
 fn off_by(recordings: &[Recording], dt: f64, rate: usize, of: usize) -> Option<f64> {
-    let (mut difference, mut change, mut count) = (0.0, 0.0, 0);
+    let (mut difference, mut change, mut count) = ([0.0; 3], 0.0, 0);
     for recording in recordings {
         let (x, v) = (recording.states.column(of), recording.states.column(rate));
         let lag = LAG.min(x.len() / 4).max(1);
         for first in 0..x.len().saturating_sub(lag) {
             let moved = x[first + lag] - x[first];
-            let integral: f64 = (first..first + lag).map(|i| 0.5 * dt * (v[i] + v[i + 1])).sum();
-            difference += (moved - integral).powi(2);
+            for (difference, new) in difference.iter_mut().zip(NEW) {
+                let sum: f64 = (first..first + lag).map(|i| (1.0 - new) * v[i] + new * v[i + 1]).sum();
+                *difference += (moved - dt * sum).powi(2);
+            }
             change += moved * moved;
             count += 1;
         }
     }
-    (count >= 3 && change > 0.0).then(|| (difference / change).sqrt())
+    let least = difference.into_iter().fold(f64::INFINITY, f64::min);
+    (count >= 3 && change > 0.0).then(|| (least / change).sqrt())
 }
 
 #[cfg(test)]
