@@ -236,6 +236,9 @@ fn bad_logs_are_named_by_line_column_value_and_bound() {
     refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 steps, too few", "at least 4"]);
     refuses("t,th,w,u\n0,3,0,1\n", &COLUMNS, &["two rows"]);
     refuses("trajectory,t,th,w,u\na,0,3,0,1\nb,0,3,0,1\na,1,3,0,1\n", &COLUMNS, &["line 4: trajectory `a` goes on"]);
+    refuses("t [ms],th,w,u\n0,3,0,1\n", &COLUMNS, &["line 1: the column `t` is in `ms`; it must be in seconds"]);
+    let degrees = [&COLUMNS[..], &["--angles", "th"]].concat();
+    refuses("t,th [deg],w,u\n0,3,0,1\n", &degrees, &["`th` is in `deg`", "radians"]);
     refuses("th,w,u\n3,0,1\n", &COLUMNS, &["no column `t`", "--dt"]);
     refuses(
         "th,w,u\n1e200,0,1\n2e200,0,1\n3,1e200,2\n4,1,0\n5,2,3\n",

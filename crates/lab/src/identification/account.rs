@@ -175,7 +175,7 @@ impl Equation {
         let floor = match (self.reached_floor, self.floor > 0.0) {
             (true, _) => format!("no more than rounding explains ({floor})"),
             (false, true) => format!("above what rounding explains ({floor}): noise, or a term that is missing"),
-            (false, false) => "rounding is not known".into(),
+            (false, false) => "what rounding explains is not known for this target".into(),
         };
         let search = if self.proved || self.path.is_empty() { "" } else { "; not every subset of this size was tried" };
         format!("  residual {residual}{unit}: {floor}{search}\n")

@@ -1,6 +1,7 @@
 //! Logged data: a CSV file, and what the user says about it, as rollouts of a declared system.
 
 mod clock;
+mod jumps;
 mod rates;
 mod recording;
 mod table;
@@ -67,6 +68,7 @@ impl Log {
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
         let angles = positions(&options.angles, &options.states, "--angles")?;
         notes.extend(unwrap(&mut recordings, &angles, &options.states));
+        notes.extend(jumps::note(&recordings, &options.states));
         let dt = match options.clock {
             Clock::Stamps if columns.time.is_none() => {
                 return Err(Failure::new(format!("{} has no column `{TIME}` and --dt was not given", path.display()))
@@ -128,6 +130,8 @@ fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected
             return Err(Failure::new(format!("the column `{name}` is named twice among states and inputs")));
         }
     }
+    in_unit(table, TIME, "s", "seconds")?;
+    options.angles.iter().try_for_each(|angle| in_unit(table, angle, "rad", "radians"))?;
     let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();
     Ok(Selected {
         states: columns(&options.states)?,
@@ -135,6 +139,16 @@ fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected
         time: table.find(TIME),
         trajectory: table.find(TRAJECTORY),
     })
+}
+
+/// Refuses the column `name` if its header tells another unit than `wanted`.
+fn in_unit(table: &Table, name: &str, wanted: &str, words: &str) -> Result<(), Failure> {
+    match table.find(name).map(|column| &table.columns()[column].unit) {
+        Some(unit) if !unit.is_empty() && unit != wanted => {
+            Err(table.failure(1, &format!("the column `{name}` is in `{unit}`; it must be in {words}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Asks which columns are what, and shows the call.
