@@ -258,7 +258,9 @@ fn bad_options_are_named() {
     refuses(&log, &with(&["--angles", "u"]), &["no state for --angles named `u`"]);
     refuses(&log, &with(&["--rates", "w"]), &["RATE=OF"]);
     refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
-    refuses(&log, &with(&["--rates", "w=th", "--angles", "w"]), &["angle and the rate"]);
+    refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);
+    let bare = log.replace(" [rad/s]", "");
+    refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be an angle and the rate of `th`"]);
     refuses(&log, &with(&["--dt", "0"]), &["above 0"]);
     refuses(&log, &with(&["--dt", "nan"]), &["above 0"]);
     refuses(&log, &with(&["--resample", "1e-9"]), &["--resample", "10000000"]);

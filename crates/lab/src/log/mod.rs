@@ -58,6 +58,8 @@ impl Log {
     pub(crate) fn read(path: &Path, options: &LogOptions) -> Result<Self, Failure> {
         let table = Table::read(path)?;
         let columns = selected(&table, path, options)?;
+        let angles = positions(&options.angles, &options.states, "--angles")?;
+        options.angles.iter().try_for_each(|angle| in_unit(&table, angle, "rad", "radians"))?;
         let (mut recordings, digits) = recordings(&table, &columns)?;
         let mut notes = unused(&table, &columns);
         if table.ends_abruptly() {
@@ -66,7 +68,6 @@ impl Log {
             );
         }
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
-        let angles = positions(&options.angles, &options.states, "--angles")?;
         notes.extend(unwrap(&mut recordings, &angles, &options.states));
         notes.extend(jumps::note(&recordings, &options.states));
         let dt = match options.clock {
@@ -131,7 +132,6 @@ fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected
         }
     }
     in_unit(table, TIME, "s", "seconds")?;
-    options.angles.iter().try_for_each(|angle| in_unit(table, angle, "rad", "radians"))?;
     let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();
     Ok(Selected {
         states: columns(&options.states)?,
