@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
-use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
+use sindyna_sindy::Identifier;
 
 use crate::failure::Failure;
+use crate::identification::IdentificationConfig;
 use crate::registry;
 
 /// The settings of `sindyna train`, defaults filled in.
@@ -38,6 +39,25 @@ pub(crate) struct TrainConfig {
 /// Real steps a warm-up may take: all of them, times all terms, are held in memory at once.
 const MOST_REAL_STEPS: usize = 100_000;
 
+/// Episodes of one evaluation: as many systems stand side by side.
+const MOST_EPISODES: usize = 10_000;
+
+/// Imagined worlds side by side.
+const MOST_WORLDS: usize = 10_000;
+
+/// Transitions in the replay: gigabytes for any larger number.
+const MOST_TRANSITIONS: usize = 10_000_000;
+
+/// Steps or updates of one turn of the training.
+const MOST_PER_TURN: usize = 1_000_000;
+
+/// Transitions of one update.
+const MOST_IN_BATCH: usize = 65_536;
+
+/// Hidden layers of a network, and units of one of them.
+const MOST_LAYERS: usize = 8;
+const MOST_UNITS: usize = 4_096;
+
 /// Real data before anything is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,20 +65,6 @@ pub(crate) struct Warmup {
     pub(crate) rollouts: usize,
     pub(crate) rollout_len: usize,
     pub(crate) explorer: String,
-}
-
-/// How equations are found.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct IdentificationConfig {
-    pub(crate) library: String,
-    /// The user's own terms, added to the library.
-    pub(crate) terms: Vec<String>,
-    pub(crate) solver: String,
-    pub(crate) threshold: f64,
-    pub(crate) ridge: f64,
-    pub(crate) target: String,
-    pub(crate) coordinates: String,
 }
 
 /// How rollouts are imagined.
@@ -116,15 +122,7 @@ impl TrainConfig {
             noise: 0.0,
             seed: 0,
             warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
-            identification: IdentificationConfig {
-                library: "auto".into(),
-                terms: Vec::new(),
-                solver: "best-subset".into(),
-                threshold: 0.0009,
-                ridge: 0.05,
-                target: "increment".into(),
-                coordinates: "recognised".into(),
-            },
+            identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
                 rollouts_per_real: "inf".into(),
                 refit: false,
@@ -205,19 +203,26 @@ impl TrainConfig {
             ))
             .hint("the equations are there after a few dozen"));
         }
-        at_least_one("--batch-size", self.sac.batch_size)?;
+        within("--batch-size", self.sac.batch_size, MOST_IN_BATCH)?;
+        within("number of sac.hidden layers", self.sac.hidden.len().max(1), MOST_LAYERS)?;
+        self.sac.hidden.iter().try_for_each(|width| within("width of a sac.hidden layer", *width, MOST_UNITS))?;
         let discount = self.sac.discount;
         if !(0.0..1.0).contains(&discount) {
             return Err(Failure::new(format!("discount must be at least 0 and below 1, got {discount}"))
                 .hint("rewards without end have no finite value undiscounted; 0.999 looks a thousand steps ahead"));
         }
-        at_least_one("replay_capacity", self.imagination.replay_capacity)?;
-        at_least_one("worlds", self.imagination.worlds)?;
-        at_least_one("imagined rollout_len", self.imagination.rollout_len)?;
-        at_least_one("updates_per_turn", self.imagination.updates_per_turn)?;
-        at_least_one("trial_every", self.optimality.trial_every as usize)?;
-        at_least_one("trial_episodes", self.optimality.trial_episodes)?;
-        at_least_one("evaluation_episodes", self.evaluation_episodes)?;
+        within("imagination.replay_capacity", self.imagination.replay_capacity, MOST_TRANSITIONS)?;
+        within("imagination.worlds", self.imagination.worlds, MOST_WORLDS)?;
+        within("imagination.rollout_len", self.imagination.rollout_len, MOST_PER_TURN)?;
+        within("imagination.updates_per_turn", self.imagination.updates_per_turn, MOST_PER_TURN)?;
+        at_least_one("optimality.trial_every", self.optimality.trial_every as usize)?;
+        within("optimality.trial_episodes", self.optimality.trial_episodes, MOST_EPISODES)?;
+        at_least_one("--max-updates", self.optimality.max_updates as usize)?;
+        let tolerance = self.optimality.tolerance;
+        if !(tolerance.is_finite() && tolerance >= 0.0) {
+            return Err(Failure::new(format!("optimality.tolerance must be finite and at least 0, got {tolerance}")));
+        }
+        check_episodes(self.evaluation_episodes)?;
         if !(0.0..=1.0).contains(&self.imagination.scattered_starts) {
             let got = self.imagination.scattered_starts;
             return Err(Failure::new(format!("scattered_starts must be between 0 and 1, got {got}")));
@@ -237,20 +242,7 @@ impl TrainConfig {
 
     /// The identification these settings describe.
     pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
-        let settings = &self.identification;
-        // Refuses a threshold or ridge no solver can have, whether this one uses it or not.
-        let stlsq = Stlsq::new(settings.threshold, settings.ridge)?;
-        let solver = match settings.solver.parse()? {
-            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(stlsq),
-            SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: settings.ridge },
-            other => other,
-        };
-        let identifier = Identifier::new(spec)
-            .with_coordinates(settings.coordinates.parse()?)
-            .with_library(settings.library.parse()?)?
-            .with_own_terms(settings.terms.clone())?
-            .with_solver(solver)
-            .with_target(settings.target.parse()?);
+        let identifier = self.identification.identifier(spec)?;
         let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
         if steps < needed {
             let name = &spec.name;
@@ -296,6 +288,19 @@ impl TrainConfig {
             },
         })
     }
+}
+
+/// Refuses a number of evaluation episodes there cannot be.
+pub(crate) fn check_episodes(episodes: usize) -> Result<(), Failure> {
+    within("--episodes (evaluation_episodes)", episodes, MOST_EPISODES)
+}
+
+fn within(name: &str, value: usize, most: usize) -> Result<(), Failure> {
+    at_least_one(name, value)?;
+    if value > most {
+        return Err(Failure::new(format!("{name} must be at most {most}, got {value}")));
+    }
+    Ok(())
 }
 
 fn at_least_one(name: &str, value: usize) -> Result<(), Failure> {

@@ -6,9 +6,12 @@
 mod cli;
 mod config;
 mod failure;
+mod identification;
 mod interrupt;
 mod learner;
+mod log;
 mod machine;
+mod number;
 mod problem;
 mod progress;
 mod real;

@@ -48,10 +48,49 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
-    refuses(&["train", "pendulum", "--episodes", "0"], &["--episodes"]);
     for noise in ["-0.1", "1.5", "NaN"] {
         refuses(&["train", "pendulum", "--noise", noise], &["--noise", "between 0 and 1", noise, "hint:"]);
     }
+    refuses(&["train", "pendulum", "--episodes", "0"], &["--episodes", "at least 1", "got 0"]);
+    refuses(&["train", "pendulum", "--max-updates", "0"], &["--max-updates", "at least 1", "got 0"]);
+}
+
+#[test]
+fn settings_no_machine_can_hold_are_refused_before_they_are_tried() {
+    for (setting, words) in [
+        ("imagination.worlds=100000000", ["imagination.worlds", "10000"]),
+        ("sac.hidden=[100000,100000]", ["sac.hidden", "4096"]),
+        ("sac.hidden=[8,8,8,8,8,8,8,8,8]", ["sac.hidden", "8"]),
+        ("evaluation_episodes=10000000000", ["evaluation_episodes", "10000"]),
+        ("optimality.trial_episodes=10000000000", ["trial_episodes", "10000"]),
+        ("imagination.replay_capacity=1000000000000", ["replay_capacity", "10000000"]),
+        ("imagination.rollout_len=100000000000", ["rollout_len", "1000000"]),
+        ("sac.batch_size=100000000000", ["--batch-size", "65536"]),
+        ("optimality.tolerance=nan", ["optimality.tolerance", "NaN"]),
+        ("optimality.tolerance=-0.5", ["optimality.tolerance", "-0.5"]),
+        ("optimality.max_updates=0", ["--max-updates", "got 0"]),
+    ] {
+        refuses(&["train", "pendulum", "--set", setting], &words);
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_told_without_options_there_are_not() {
+    let temp = tempfile::tempdir().unwrap();
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let output = command(temp.path(), &["tasks"]).stdout(full).stderr(Stdio::piped()).output().unwrap();
+    let (code, _, stderr) = parts(&output);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("cannot write to stdout") && !stderr.contains("--out"), "{stderr}");
+}
+
+#[test]
+fn bounds_are_shown_as_they_were_declared() {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, _) = parts(&sindyna(temp.path(), &["tasks", "mountain-car"]));
+    assert_eq!(code, 0);
+    assert!(stdout.contains("-1.2 to 0.6") && !stdout.contains("000000"), "{stdout}");
 }
 
 #[test]

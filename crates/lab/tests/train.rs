@@ -31,6 +31,17 @@ fn a_pendulum_is_learned_from_twenty_steps_and_swung_up() {
     let rollout = fs::read_to_string(run.join("rollout.csv")).unwrap();
     assert_eq!(rollout.lines().count(), 1 + 21, "a header and 21 samples");
 
+    // Its equations can be written as a program, its data be looked at again.
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["export", run.to_str().unwrap(), "--to", "python"]));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let module = fs::read_to_string(run.join("model.py")).unwrap();
+    assert!(module.contains("ω [rad/s]; inputs: u [N·m]") && module.contains("pendulum (seed 3)"), "{module}");
+    let rollout = run.join("rollout.csv");
+    let args = ["identify", rollout.to_str().unwrap(), "--states", "cos θ,sin θ,ω", "--inputs", "u"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("Δω/Δt = 15 sin θ + 3 u"), "{stdout}");
+
     // The record is enough to repeat the evaluation...
     let (code, stdout, _) = parts(&sindyna(temp.path(), &["evaluate", run.to_str().unwrap(), "--returns"]));
     assert_eq!(code, 0);

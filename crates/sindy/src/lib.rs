@@ -9,6 +9,7 @@
 mod coordinates;
 mod differentiate;
 mod error;
+pub mod export;
 mod expr;
 mod identify;
 mod library;

@@ -85,6 +85,7 @@ pub(crate) fn model(space: Space, terms: &[Term], fits: &[Selected], form: Form,
         states: space.states,
         controls: space.controls,
         readings: space.readings,
+        offsets: vec![0.0; space.kinematic.len()],
         kinematic: space.kinematic,
     })
 }

@@ -127,6 +127,31 @@ impl Triangle {
         }
     }
 
+    /// √ of the diagonal of (Θ_SᵀΘ_S)⁻¹ over the columns `support`: the standard errors of their coefficients for residuals
+    /// of unit variance. Infinite where the columns depend on each other.
+    #[must_use]
+    pub fn spread(&self, support: &[usize]) -> Vec<f64> {
+        let k = support.len();
+        let norms: Vec<f64> = support.iter().map(|&j| self.norm(j)).collect();
+        if k == 0 || k > self.r.nrows() || norms.contains(&0.0) {
+            return vec![f64::INFINITY; k];
+        }
+        let scaled = Mat::from_fn(self.r.nrows(), k, |i, j| self.r[(i, support[j])] / norms[j]);
+        let qr = scaled.qr();
+        let r = qr.thin_R();
+        // Rows of R⁻¹, by substitution from the last column back.
+        let mut inverse = Mat::<f64>::zeros(k, k);
+        for column in 0..k {
+            for row in (0..=column).rev() {
+                let known: f64 = (row + 1..=column).map(|m| r[(row, m)] * inverse[(m, column)]).sum();
+                let one = if row == column { 1.0 } else { 0.0 };
+                inverse[(row, column)] = (one - known) / r[(row, row)];
+            }
+        }
+        let length = |i: usize| norm(&(0..k).map(|j| inverse[(i, j)]).collect::<Vec<_>>()) / norms[i];
+        (0..k).map(length).map(|v| if v.is_finite() { v } else { f64::INFINITY }).collect()
+    }
+
     /// Minimises ‖Θ_S ξ − y‖² + ridge ‖ξ‖² over the columns `support` for the column `target`; ξ (|S|).
     ///
     /// Where the columns depend on each other and there is no ridge, of all best ξ the one with the smallest norm.

@@ -82,6 +82,7 @@ fn json_keeps_every_digit() {
             vec![Entry::new(0, 1.0 / 3.0), Entry { term: 1, coefficient: -5e-324, rate: Some(0) }],
         ],
         kinematic: vec![true, false],
+        offsets: vec![0.0; 2],
         n_features: 2,
     };
     let model = Model::new(parts).expect("a valid model");

@@ -8,7 +8,7 @@ use sindyna_dyna::evaluate;
 use sindyna_rl::SavedPolicy;
 
 use super::{Common, Verdict, print};
-use crate::config::TrainConfig;
+use crate::config::{TrainConfig, check_episodes};
 use crate::failure::Failure;
 use crate::problem::Problem;
 use crate::real::Real;
@@ -24,8 +24,8 @@ pub(crate) struct Args {
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Episodes [default: the run's own number]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    episodes: Option<u32>,
+    #[arg(long, value_name = "N")]
+    episodes: Option<usize>,
     /// Seed of the start states [default: the run's own seed]
     #[arg(long)]
     seed: Option<u64>,
@@ -52,7 +52,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
     let problem = Problem::of(&config, &args.run)?.with_noise(args.noise.unwrap_or(config.noise))?;
-    let episodes = args.episodes.map_or(config.evaluation_episodes, |n| n as usize);
+    let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
+    check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
     let real = Real::new(&problem, &config.simulator)?;
     fits(&policy, &problem)?;

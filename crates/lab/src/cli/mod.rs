@@ -1,6 +1,9 @@
 //! The command line.
 
 mod evaluate;
+mod export;
+mod identification;
+mod identify;
 mod settings;
 mod tasks;
 mod train;
@@ -31,6 +34,8 @@ Begin with:  sindyna train pendulum";
 #[derive(Debug, Subcommand)]
 enum Command {
     Train(Box<train::Args>),
+    Identify(Box<identify::Args>),
+    Export(export::Args),
     Evaluate(evaluate::Args),
     Tasks(tasks::Args),
 }
@@ -48,6 +53,8 @@ pub(crate) enum Verdict {
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Train(args) => train::run(&args),
+        Command::Identify(args) => identify::run(&args),
+        Command::Export(args) => export::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Tasks(args) => tasks::run(&args),
     };
@@ -68,7 +75,8 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(anyhow::Error::new(e).context("cannot write to stdout").into())
+            Err(Failure::from(anyhow::Error::new(e).context("cannot write to stdout"))
+                .hint("results go to stdout: see that what it leads to has room"))
         }
         _ => Ok(()),
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::Args;
 
+use super::identification::IdentificationOptions;
 use crate::config::TrainConfig;
 use crate::failure::Failure;
 use crate::problem::Problem;
@@ -47,25 +48,8 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<String>,
 
-    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2` [default: auto]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    library: Option<String>,
-    /// A term of your own, such as `v*abs(v)`; may be given several times
-    #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
-    terms: Vec<String>,
-    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares` [default: best-subset]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    solver: Option<String>,
-    /// STLSQ drops coefficients below this [default: 0.0009]
-    #[arg(long, value_name = "X", help_heading = "Identification")]
-    threshold: Option<f64>,
-    /// Ridge weight of STLSQ and least squares [default: 0.05]
-    #[arg(long, value_name = "X", help_heading = "Identification")]
-    ridge: Option<f64>,
-    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences,
-    /// `smoothed` derivative after Savitzky–Golay smoothing [default: increment]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    target: Option<String>,
+    #[command(flatten)]
+    identification: IdentificationOptions,
     /// `recognised` angles (cosine and sine joined), or `raw` observations as states [default: recognised; raw for
     /// the paper's libraries]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
@@ -79,7 +63,7 @@ pub(crate) struct Settings {
     #[arg(long, help_heading = "Training")]
     refit: bool,
     /// Updates after which training stops, optimal or not [default: 60000]
-    #[arg(long, value_name = "N", help_heading = "Training", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", help_heading = "Training")]
     max_updates: Option<u64>,
     /// Learning rate of actor, critics and temperature [default: 0.001]
     #[arg(long, value_name = "X", help_heading = "Training")]
@@ -92,8 +76,8 @@ pub(crate) struct Settings {
     batch_size: Option<usize>,
 
     /// Episodes of the evaluation on the real system [default: 100]
-    #[arg(long, value_name = "N", help_heading = "Evaluation", value_parser = clap::value_parser!(u32).range(1..))]
-    episodes: Option<u32>,
+    #[arg(long, value_name = "N", help_heading = "Evaluation")]
+    episodes: Option<usize>,
 }
 
 impl Settings {
@@ -155,27 +139,19 @@ impl Settings {
             }
             config.warmup.rollout_len = steps / rollouts;
         }
-        let identification = &mut config.identification;
-        set(&mut identification.library, &self.library);
-        if !self.terms.is_empty() {
-            identification.terms.clone_from(&self.terms);
-        }
-        set(&mut identification.solver, &self.solver);
-        set(&mut identification.threshold, &self.threshold);
-        set(&mut identification.ridge, &self.ridge);
-        set(&mut identification.target, &self.target);
+        self.identification.apply(&mut config.identification);
         // The paper's terms are over what is observed: cos θ, sin θ and ω are three states there.
-        if self.library.as_ref().is_some_and(|name| name.starts_with("paper")) {
-            identification.coordinates = "raw".into();
+        if self.identification.library.as_ref().is_some_and(|name| name.starts_with("paper")) {
+            config.identification.coordinates = "raw".into();
         }
-        set(&mut identification.coordinates, &self.coordinates);
+        set(&mut config.identification.coordinates, &self.coordinates);
         set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
         config.imagination.refit |= self.refit;
         set(&mut config.optimality.max_updates, &self.max_updates);
         set(&mut config.sac.learning_rate, &self.learning_rate);
         set(&mut config.sac.discount, &self.discount);
         set(&mut config.sac.batch_size, &self.batch_size);
-        set(&mut config.evaluation_episodes, &self.episodes.map(|n| n as usize));
+        set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
 }
@@ -188,7 +164,8 @@ fn same_task(named: Option<&str>, task: &str, path: &Path) -> Result<(), Failure
     }
 }
 
-fn set<T: Clone>(setting: &mut T, option: &Option<T>) {
+/// Writes an option that was given over the setting it is for.
+pub(super) fn set<T: Clone>(setting: &mut T, option: &Option<T>) {
     if let Some(value) = option {
         setting.clone_from(value);
     }

@@ -7,6 +7,7 @@ use sindyna_envs::System;
 
 use super::{Verdict, print};
 use crate::failure::Failure;
+use crate::number::shortest;
 use crate::registry;
 
 /// Lists the systems there are to train on
@@ -52,7 +53,8 @@ fn details(system: &System) -> String {
     }
     match &spec.action_space {
         Space::Box { low, high } => {
-            let _ = writeln!(text, "actions: real, from {low:?} to {high:?}");
+            let list = |ends: &[f64]| ends.iter().copied().map(shortest).collect::<Vec<_>>().join(", ");
+            let _ = writeln!(text, "actions: real, from {} to {}", list(low), list(high));
         }
         Space::Discrete { controls } => {
             let _ = writeln!(
@@ -75,7 +77,7 @@ fn details(system: &System) -> String {
 fn describe(channel: &Channel) -> String {
     let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
     let bounds = match channel.bounds {
-        (low, high) if low.is_finite() || high.is_finite() => format!(", {low} to {high}"),
+        (low, high) if low.is_finite() || high.is_finite() => format!(", {} to {}", shortest(low), shortest(high)),
         _ => String::new(),
     };
     format!("{}{unit}{bounds}", channel.name)

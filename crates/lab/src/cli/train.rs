@@ -17,7 +17,7 @@ use crate::learner::{Fitted, Learner};
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::real::Real;
-use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, rollout_csv};
+use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, json, rollout_csv};
 use crate::{machine, registry, table};
 
 /// Learns a system from one short real rollout and trains a controller for it
@@ -217,12 +217,6 @@ impl Run<'_> {
         );
         text + &format!("record: {}\n", self.run_dir.path().display())
     }
-}
-
-fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {
-    let mut bytes = serde_json::to_vec_pretty(value)?;
-    bytes.push(b'\n');
-    Ok(bytes)
 }
 
 /// What can be done about a run that could not go on.

@@ -22,12 +22,14 @@ impl RunDir {
         }
         match fs::create_dir(path) {
             Ok(()) => Ok(Self { path: path.to_owned() }),
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {
-                Err(Failure::new(format!("{} exists already; a run never overwrites another", path.display()))
-                    .hint("name another directory with --out, or remove this one"))
-            }
+            Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(exists(path)),
             Err(e) => Err(anyhow::Error::new(e).context(format!("cannot make {}", path.display())).into()),
         }
+    }
+
+    /// Refuses a directory that [`Self::create`] would refuse, before anything else is done.
+    pub(crate) fn refuse_existing(path: &Path) -> Result<(), Failure> {
+        if path.exists() { Err(exists(path)) } else { Ok(()) }
     }
 
     /// Makes the first free one of `stem`, `stem-2`, `stem-3`, …
@@ -57,8 +59,14 @@ impl RunDir {
     }
 }
 
-fn write_atomic(path: &Path, contents: &[u8]) -> io::Result<()> {
-    let directory = path.parent().unwrap_or(Path::new("."));
+fn exists(path: &Path) -> Failure {
+    Failure::new(format!("{} exists already; a run never overwrites another", path.display()))
+        .hint("name another directory with --out, or remove this one")
+}
+
+/// Writes the file `path` under a temporary name, sees it on the disk, and renames it.
+pub(crate) fn write_atomic(path: &Path, contents: &[u8]) -> io::Result<()> {
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = tempfile::NamedTempFile::new_in(directory)?;
     file.write_all(contents)?;
     file.as_file().sync_all()?;

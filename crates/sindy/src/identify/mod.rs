@@ -178,6 +178,11 @@ impl Identifier {
         (0..self.spec.state_dim()).map(rate).collect()
     }
 
+    /// The states that are angles.
+    fn angles(&self) -> Vec<usize> {
+        (0..self.spec.state_dim()).filter(|&i| self.spec.state[i].kind == Kind::Angle).collect()
+    }
+
     /// The states that are rates of others.
     fn speeds(&self) -> Vec<usize> {
         let mut speeds: Vec<usize> = self.rates().into_iter().flatten().collect();
@@ -261,13 +266,25 @@ impl Identifier {
             let none = Array2::zeros((run.len(), 0));
             design(&tiers.terms, z.view(), none.view()).map_err(|e| failed(e.to_string()))?;
         }
-        let system = motion::System::new(&tiers, &rates, self.inputs().len(), self.spec.dt);
+        let angles = self.angles();
+        let system = motion::System {
+            terms: &tiers.terms,
+            core: tiers.core,
+            rates: &rates,
+            angles: &angles,
+            dt: self.spec.dt,
+        };
         let kinematic = rates.iter().map(Option::is_some).collect();
         let space = Space { kinematic, ..self.space().map_err(failed)? };
-        let found = motion::Search { system: &system, runs: &runs, space: &space, solver }.run().map_err(|e| failed(e.to_string()))?;
-        let polished = motion::polish(&found.model, &runs);
-        let model = polished.map_or(found.model, |p| p.model);
-        let report = Report::in_motion(self.names(), &tiers.terms, rows, at_limits, found.condition, found.fits);
+        let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
+        let found = search.run().map_err(|e| failed(e.to_string()))?;
+        let residuals = search.residuals(&found);
+        let (model, errors) = match motion::polish(&found.model, &runs) {
+            Some(polished) => (polished.model, polished.errors),
+            None => (found.model.clone(), Vec::new()),
+        };
+        let counts = (rows, at_limits);
+        let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })
     }
 

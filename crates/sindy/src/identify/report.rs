@@ -4,6 +4,7 @@ use super::rows::Rows;
 use crate::Triangle;
 use crate::library::Term;
 use crate::model::Model;
+use crate::motion::Found;
 use crate::solve::{Selected, SizeReport};
 
 /// An identified model and the account of how it was found.
@@ -47,39 +48,49 @@ pub struct EquationReport {
     pub support: Vec<usize>,
     /// Their coefficients.
     pub coefficients: Vec<f64>,
+    /// Standard errors of these, infinite where the data do not determine them; empty where they are not known.
+    pub standard_errors: Vec<f64>,
     /// The best subset of each size tried; empty for solvers that try none.
     pub path: Vec<SizeReport>,
 }
 
 impl Report {
+    /// The account of a fit by [`Search`](crate::motion::Search): `found`, with the `residuals` of each equation, and `model`,
+    /// its coefficients polished, with their standard errors.
     pub(super) fn in_motion(
-        names: Vec<String>,
+        names: &[String],
         terms: &[Term],
-        rows: usize,
-        rows_at_limit: usize,
-        condition: f64,
-        fits: Vec<Selected>,
+        (rows, rows_at_limit): (usize, usize),
+        found: Found,
+        residuals: &[(f64, f64)],
+        (model, errors): (&Model, &[f64]),
     ) -> Self {
         let feature = |t: &Term| match t.rate {
-            None => t.expr.pretty(&names).to_string(),
+            None => t.expr.pretty(names).to_string(),
             Some(l) if t.expr.is_one() => format!("d{}/dt", names[l]),
-            Some(l) => format!("{}·d{}/dt", t.expr.pretty(&names).as_factor(), names[l]),
+            Some(l) => format!("{}·d{}/dt", t.expr.pretty(names).as_factor(), names[l]),
         };
-        let equations = fits.into_iter().zip(&names).map(|(fit, state)| EquationReport {
-            state: state.clone(),
-            residual: fit.residual,
-            floor: 1.0,
-            reached_floor: fit.reached_floor,
-            proved: fit.proved,
-            support: fit.support,
-            coefficients: fit.coefficients,
-            path: fit.path,
+        let offsets = model.offsets().iter().filter(|v| **v != 0.0).count();
+        let mut errors = errors.iter().copied().skip(offsets);
+        let equations = found.fits.into_iter().zip(names).enumerate().map(|(i, (fit, state))| {
+            let kinematic = model.kinematic()[i];
+            EquationReport {
+                state: state.clone(),
+                residual: residuals[i].0,
+                floor: residuals[i].1,
+                reached_floor: fit.reached_floor,
+                proved: fit.proved,
+                coefficients: model.coefficients(i).iter().map(|e| e.coefficient).collect(),
+                standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
+                support: fit.support,
+                path: fit.path,
+            }
         });
         Self {
             rows,
             rows_at_limit,
             features: terms.iter().map(feature).collect(),
-            condition,
+            condition: found.condition,
             equations: equations.collect(),
         }
     }
@@ -98,6 +109,7 @@ impl Report {
             floor: *floor,
             reached_floor: fit.reached_floor,
             proved: fit.proved,
+            standard_errors: triangle.spread(&fit.support).into_iter().map(|s| s * fit.residual).collect(),
             support: fit.support,
             coefficients: fit.coefficients,
             path: fit.path,

@@ -48,6 +48,8 @@ pub struct ModelParts {
     pub equations: Vec<Vec<Entry>>,
     /// Per state: whether its rate is a state too.
     pub kinematic: Vec<bool>,
+    /// Per state: what is added to it before the terms are computed, such as the tilt of an angle's zero.
+    pub offsets: Vec<f64>,
     /// Number of candidate terms F.
     pub n_features: usize,
 }
@@ -116,6 +118,10 @@ impl Model {
         let n = parts.states.len();
         expect("equations", n, parts.equations.len())?;
         expect("kinematic flags", n, parts.kinematic.len())?;
+        expect("offsets", n, parts.offsets.len())?;
+        if let Some(value) = parts.offsets.iter().copied().find(|v| !v.is_finite()) {
+            return Err(ModelError::BadNumber { what: "an offset", value });
+        }
         if !(parts.dt.is_finite() && parts.dt > 0.0) {
             return Err(ModelError::BadNumber { what: "the control interval", value: parts.dt });
         }
@@ -205,6 +211,8 @@ struct Document {
     terms: Vec<String>,
     equations: Vec<Vec<Entry>>,
     kinematic: Vec<bool>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    offsets: Option<Vec<f64>>,
     n_features: usize,
 }
 
@@ -245,6 +253,7 @@ impl From<&Model> for Document {
             terms: parts.terms,
             equations: parts.equations,
             kinematic: parts.kinematic,
+            offsets: Some(parts.offsets).filter(|offsets| offsets.iter().any(|v| *v != 0.0)),
             n_features: parts.n_features,
         }
     }
@@ -266,6 +275,7 @@ impl TryFrom<Document> for Model {
             }
         };
         Self::new(ModelParts {
+            offsets: document.offsets.unwrap_or_else(|| vec![0.0; document.states.len()]),
             states: document.states,
             controls: document.controls,
             form,

@@ -40,7 +40,7 @@ impl Model {
                 (false, true) => " − ",
             };
             let size = readable(c.abs());
-            let term = &self.terms[term];
+            let term = self.terms[term].shifted(&self.parts.offsets);
             let factor = match of.map(|l| rate(&names[l])) {
                 None => term.pretty(&names).as_factor(),
                 Some(rate) if term.is_one() => rate,

@@ -79,9 +79,34 @@ impl Model {
         &self.parts.equations[i]
     }
 
-    /// The coefficients of the equations that are not kinematic, one equation after the other.
+    /// Per state: whether its equation says only that another state is its rate.
+    #[must_use]
+    pub fn kinematic(&self) -> &[bool] {
+        &self.parts.kinematic
+    }
+
+    /// How the model's states follow from the task's; `None` if they are the same.
+    #[must_use]
+    pub fn readings(&self) -> Option<&[Reading]> {
+        self.parts.readings.as_deref()
+    }
+
+    /// Per state: what is added to it before the terms are computed.
+    #[must_use]
+    pub fn offsets(&self) -> &[f64] {
+        &self.parts.offsets
+    }
+
+    /// [`Self::terms`] with the offsets written into them.
+    #[must_use]
+    pub fn shifted_terms(&self) -> Vec<Expr> {
+        self.terms.iter().map(|term| term.shifted(&self.parts.offsets)).collect()
+    }
+
+    /// The offsets that are not zero, then the coefficients of the equations that are not kinematic, one equation after the other.
     pub(crate) fn fitted(&self) -> Vec<f64> {
-        self.fitted_rows().flatten().map(|e| e.coefficient).collect()
+        let offsets = self.parts.offsets.iter().copied().filter(|v| *v != 0.0);
+        offsets.chain(self.fitted_rows().flatten().map(|e| e.coefficient)).collect()
     }
 
     fn fitted_rows(&self) -> impl Iterator<Item = &Vec<Entry>> {
@@ -92,6 +117,10 @@ impl Model {
     /// The same model with other coefficients, in the order of [`Self::fitted`].
     pub(crate) fn with_fitted(&self, xi: &[f64]) -> Self {
         let mut model = self.clone();
+        let mut xi = xi.iter();
+        for (offset, value) in model.parts.offsets.iter_mut().filter(|v| **v != 0.0).zip(&mut xi) {
+            *offset = *value;
+        }
         let rows = model.parts.equations.iter_mut().zip(&self.parts.kinematic);
         let entries = rows.filter(|(_, kinematic)| !**kinematic).flat_map(|(row, _)| row.iter_mut());
         for (entry, value) in entries.zip(xi) {
@@ -101,16 +130,27 @@ impl Model {
         model
     }
 
+    /// The same equations stepped in another way.
+    pub(crate) fn with_form(&self, form: Form) -> Self {
+        Self { parts: ModelParts { form, ..self.parts.clone() }, ..self.clone() }
+    }
+
+    /// The same model with other offsets of its states (n).
+    pub(crate) fn with_offsets(mut self, offsets: &[f64]) -> Self {
+        self.parts.offsets.copy_from_slice(offsets);
+        self
+    }
+
     /// States times candidate terms: the paper's P.
     #[must_use]
     pub fn parameters(&self) -> usize {
         self.parts.states.len() * self.parts.n_features
     }
 
-    /// Fitted coefficients that are not zero; rows of states whose rate is a state too are not counted.
+    /// Fitted coefficients and offsets that are not zero; rows of states whose rate is a state too are not counted.
     #[must_use]
     pub fn nonzero(&self) -> usize {
-        self.fitted_rows().map(Vec::len).sum()
+        self.fitted().len()
     }
 
     /// Coefficients that are not zero in the paper's counting, its P′: those of x⁺ = Θ Ξᵀ (of ẋ for continuous schemes),

@@ -18,7 +18,9 @@ impl Model {
             heap.resize(needed, 0.0);
             &mut heap[..]
         };
-        registers[..z.len()].copy_from_slice(z);
+        for ((register, z), offset) in registers.iter_mut().zip(z).zip(&self.parts.offsets) {
+            *register = z + offset;
+        }
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
         self.tape.run(registers);
         self.right.eval(registers, out);

@@ -6,7 +6,7 @@ use sindyna_core::VectorField as _;
 use super::{Run, Stepping};
 use crate::Model;
 use crate::expr::Tape;
-use crate::library::{Term, Tiers};
+use crate::library::Term;
 
 /// A place on the way from one sample to the next, with its weight in the average.
 struct Node<'a> {
@@ -17,33 +17,49 @@ struct Node<'a> {
     rates: &'a [f64],
 }
 
-/// What equations can be made of, compiled.
+/// What equations can be made of.
 pub(crate) struct System<'a> {
     pub(crate) terms: &'a [Term],
     /// How many of the terms are tried before the others.
     pub(crate) core: usize,
     /// Per state: the state that is its rate.
     pub(crate) rates: &'a [Option<usize>],
+    /// States that are angles.
+    pub(crate) angles: &'a [usize],
     /// Control interval \[s\].
     pub(crate) dt: f64,
-    tape: Tape,
 }
 
-impl<'a> System<'a> {
-    /// Equations of `n_inputs` states and controls over `terms`.
-    pub(crate) fn new(tiers: &'a Tiers, rates: &'a [Option<usize>], n_inputs: usize, dt: f64) -> Self {
-        let tape = Tape::new(n_inputs, tiers.terms.iter().map(|t| &t.expr));
-        Self { terms: &tiers.terms, core: tiers.core, rates, dt, tape }
-    }
-
+impl System<'_> {
     /// The average of every term over each step of `run` (T, F), along the way that `model` takes from sample to sample;
     /// without one, along a cubic through them.
     ///
-    /// With the model's own coefficients these averages add up to exactly the step the model takes.
-    pub(super) fn averages(&self, run: &Run, stepping: Stepping, model: Option<&Model>) -> Array2<f64> {
+    /// With the model's own coefficients these averages add up to exactly the step the model takes. `offsets` are added
+    /// to the states before the terms are computed. Terms that are not `wanted` are left at zero.
+    pub(super) fn averages(
+        &self,
+        run: &Run,
+        stepping: Stepping,
+        model: Option<&Model>,
+        offsets: &[f64],
+        wanted: &[usize],
+    ) -> Array2<f64> {
         let mut theta = Array2::zeros((run.len(), self.terms.len()));
+        let n_inputs = run.x.ncols() + run.u.ncols();
+        let tape = Tape::new(n_inputs, wanted.iter().map(|&j| &self.terms[j].expr));
+        let mut registers = vec![0.0; tape.n_registers()];
         for t in 0..run.len() {
-            let mut add = |node: &Node<'_>| self.add(node, &mut theta, t);
+            let mut add = |node: &Node<'_>| {
+                registers[..n_inputs].copy_from_slice(node.z);
+                for (register, offset) in registers.iter_mut().zip(offsets) {
+                    *register += offset;
+                }
+                tape.run(&mut registers);
+                for (&j, &register) in wanted.iter().zip(tape.outputs()) {
+                    let rate = self.terms[j].rate.map_or(1.0, |l| node.rates[l]);
+                    theta[[t, j]] += node.weight * registers[register as usize] * rate;
+                }
+            };
             match (stepping, model) {
                 (Stepping::Euler | Stepping::SemiImplicit, _) => {
                     let z: Vec<f64> = run.x.row(t).iter().chain(run.u.row(t)).copied().collect();
@@ -54,16 +70,6 @@ impl<'a> System<'a> {
             }
         }
         theta
-    }
-
-    fn add(&self, node: &Node<'_>, theta: &mut Array2<f64>, t: usize) {
-        let mut registers = vec![0.0; self.tape.n_registers()];
-        registers[..node.z.len()].copy_from_slice(node.z);
-        self.tape.run(&mut registers);
-        for (j, (term, &register)) in self.terms.iter().zip(self.tape.outputs()).enumerate() {
-            let rate = term.rate.map_or(1.0, |l| node.rates[l]);
-            theta[[t, j]] += node.weight * registers[register as usize] * rate;
-        }
     }
 
     /// (x⁺ − x)/Δt.

@@ -10,10 +10,12 @@ mod polish;
 mod runs;
 mod search;
 mod stepping;
+mod tilt;
+mod unseen;
 mod whiten;
 
 pub(crate) use averages::System;
 pub(crate) use polish::polish;
 pub(crate) use runs::{Run, at_limit, runs};
-pub(crate) use search::Search;
+pub(crate) use search::{Found, Search};
 pub(crate) use stepping::Stepping;

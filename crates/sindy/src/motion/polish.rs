@@ -12,12 +12,8 @@ use crate::{Model, Triangle};
 #[derive(Debug, Clone)]
 pub(crate) struct Polished {
     pub(crate) model: Model,
-    /// Standard error of each coefficient, in the order of the model's equations, fitted equations only.
+    /// Standard error of each offset and coefficient, in the order of [`Model::fitted`].
     pub(crate) errors: Vec<f64>,
-    /// Σ of squared errors in standard deviations.
-    pub(crate) misfit: f64,
-    /// Number of values compared, less the number of values fitted.
-    pub(crate) freedom: usize,
 }
 
 /// Steps of a piece of trajectory that is followed from one start.
@@ -81,9 +77,13 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
             break;
         }
     }
-    let errors = standard_errors(&gauss_newton(&model, &xi, &pieces)?.triangle, xi.len())?;
+    let all: Vec<usize> = (0..xi.len()).collect();
+    let errors = gauss_newton(&model, &xi, &pieces)?.triangle.spread(&all);
     let compared: usize = pieces.iter().map(|p| p.x.len() - p.start.len()).sum();
-    Some(Polished { model, errors, misfit, freedom: compared.saturating_sub(xi.len()) })
+    // Errors larger than the samples are declared to have are taken as they are seen.
+    let spread = (misfit / compared.saturating_sub(xi.len()).max(1) as f64).sqrt().max(1.0);
+    let errors = errors.into_iter().map(|e| e * spread).collect();
+    Some(Polished { model, errors })
 }
 
 fn pieces(run: &Run) -> Vec<Piece<'_>> {
@@ -194,17 +194,4 @@ fn gauss_newton(model: &Model, xi: &[f64], pieces: &[Piece<'_>]) -> Option<Step>
     });
     let starts = starts.collect();
     delta.iter().all(|d| d.is_finite()).then_some(Step { xi: delta, starts, triangle })
-}
-
-/// √ of the diagonal of (JᵀJ)⁻¹, from the triangle of J.
-fn standard_errors(triangle: &Triangle, p: usize) -> Option<Vec<f64>> {
-    if p == 0 {
-        return Some(Vec::new());
-    }
-    let norms: Vec<f64> = (0..p).map(|j| triangle.norm(j)).collect();
-    let r = Mat::from_fn(p, p, |i, j| triangle.column(j).get(i).copied().unwrap_or(0.0) / norms[j]);
-    let inverse = r.partial_piv_lu().solve(Mat::<f64>::identity(p, p));
-    let error = |j: usize| (0..p).map(|i| inverse[(j, i)].powi(2)).sum::<f64>().sqrt() / norms[j];
-    let errors: Vec<f64> = (0..p).map(error).collect();
-    Some(errors)
 }

@@ -30,6 +30,9 @@ impl Stepping {
     }
 }
 
+/// Most Runge–Kutta steps per control interval that are tried.
+pub(super) const FINEST: usize = 8;
+
 /// Difference of χ² below which two ways of stepping are as good as each other.
 const CLEAR: f64 = 12.0;
 
@@ -62,6 +65,6 @@ fn chi_squared(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> f6
     let mut rows = ndarray::Array2::from_shape_fn((run.len(), 1), |(t, _)| error(t));
     // The error of the rate enters too.
     let sigma: Vec<f64> = (0..=run.len()).map(|t| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]])).collect();
-    whiten(rows.view_mut(), &sigma, dt);
+    whiten(rows.view_mut(), &sigma, &vec![0.0; run.len()], dt);
     rows.iter().map(|w| w * w).sum()
 }

@@ -4,14 +4,15 @@ use ndarray::ArrayViewMut2;
 
 /// Multiplies the rows of a run by L⁻¹, where L Lᵀ is the covariance of the errors of (x₁ − x₀, x₂ − x₁, …)/Δt for
 /// independent errors of the samples with standard deviations `sigma` (T + 1). Afterwards the rows' errors are
-/// independent and have unit variance. (It adds the differences up again, which is why noise that would drown an acceleration
+/// independent and have unit variance. `extra` (T) are standard deviations of further errors of the differences, one
+/// for each and independent. (It adds the differences up again, which is why noise that would drown an acceleration
 /// is bearable.)
-pub(super) fn whiten(mut rows: ArrayViewMut2<'_, f64>, sigma: &[f64], dt: f64) {
+pub(super) fn whiten(mut rows: ArrayViewMut2<'_, f64>, sigma: &[f64], extra: &[f64], dt: f64) {
     let (mut last, mut shared) = (0.0, 0.0);
     for t in 0..rows.nrows() {
         let (now, next) = ((sigma[t] / dt).powi(2), (sigma[t + 1] / dt).powi(2));
         let below = if t == 0 { 0.0 } else { shared / last };
-        let diagonal = (now + next - below * below).sqrt();
+        let diagonal = (now + next + extra[t] * extra[t] - below * below).sqrt();
         for j in 0..rows.ncols() {
             let before = if t == 0 { 0.0 } else { rows[[t - 1, j]] };
             rows[[t, j]] = (rows[[t, j]] - below * before) / diagonal;
@@ -34,7 +35,7 @@ mod tests {
             _ if s == t => -sigma[s] / dt,
             _ => 0.0,
         });
-        whiten(rows.view_mut(), &sigma, dt);
+        whiten(rows.view_mut(), &sigma, &[0.0; 4], dt);
         let covariance = rows.dot(&rows.t());
         for ((i, j), value) in covariance.indexed_iter() {
             let expected = if i == j { 1.0 } else { 0.0 };

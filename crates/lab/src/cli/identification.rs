@@ -1,0 +1,44 @@
+//! How equations are found, as options.
+
+use clap::Args;
+
+use super::settings::set;
+use crate::identification::IdentificationConfig;
+
+/// Options that change how equations are found.
+#[derive(Debug, Args)]
+pub(crate) struct IdentificationOptions {
+    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2` [default: auto]
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    pub(super) library: Option<String>,
+    /// A term of your own, such as `v*abs(v)`; may be given several times
+    #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
+    terms: Vec<String>,
+    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares` [default: best-subset]
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    solver: Option<String>,
+    /// STLSQ drops coefficients below this [default: 0.0009]
+    #[arg(long, value_name = "X", help_heading = "Identification")]
+    threshold: Option<f64>,
+    /// Ridge weight of STLSQ and least squares [default: 0.05]
+    #[arg(long, value_name = "X", help_heading = "Identification")]
+    ridge: Option<f64>,
+    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences,
+    /// `smoothed` derivative after Savitzky–Golay smoothing [default: increment]
+    #[arg(long, value_name = "NAME", help_heading = "Identification")]
+    target: Option<String>,
+}
+
+impl IdentificationOptions {
+    /// Writes what was given over `settings`.
+    pub(crate) fn apply(&self, settings: &mut IdentificationConfig) {
+        set(&mut settings.library, &self.library);
+        if !self.terms.is_empty() {
+            settings.terms.clone_from(&self.terms);
+        }
+        set(&mut settings.solver, &self.solver);
+        set(&mut settings.threshold, &self.threshold);
+        set(&mut settings.ridge, &self.ridge);
+        set(&mut settings.target, &self.target);
+    }
+}

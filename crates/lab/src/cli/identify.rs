@@ -1,0 +1,290 @@
+//! `sindyna identify`: equations from logged data.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use serde::Serialize;
+use sindyna_core::{Channel, FitError, Kind, Precision, Spec};
+use sindyna_sindy::{Identified, Identifier};
+
+use super::identification::IdentificationOptions;
+use super::{Common, Verdict, print};
+use crate::failure::Failure;
+use crate::identification::{Account, IdentificationConfig};
+use crate::log::{Clock, Log, LogOptions};
+use crate::number::significant;
+use crate::progress::Progress;
+use crate::record::{RunDir, json};
+
+/// Finds equations of motion in logged data, with no learning of a controller
+///
+/// LOG is a CSV file with a header: a row per sample, a column per state and input, and if there is one a column `t` with
+/// the time in seconds. The input of a row is held until the next row. A column `trajectory` tells rollouts apart. Without
+/// --states this asks which columns are what, and shows the call. Prints the equations with the standard errors of their
+/// coefficients, and leaves a directory with model.json (for `sindyna export`) and identify.json (the whole account).
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true, after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// CSV file with a header
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// Columns that are states, such as `th,w`
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
+    states: Vec<String>,
+    /// Columns that are inputs, such as `u`; none for a system left to itself
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
+    inputs: Vec<String>,
+    /// States that are angles, in radians
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
+    angles: Vec<String>,
+    /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
+    #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
+    rates: Vec<String>,
+    /// Seconds between two rows; 1 for a map without seconds [default: from the column `t`]
+    #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
+    dt: Option<f64>,
+    /// Interpolate uneven time stamps to steps of this many seconds
+    #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log")]
+    resample: Option<f64>,
+    /// How finely the states were measured or computed [default: what the numbers show]
+    #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
+    precision: Option<Float>,
+    #[command(flatten)]
+    identification: IdentificationOptions,
+    /// Directory to make for the model [default: models/LOG, numbered if it exists]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+const EXAMPLE: &str = "\
+Example:  sindyna identify examples/logs/pendulum.csv --states th,w --inputs u --angles th";
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Float {
+    F32,
+    F64,
+}
+
+impl From<Float> for Precision {
+    fn from(float: Float) -> Self {
+        match float {
+            Float::F32 => Self::F32,
+            Float::F64 => Self::F64,
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("seconds must be a finite number above 0".into()),
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    if let Some(out) = &args.out {
+        RunDir::refuse_existing(out)?;
+    }
+    let progress = Progress::new(args.common.quiet);
+    let log = Log::read(&args.log, &args.options()?)?;
+    progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
+    let mut settings = IdentificationConfig::default();
+    args.identification.apply(&mut settings);
+    let identifier = settings.identifier(&log.spec)?;
+    check_size(&identifier, &log)?;
+    let found = args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(explain)?;
+    let account = Account::new(&found, &identifier, &log.spec, &log.data)?;
+
+    // What was found is told even if it cannot be written down.
+    let record = Record::new(&args.log, &log.spec, settings);
+    let written = write(args.out.as_deref(), &record, &found, &account);
+    let mut text = heading(&args.log, &log) + "\n" + &account.text();
+    if let Ok(dir) = &written {
+        let dir = dir.path().display();
+        let _ = writeln!(text, "record: {dir} (model.json, identify.json, config.toml)");
+        let _ = writeln!(text, "as a program: sindyna export {dir} --to python");
+    }
+    print(&text)?;
+    written.map(|_| Verdict::Done)
+}
+
+impl Args {
+    fn options(&self) -> Result<LogOptions, Failure> {
+        let names = |list: &[String]| -> Vec<String> {
+            list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
+        };
+        let pair = |text: &String| match text.split_once('=') {
+            Some((rate, of)) => Ok((rate.trim().to_owned(), of.trim().to_owned())),
+            None => Err(Failure::new(format!("--rates takes RATE=OF or `none`, got `{text}`"))
+                .hint("--rates w=th says that w is the rate of th")),
+        };
+        let rates = match &names(&self.rates)[..] {
+            [] => None,
+            [only] if only == "none" => Some(Vec::new()),
+            given => Some(given.iter().map(pair).collect::<Result<_, _>>()?),
+        };
+        Ok(LogOptions {
+            states: names(&self.states),
+            inputs: names(&self.inputs),
+            angles: names(&self.angles),
+            rates,
+            clock: match (self.dt, self.resample) {
+                (Some(dt), _) => Clock::Given(dt),
+                (None, Some(dt)) => Clock::Resampled(dt),
+                (None, None) => Clock::Stamps,
+            },
+            precision: self.precision.map(Precision::from),
+        })
+    }
+}
+
+/// Refuses what could not be told apart, or not in reasonable time.
+fn check_size(identifier: &Identifier, log: &Log) -> Result<(), Failure> {
+    /// Candidate terms that are still searched in seconds.
+    const MOST_TERMS: usize = 2_000;
+    let terms = identifier.terms()?.len();
+    if terms > MOST_TERMS {
+        return Err(Failure::new(format!(
+            "{terms} candidate terms are more than the {MOST_TERMS} that can be searched"
+        ))
+        .hint("name fewer states and inputs"));
+    }
+    let (steps, needed) = (log.data.n_steps(), identifier.needed_rows());
+    if steps < needed {
+        let (n, k) = (log.spec.state_dim(), log.spec.control_dim());
+        return Err(Failure::new(format!(
+            "{} rows make {steps} steps, too few: {n} states and {k} inputs need at least {needed}",
+            log.rows
+        ))
+        .hint("give it a longer log"));
+    }
+    Ok(())
+}
+
+fn explain(error: FitError) -> Failure {
+    let hint = match &error {
+        FitError::TooFewRows { .. } => "give it a longer log",
+        _ => "other terms (--library, --term) or another --target may do",
+    };
+    Failure::from(error).hint(hint)
+}
+
+/// What was read, and what was made of it.
+fn heading(path: &Path, log: &Log) -> String {
+    let spec = &log.spec;
+    let state = |channel: &Channel| {
+        let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
+        match channel.kind {
+            Kind::Angle => format!("{}{unit} (angle)", channel.name),
+            Kind::RateOf(i) => format!("{}{unit} (rate of {})", channel.name, spec.state[i].name),
+            _ => format!("{}{unit}", channel.name),
+        }
+    };
+    let list = |channels: &[Channel]| match channels {
+        [] => "none".to_owned(),
+        channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
+    };
+    let rollouts = log.data.n_rollouts();
+    let mut text = format!(
+        "log: {}, {} rows in {rollouts} rollout{}, a step every {} s\nstates: {}; inputs: {}; numbers as fine as {}\n",
+        path.display(),
+        log.rows,
+        if rollouts == 1 { "" } else { "s" },
+        significant(spec.dt, 9),
+        list(&spec.state),
+        list(&spec.control),
+        match spec.precision {
+            Precision::F32 => "float32",
+            Precision::F64 => "float64",
+        }
+    );
+    for note in &log.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text
+}
+
+/// `config.toml`: everything to run an identification again.
+#[derive(Debug, Serialize)]
+struct Record {
+    version: &'static str,
+    commit: &'static str,
+    log: String,
+    dt: f64,
+    precision: &'static str,
+    states: Vec<Named>,
+    inputs: Vec<Named>,
+    identification: IdentificationConfig,
+}
+
+/// A column as it was understood.
+#[derive(Debug, Serialize)]
+struct Named {
+    name: String,
+    unit: String,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    angle: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate_of: Option<String>,
+    /// Largest magnitude in the log.
+    scale: f64,
+}
+
+impl Record {
+    fn new(path: &Path, spec: &Spec, identification: IdentificationConfig) -> Self {
+        let named = |channel: &Channel| Named {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            angle: channel.kind == Kind::Angle,
+            rate_of: match channel.kind {
+                Kind::RateOf(i) => Some(spec.state[i].name.clone()),
+                _ => None,
+            },
+            scale: channel.scale,
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("SINDYNA_COMMIT"),
+            log: path.display().to_string(),
+            dt: spec.dt,
+            precision: match spec.precision {
+                Precision::F32 => "f32",
+                Precision::F64 => "f64",
+            },
+            states: spec.state.iter().map(named).collect(),
+            inputs: spec.control.iter().map(named).collect(),
+            identification,
+        }
+    }
+}
+
+/// `identify.json`.
+#[derive(Serialize)]
+struct Document<'a> {
+    #[serde(flatten)]
+    record: &'a Record,
+    #[serde(flatten)]
+    account: &'a Account,
+}
+
+fn write(out: Option<&Path>, record: &Record, found: &Identified, account: &Account) -> Result<RunDir, Failure> {
+    let files = [
+        ("config.toml", toml::to_string(record)?.into_bytes()),
+        ("model.json", found.model.to_json().into_bytes()),
+        ("identify.json", json(&Document { record, account })?),
+    ];
+    let dir = match out {
+        Some(path) => RunDir::create(path)?,
+        None => {
+            let name = Path::new(&record.log).file_stem().unwrap_or("log".as_ref());
+            RunDir::create_numbered(&Path::new("models").join(name))?
+        }
+    };
+    for (name, contents) in files {
+        dir.write(name, &contents)?;
+    }
+    Ok(dir)
+}

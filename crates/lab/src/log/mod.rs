@@ -1,0 +1,328 @@
+//! Logged data: a CSV file, and what the user says about it, as rollouts of a declared system.
+
+mod clock;
+mod jumps;
+mod rates;
+mod recording;
+mod table;
+
+use std::path::Path;
+
+use ndarray::Array2;
+use sindyna_core::{Channel, Dataset, Kind, Precision, Space, Spec};
+
+use crate::failure::Failure;
+use recording::{Recording, Selected, TIME, TRAJECTORY, recordings};
+use table::Table;
+
+/// What the user says about a log.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct LogOptions {
+    /// Columns that are states.
+    pub(crate) states: Vec<String>,
+    /// Columns that are inputs.
+    pub(crate) inputs: Vec<String>,
+    /// States that are angles \[rad\].
+    pub(crate) angles: Vec<String>,
+    /// States that are rates of others; none given: what the data show.
+    pub(crate) rates: Option<Vec<(String, String)>>,
+    pub(crate) clock: Clock,
+    /// How finely the states were shown; none given: what the numbers show.
+    pub(crate) precision: Option<Precision>,
+}
+
+/// Where the sampling interval comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Clock {
+    /// Evenly spaced time stamps.
+    Stamps,
+    /// The user \[s\].
+    Given(f64),
+    /// Interpolation of whatever time stamps there are \[s\].
+    Resampled(f64),
+}
+
+/// A log, understood.
+#[derive(Debug)]
+pub(crate) struct Log {
+    pub(crate) spec: Spec,
+    pub(crate) data: Dataset,
+    /// Rows of the file.
+    pub(crate) rows: usize,
+    /// What was decided without being asked for, for the user to check.
+    pub(crate) notes: Vec<String>,
+}
+
+impl Log {
+    /// Reads the log at `path`.
+    pub(crate) fn read(path: &Path, options: &LogOptions) -> Result<Self, Failure> {
+        let table = Table::read(path)?;
+        let columns = selected(&table, path, options)?;
+        let angles = positions(&options.angles, &options.states, "--angles")?;
+        options.angles.iter().try_for_each(|angle| in_unit(&table, angle, "rad", "radians"))?;
+        let (mut recordings, digits) = recordings(&table, &columns)?;
+        let mut notes = unused(&table, &columns);
+        if table.ends_abruptly() {
+            notes.push(
+                "the last line has no line break; if the log was cut off there, its last number may be short".into(),
+            );
+        }
+        let rows = recordings.iter().map(|r| r.lines.len()).sum();
+        notes.extend(unwrap(&mut recordings, &angles, &options.states));
+        notes.extend(jumps::note(&recordings, &options.states));
+        let dt = match options.clock {
+            Clock::Stamps if columns.time.is_none() => {
+                return Err(Failure::new(format!("{} has no column `{TIME}` and --dt was not given", path.display()))
+                    .hint("give the time between two rows in seconds with --dt; for a map without seconds, --dt 1"));
+            }
+            Clock::Stamps => clock::interval(&table, &recordings, digits.time_decimals)?,
+            Clock::Given(dt) => {
+                notes.extend(columns.time.map(|_| format!("--dt {dt} is taken, the column `{TIME}` is not looked at")));
+                dt
+            }
+            Clock::Resampled(dt) => {
+                if columns.time.is_none() {
+                    return Err(Failure::new(format!("--resample needs time stamps: a column `{TIME}` in seconds")));
+                }
+                clock::check_resampling(&table, &recordings, dt)?;
+                recordings = recordings.iter().map(|r| clock::resampled(r, dt)).collect();
+                notes.push(format!("resampled every {dt} s: straight lines between rows, inputs held"));
+                dt
+            }
+        };
+        let rates = match &options.rates {
+            Some(given) => given_rates(given, &options.states)?,
+            None => rates::recognised(&recordings, dt)
+                .into_iter()
+                .map(|seen| {
+                    let (rate, of) = (&options.states[seen.rate], &options.states[seen.of]);
+                    let percent = (100.0 * seen.off_by).max(0.1);
+                    notes.push(format!(
+                        "{rate} is taken as the rate of {of}, which changes by it to within {percent:.1} %; say --rates \
+                         none to stop this"
+                    ));
+                    (seen.rate, seen.of)
+                })
+                .collect(),
+        };
+        let precision = options.precision.unwrap_or(match (digits.float32, options.clock) {
+            (true, Clock::Stamps | Clock::Given(_)) => Precision::F32,
+            _ => Precision::F64,
+        });
+        let spec = spec(path, &table, &columns, &recordings, &angles, &rates, dt, precision)?;
+        let (data, skipped) = dataset(&recordings, &spec)?;
+        notes.extend((skipped > 0).then(|| format!("{skipped} trajectories of one row have no step and are left out")));
+        Ok(Self { spec, data, rows, notes })
+    }
+}
+
+/// The columns the user names.
+fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected, Failure> {
+    if options.states.is_empty() {
+        return Err(which_columns(table, path));
+    }
+    let named: Vec<&String> = options.states.iter().chain(&options.inputs).collect();
+    for (i, name) in named.iter().enumerate() {
+        if [TIME, TRAJECTORY].contains(&name.as_str()) {
+            let is = if *name == TIME { "the time" } else { "what tells rollouts apart" };
+            return Err(Failure::new(format!("`{name}` is {is}, not a state or an input")));
+        }
+        if named[..i].contains(name) {
+            return Err(Failure::new(format!("the column `{name}` is named twice among states and inputs")));
+        }
+    }
+    in_unit(table, TIME, "s", "seconds")?;
+    let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();
+    Ok(Selected {
+        states: columns(&options.states)?,
+        inputs: columns(&options.inputs)?,
+        time: table.find(TIME),
+        trajectory: table.find(TRAJECTORY),
+    })
+}
+
+/// Refuses the column `name` if its header tells another unit than `wanted`.
+fn in_unit(table: &Table, name: &str, wanted: &str, words: &str) -> Result<(), Failure> {
+    match table.find(name).map(|column| &table.columns()[column].unit) {
+        Some(unit) if !unit.is_empty() && unit != wanted => {
+            Err(table.failure(1, &format!("the column `{name}` is in `{unit}`; it must be in {words}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Asks which columns are what, and shows the call.
+fn which_columns(table: &Table, path: &Path) -> Failure {
+    let names = table.columns().iter().map(|c| c.name.as_str());
+    let open: Vec<&str> = names.filter(|n| !n.is_empty() && ![TIME, TRAJECTORY].contains(n)).collect();
+    if open.is_empty() {
+        return Failure::new(format!("{} has no column but `{TIME}` and `{TRAJECTORY}`", path.display()));
+    }
+    let looks_like_input = |name: &str| {
+        let letters: String = name.to_lowercase().chars().take_while(char::is_ascii_alphabetic).collect();
+        ["u", "f", "a", "action", "control", "force", "input", "torque"].contains(&letters.as_str())
+    };
+    let (inputs, states): (Vec<&str>, Vec<&str>) =
+        open.iter().filter(|n| **n != "reward").partition(|name| looks_like_input(name));
+    let quote = |list: &[&str]| match list.join(",") {
+        list if list.contains([' ', '(', '*']) => format!("'{list}'"),
+        list => list,
+    };
+    let inputs = if inputs.is_empty() { String::new() } else { format!(" --inputs {}", quote(&inputs)) };
+    let dt = if table.find(TIME).is_some() { "" } else { " --dt SECONDS" };
+    let list = open.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ");
+    Failure::new(format!("which of the columns {list} are states, and which are inputs?")).hint(format!(
+        "for example: sindyna identify {} --states {}{inputs}{dt}",
+        path.display(),
+        quote(&states)
+    ))
+}
+
+fn unused(table: &Table, columns: &Selected) -> Vec<String> {
+    let used = |i: &usize| {
+        columns.states.contains(i)
+            || columns.inputs.contains(i)
+            || [columns.time, columns.trajectory].contains(&Some(*i))
+    };
+    let left: Vec<String> =
+        (0..table.columns().len()).filter(|i| !used(i)).map(|i| format!("`{}`", table.columns()[i].name)).collect();
+    match &left[..] {
+        [] => vec![],
+        [one] => vec![format!("the column {one} is not used")],
+        several => vec![format!("the columns {} are not used", several.join(", "))],
+    }
+}
+
+/// Where each of `names` stands among the states.
+fn positions(names: &[String], states: &[String], option: &str) -> Result<Vec<usize>, Failure> {
+    let position = |name: &String| {
+        states.iter().position(|s| s == name).ok_or_else(|| {
+            let known: Vec<&str> = states.iter().map(String::as_str).collect();
+            crate::registry::unknown(&format!("state for {option}"), name, &known)
+        })
+    };
+    names.iter().map(position).collect()
+}
+
+fn given_rates(pairs: &[(String, String)], states: &[String]) -> Result<Vec<(usize, usize)>, Failure> {
+    let mut rates: Vec<(usize, usize)> = Vec::new();
+    for (rate, of) in pairs {
+        let both = positions(&[rate.clone(), of.clone()], states, "--rates")?;
+        let (rate_idx, of_idx) = (both[0], both[1]);
+        if rate_idx == of_idx {
+            return Err(Failure::new(format!("--rates {rate}={of}: a state cannot be its own rate")));
+        }
+        if let Some(&(r, o)) = rates.iter().find(|(r, o)| *r == rate_idx || *o == of_idx) {
+            let (r, o) = (&states[r], &states[o]);
+            return Err(Failure::new(format!("--rates {rate}={of} does not go with {r}={o}: one rate for one state")));
+        }
+        rates.push((rate_idx, of_idx));
+    }
+    Ok(rates)
+}
+
+/// Joins angles that were folded into one turn.
+fn unwrap(recordings: &mut [Recording], angles: &[usize], names: &[String]) -> Vec<String> {
+    use std::f64::consts::{PI, TAU};
+    let mut notes = Vec::new();
+    for &angle in angles {
+        let values = || recordings.iter().flat_map(|r| r.states.column(angle).to_vec());
+        let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        // What spans more than a turn was never folded.
+        if high - low > TAU * (1.0 + 1e-6) {
+            continue;
+        }
+        let mut joined = 0;
+        for recording in &mut *recordings {
+            let (mut turns, mut last) = (0.0, None);
+            for value in recording.states.column_mut(angle) {
+                let step: f64 = last.map_or(0.0, |last| *value - last);
+                last = Some(*value);
+                if step.abs() > PI {
+                    turns -= step.signum();
+                    joined += 1;
+                }
+                *value += turns * TAU;
+            }
+        }
+        if joined > 0 {
+            let s = if joined == 1 { "" } else { "s" };
+            notes.push(format!("{} is joined where it jumps by a whole turn: {joined} jump{s}", names[angle]));
+        }
+    }
+    notes
+}
+
+#[allow(clippy::too_many_arguments, reason = "the one place where all that is known comes together")]
+fn spec(
+    path: &Path,
+    table: &Table,
+    columns: &Selected,
+    recordings: &[Recording],
+    angles: &[usize],
+    rates: &[(usize, usize)],
+    dt: f64,
+    precision: Precision,
+) -> Result<Spec, Failure> {
+    let reach = |of: fn(&Recording) -> &Array2<f64>, column: usize| {
+        let values = recordings.iter().flat_map(|r| of(r).column(column).to_vec());
+        let reach = values.fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        if reach > 0.0 { reach } else { 1.0 }
+    };
+    let mut state = Vec::new();
+    for (i, &column) in columns.states.iter().enumerate() {
+        let header = &table.columns()[column];
+        let rate_of = rates.iter().find(|(rate, _)| *rate == i).map(|(_, of)| *of);
+        let angle = angles.contains(&i);
+        let (kind, unit) = match rate_of {
+            Some(of) if angle => {
+                let of = &table.columns()[columns.states[of]].name;
+                return Err(Failure::new(format!("`{}` cannot be an angle and the rate of `{of}`", header.name))
+                    .hint("take it off --angles, or say --rates none"));
+            }
+            Some(of) => (Kind::RateOf(of), if angles.contains(&of) { "rad/s" } else { "" }),
+            None if angle => (Kind::Angle, "rad"),
+            None => (Kind::Plain, ""),
+        };
+        let unit = if header.unit.is_empty() { unit } else { &header.unit };
+        state.push(Channel::new(&header.name, unit, kind, reach(|r| &r.states, i)));
+    }
+    let control = columns.inputs.iter().enumerate().map(|(i, &column)| {
+        let header = &table.columns()[column];
+        Channel::new(&header.name, &header.unit, Kind::Plain, reach(|r| &r.inputs, i))
+    });
+    let control: Vec<Channel> = control.collect();
+    let high: Vec<f64> = control.iter().map(|c| c.scale).collect();
+    Ok(Spec {
+        name: path.file_stem().map_or_else(|| "log".into(), |stem| stem.to_string_lossy().into_owned()),
+        observation: state.clone(),
+        state,
+        action_space: Space::Box { low: high.iter().map(|h| -h).collect(), high },
+        control,
+        precision,
+        noise: 0.0,
+        dt,
+        max_steps: usize::MAX,
+        solved_at: None,
+    })
+}
+
+/// The recordings as a data set, and how many of them have no step.
+fn dataset(recordings: &[Recording], spec: &Spec) -> Result<(Dataset, usize), Failure> {
+    let (n, k) = (spec.state_dim(), spec.control_dim());
+    let mut data = Dataset::new(n, k, k, spec.dt);
+    let mut skipped = 0;
+    for recording in recordings {
+        let rows = recording.states.nrows();
+        if rows < 2 {
+            skipped += 1;
+            continue;
+        }
+        data.begin(&recording.states.row(0).to_vec())?;
+        for i in 1..rows {
+            let input = recording.inputs.row(i - 1).to_vec();
+            data.push(&input, &input, 0.0, &recording.states.row(i).to_vec())?;
+        }
+    }
+    Ok((data, skipped))
+}

@@ -1,0 +1,180 @@
+//! Rollouts in a table: which rows belong together, what was measured, what was done.
+
+use ndarray::Array2;
+
+use super::table::Table;
+use crate::failure::Failure;
+
+/// Column of the time stamps \[s\].
+pub(crate) const TIME: &str = "t";
+/// Column that tells rollouts apart.
+pub(crate) const TRAJECTORY: &str = "trajectory";
+
+/// The rows of one rollout.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Recording {
+    /// What the column `trajectory` says.
+    pub(crate) label: String,
+    /// Number of each row's line in the file (T).
+    pub(crate) lines: Vec<usize>,
+    /// Time stamps \[s\] (T); empty where there are none.
+    pub(crate) times: Vec<f64>,
+    /// States (T, n).
+    pub(crate) states: Array2<f64>,
+    /// Inputs (T, k), each held until the next row; those of the last row are of no use and may be missing (0 then).
+    pub(crate) inputs: Array2<f64>,
+}
+
+/// What the text of the numbers tells about where they came from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Digits {
+    /// Most decimals of a time stamp.
+    pub(crate) time_decimals: usize,
+    /// Whether every state is a float32, as far as the text tells.
+    pub(crate) float32: bool,
+}
+
+/// Numbers of the columns to read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Selected {
+    pub(crate) states: Vec<usize>,
+    pub(crate) inputs: Vec<usize>,
+    pub(crate) time: Option<usize>,
+    pub(crate) trajectory: Option<usize>,
+}
+
+/// The rollouts of `table`, in order.
+pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recording>, Digits), Failure> {
+    let mut rollouts: Vec<Rollout> = Vec::new();
+    let mut float32 = Float32::default();
+    let mut time_decimals = 0;
+    // A missing input is forgiven where no row of the same rollout follows.
+    let mut missing: Option<Failure> = None;
+    for row in table.rows() {
+        let (line, cells) = row?;
+        let label = columns.trajectory.map_or("", |c| &*cells[c]);
+        if rollouts.last().is_none_or(|r| r.label != label) {
+            if rollouts.iter().any(|r| r.label == label) {
+                let what = format!("trajectory `{label}` goes on after another one began");
+                return Err(table
+                    .failure(line, &what)
+                    .hint("the rows of one trajectory must stand together, in order"));
+            }
+            missing = None;
+            rollouts.push(Rollout { label: label.to_owned(), ..Rollout::default() });
+        }
+        if let Some(failure) = missing {
+            return Err(failure);
+        }
+        missing = None;
+        let Some(rollout) = rollouts.last_mut() else { continue };
+        rollout.lines.push(line);
+        if let Some(column) = columns.time {
+            rollout.times.push(table.number(line, column, &cells[column])?);
+            time_decimals = time_decimals.max(decimals(&cells[column]));
+        }
+        for &column in &columns.states {
+            let value = table.number(line, column, &cells[column])?;
+            float32.see(&cells[column], value);
+            rollout.states.push(value);
+        }
+        for &column in &columns.inputs {
+            let value = match table.number(line, column, &cells[column]) {
+                Err(failure) if cells[column].is_empty() => {
+                    missing = missing.or(Some(failure));
+                    0.0
+                }
+                value => value?,
+            };
+            rollout.inputs.push(value);
+        }
+    }
+    let rollouts = rollouts.into_iter().map(|r| r.finish(columns.states.len(), columns.inputs.len())).collect();
+    Ok((rollouts, Digits { time_decimals, float32: float32.holds() }))
+}
+
+#[derive(Default)]
+struct Rollout {
+    label: String,
+    lines: Vec<usize>,
+    times: Vec<f64>,
+    states: Vec<f64>,
+    inputs: Vec<f64>,
+}
+
+impl Rollout {
+    fn finish(self, n: usize, k: usize) -> Recording {
+        let rows = self.lines.len();
+        let array = |width, values| Array2::from_shape_vec((rows, width), values).expect("rows are pushed whole");
+        Recording {
+            label: self.label,
+            states: array(n, self.states),
+            inputs: array(k, self.inputs),
+            lines: self.lines,
+            times: self.times,
+        }
+    }
+}
+
+/// Decimals of the number that `cell` writes; many where it has an exponent.
+fn decimals(cell: &str) -> usize {
+    if cell.contains(['e', 'E']) {
+        return usize::MAX;
+    }
+    cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())
+}
+
+/// Whether numbers were float32 before they were printed: in full, or with the fewest digits that tell them apart.
+#[derive(Debug, Default)]
+struct Float32 {
+    refuted: bool,
+    /// A number was seen that few others than float32 would be.
+    telling: bool,
+}
+
+impl Float32 {
+    /// Bits of a mantissa that numbers of a few digits do not need.
+    const TELLING_BITS: u32 = 16;
+
+    fn see(&mut self, text: &str, value: f64) {
+        let narrow = value as f32;
+        if f64::from(narrow).to_bits() == value.to_bits() {
+            let used = 24_u32.saturating_sub((narrow.to_bits() & 0x007f_ffff).trailing_zeros().min(23));
+            self.telling |= used > Self::TELLING_BITS;
+            return;
+        }
+        // The shortest decimal of a float32 has at most nine digits; seven are more than most logs of anything else have.
+        let digits = |s: &str| {
+            let mantissa = s.trim_start_matches(['-', '+']).split(['e', 'E']).next().unwrap_or("");
+            let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
+            digits.trim_start_matches('0').trim_end_matches('0').to_owned()
+        };
+        let written = digits(text);
+        self.refuted |= written != digits(&format!("{narrow:e}"));
+        self.telling |= written.len() >= 7;
+    }
+
+    fn holds(&self) -> bool {
+        self.telling && !self.refuted
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn float32_is_told_from_float64_and_from_few_digits() {
+        let check = |cells: &[&str], expected| {
+            let mut seen = Float32::default();
+            cells.iter().for_each(|c| seen.see(c, c.parse().unwrap()));
+            assert_eq!(seen.holds(), expected, "{cells:?}");
+        };
+        check(&["0.10000000149011612", "-0.30000001192092896", "0"], true);
+        check(&["0.1", "0.33333334", "-1.2345679e-05", "2"], true);
+        check(&["0.1", "0.3333333333333333"], false);
+        check(&["0.33333334", "0.1234567891"], false);
+        check(&["0.1", "0.25", "3.14"], false);
+        check(&["1", "2", "0.5"], false);
+    }
+}

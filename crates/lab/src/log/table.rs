@@ -1,0 +1,246 @@
+//! A CSV file as columns of text, checked line by line.
+
+use std::borrow::Cow;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+
+use crate::failure::Failure;
+use crate::registry;
+
+/// A CSV file with a header; every line has as many cells as the header.
+#[derive(Debug)]
+pub(crate) struct Table {
+    path: PathBuf,
+    text: String,
+    columns: Vec<Column>,
+    /// Number (from 1) and place of each line after the header.
+    lines: Vec<(usize, Range<usize>)>,
+}
+
+/// A column as the header names it: `th`, or `th [rad]` with its unit.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Column {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+}
+
+impl Column {
+    fn new(header: &str) -> Self {
+        let unit = header.strip_suffix(']').and_then(|h| h.rsplit_once('['));
+        match unit {
+            Some((name, unit)) if !name.trim().is_empty() => {
+                Self { name: name.trim().to_owned(), unit: unit.trim().to_owned() }
+            }
+            _ => Self { name: header.to_owned(), unit: String::new() },
+        }
+    }
+}
+
+impl Table {
+    /// Reads the file at `path`.
+    pub(crate) fn read(path: &Path) -> Result<Self, Failure> {
+        let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+            Failure::new(format!("{}, line {line}: not UTF-8 text", path.display()))
+                .hint("a log is a CSV file: a header, then lines of numbers separated by commas")
+        })?;
+        Self::parse(path, text)
+    }
+
+    fn parse(path: &Path, text: String) -> Result<Self, Failure> {
+        let mut lines = lines(&text);
+        while lines.last().is_some_and(|(_, place)| text[place.clone()].trim().is_empty()) {
+            lines.pop();
+        }
+        let Some((_, first)) = lines.first().cloned() else {
+            return Err(Failure::new(format!("{} is empty", path.display())).hint("a log begins with a header line"));
+        };
+        let mut table = Self { path: path.to_owned(), columns: Vec::new(), lines: lines.split_off(1), text };
+        table.columns = table.header(first)?;
+        if table.lines.is_empty() {
+            return Err(Failure::new(format!("{} has a header but no rows", path.display())));
+        }
+        for &(line, ref place) in &table.lines {
+            table.check_width(line, place.clone())?;
+        }
+        Ok(table)
+    }
+
+    fn header(&self, place: Range<usize>) -> Result<Vec<Column>, Failure> {
+        let header = self.text[place].trim_start_matches('\u{feff}');
+        let cells = self.split(1, header)?;
+        if let [only] = &cells[..]
+            && only.contains([';', '\t'])
+        {
+            return Err(self.failure(1, &format!("`{only}` is one column")).hint("cells are separated by commas"));
+        }
+        if cells.iter().all(|c| c.parse::<f64>().is_ok()) {
+            let message = format!("`{header}` is a row of numbers, not the names of the columns");
+            return Err(self.failure(1, &message).hint("the first line names the columns, such as t,th,w,u"));
+        }
+        let columns: Vec<Column> = cells.iter().map(|c| Column::new(c)).collect();
+        for (i, column) in columns.iter().enumerate().filter(|(_, c)| !c.name.is_empty()) {
+            if let Some(other) = columns[..i].iter().position(|c| c.name == column.name) {
+                let message = format!("columns {} and {} are both named `{}`", other + 1, i + 1, column.name);
+                return Err(self.failure(1, &message));
+            }
+        }
+        Ok(columns)
+    }
+
+    fn check_width(&self, line: usize, place: Range<usize>) -> Result<(), Failure> {
+        let last = place.end == self.text.len();
+        let text = &self.text[place];
+        let cells = match self.split(line, text) {
+            Err(_) if last => 0,
+            cells => cells?.len(),
+        };
+        if cells == self.columns.len() {
+            return Ok(());
+        }
+        let cut = Failure::new(format!("{}, line {line}: cut off (`{text}`)", self.path.display()))
+            .hint("the file ends in the middle of a line; remove that line");
+        if last && cells < self.columns.len() {
+            return Err(cut);
+        }
+        if text.trim().is_empty() {
+            return Err(self.failure(line, "empty").hint("remove it; a column `trajectory` tells rollouts apart"));
+        }
+        let (wanted, s) = (self.columns.len(), if cells == 1 { "" } else { "s" });
+        Err(self.failure(line, &format!("{cells} cell{s} where the header names {wanted} columns")))
+    }
+
+    /// The cells of `line`; `"…"` may hold commas, and `""` is a quote there.
+    fn split<'a>(&self, line: usize, text: &'a str) -> Result<Vec<Cow<'a, str>>, Failure> {
+        if !text.contains('"') {
+            return Ok(text.split(',').map(|c| Cow::Borrowed(c.trim())).collect());
+        }
+        let (mut cells, mut cell, mut quoted) = (Vec::new(), String::new(), false);
+        let mut chars = text.chars().peekable();
+        while let Some(c) = chars.next() {
+            match c {
+                '"' if quoted && chars.peek() == Some(&'"') => cell.extend(chars.next()),
+                '"' => quoted = !quoted,
+                ',' if !quoted => cells.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
+                c => cell.push(c),
+            }
+        }
+        if quoted {
+            return Err(self.failure(line, "a quote is opened and never closed"));
+        }
+        cells.push(Cow::Owned(cell.trim().to_owned()));
+        Ok(cells)
+    }
+
+    /// The columns, left to right.
+    pub(crate) fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The number of the column called `name`, if there is one.
+    pub(crate) fn find(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|c| c.name == name)
+    }
+
+    /// The number of the column called `name`.
+    pub(crate) fn column(&self, name: &str) -> Result<usize, Failure> {
+        self.find(name).ok_or_else(|| {
+            let known: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).filter(|n| !n.is_empty()).collect();
+            registry::unknown("column", name, &known)
+        })
+    }
+
+    /// The lines after the header: their numbers in the file, and their cells.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Result<(usize, Vec<Cow<'_, str>>), Failure>> {
+        self.lines.iter().map(|&(line, ref place)| Ok((line, self.split(line, &self.text[place.clone()])?)))
+    }
+
+    /// Whether the last line has no line break: what was being written may be cut off in its last number.
+    pub(crate) fn ends_abruptly(&self) -> bool {
+        !self.text.ends_with('\n')
+    }
+
+    /// A failure about `line`.
+    pub(crate) fn failure(&self, line: usize, what: &str) -> Failure {
+        Failure::new(format!("{}, line {line}: {what}", self.path.display()))
+    }
+
+    /// The number in `cell`, which stands in `line` under column number `column`.
+    pub(crate) fn number(&self, line: usize, column: usize, cell: &str) -> Result<f64, Failure> {
+        let name = &self.columns[column].name;
+        let bad = |what: &str| {
+            let shown = if cell.is_empty() { "an empty cell".to_owned() } else { format!("`{cell}`") };
+            self.failure(line, &format!("column `{name}`: {shown} is {what}"))
+        };
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            Ok(_) => Err(bad("not a finite number")
+                .hint("remove the row, and begin another `trajectory` after it: what follows is a rollout of its own")),
+            Err(_) => Err(bad("not a number")),
+        }
+    }
+}
+
+/// Number (from 1) and place of every line, line breaks left out.
+fn lines(text: &str) -> Vec<(usize, Range<usize>)> {
+    let mut begin = 0;
+    let place = |line: &str| {
+        let place = begin..begin + line.trim_end_matches(['\n', '\r']).len();
+        begin += line.len();
+        place
+    };
+    text.split_inclusive('\n').map(place).enumerate().map(|(i, place)| (i + 1, place)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Table, Failure> {
+        Table::parse(Path::new("log.csv"), text.to_owned())
+    }
+
+    #[test]
+    fn cells_are_read_with_quotes_units_marks_and_either_line_break() {
+        let table = parse("\u{feff}t [s],\"th, left [rad]\",w\r\n0, 1.5 ,\"2\"\r\n0.1,\"-3e-2\",4\r\n\r\n").unwrap();
+        let names: Vec<_> = table.columns().iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+        assert_eq!(names, [("t", "s"), ("th, left", "rad"), ("w", "")]);
+        let rows: Vec<_> = table.rows().map(Result::unwrap).collect();
+        assert_eq!(rows[0], (2, vec!["0".into(), "1.5".into(), "2".into()]));
+        assert_eq!(rows[1].1[1], "-3e-2");
+        assert_eq!(table.number(3, 1, "-3e-2").unwrap(), -0.03);
+    }
+
+    #[test]
+    fn whatever_is_wrong_is_named_with_its_line() {
+        for (text, says) in [
+            ("", "is empty"),
+            ("\n\n", "is empty"),
+            ("a,b\n", "no rows"),
+            ("a,b\n1,2\n3\n4,5\n", "line 3: 1 cell where the header names 2 columns"),
+            ("a,b\n1,2\n3,4,5\n", "line 3: 3 cells where"),
+            ("a,b\n1,2\n3", "line 3: cut off (`3`)"),
+            ("a,b\n1,2\n3,\"4", "line 3: cut off"),
+            ("a,b\n1,\"2\n3,4\n", "line 2: a quote"),
+            ("a,b\n1,2\n\n3,4\n", "line 3: empty"),
+            ("a,b,a\n1,2,3\n", "columns 1 and 3 are both named `a`"),
+            ("a;b\n1;2\n", "separated by commas"),
+            ("0.1,0.2\n0.2,0.3\n", "row of numbers"),
+        ] {
+            let failure = parse(text).map(drop).unwrap_err().to_string();
+            assert!(failure.contains(says) && failure.contains("log.csv"), "{text:?}: {failure}");
+        }
+        let table = parse("a,b\n1,2\n").unwrap();
+        for (cell, says) in
+            [("nan", "`nan` is not a finite"), ("1e999", "finite"), ("", "an empty cell"), ("x", "`x` is not a number")]
+        {
+            let failure = table.number(2, 1, cell).unwrap_err().to_string();
+            assert!(failure.contains("line 2, ") || failure.contains("line 2: column `b`"), "{failure}");
+            assert!(failure.contains(says), "{failure}");
+        }
+        assert!(table.column("c").unwrap_err().to_string().contains("no column named `c`; known: `a`, `b`"));
+    }
+}

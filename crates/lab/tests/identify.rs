@@ -1,0 +1,301 @@
+//! Equations from logs, and as programs, as the user sees it.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use common::{json, parts, sindyna};
+use sindyna_core::{Dynamics as _, Seed};
+use sindyna_sindy::Model;
+
+/// The log in the repository.
+fn example() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs/pendulum.csv");
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Runs `identify log.csv` on `log` with `args`; exit code, stdout, stderr.
+fn identify(directory: &Path, log: &str, args: &[&str]) -> (i32, String, String) {
+    fs::write(directory.join("log.csv"), log).unwrap();
+    parts(&sindyna(directory, &[&["identify", "log.csv"], args].concat()))
+}
+
+const COLUMNS: [&str; 4] = ["--states", "th,w", "--inputs", "u"];
+
+/// Rows `t,th,w,u` of a pendulum that swings about its lower rest, begun at the angle `start`.
+fn rows(start: f64, count: usize, time: impl Fn(usize) -> f64) -> String {
+    let (mut th, mut w) = (start, 0.0_f64);
+    let mut text = String::new();
+    for i in 0..count {
+        let u = (0.7 * i as f64).sin() + (0.31 * i as f64).cos();
+        writeln!(text, "{},{th},{w},{u}", time(i)).unwrap();
+        w += 0.05 * (15.0 * th.sin() + 3.0 * u);
+        th += 0.05 * w;
+    }
+    text
+}
+
+#[test]
+fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = [&COLUMNS[..], &["--angles", "th", "--out", "model"]].concat();
+    let (code, stdout, stderr) = identify(temp.path(), &example(), &args);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    for line in [
+        "log: log.csv, 101 rows in 1 rollout, a step every 0.05 s",
+        "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; numbers as fine as float64",
+        "note: w is taken as the rate of th",
+        "  Δth/Δt = w + 0.75 sin th + 0.15 u",
+        "  Δw/Δt = 15 sin th + 3 u",
+        "standard error",
+        "no more than rounding explains",
+        "steps used: 100",
+    ] {
+        assert!(stdout.contains(line), "{line:?} is missing in {stdout}");
+    }
+    let account = json(&temp.path().join("model/identify.json"));
+    let equation = &account["equations"][1];
+    assert_eq!(equation["reached_floor"], true);
+    assert_eq!(account["rows"], 100);
+    for (term, truth) in [("sin th", 15.0), ("u", 3.0)] {
+        let found = equation["terms"].as_array().unwrap().iter().find(|t| t["term"] == term).unwrap();
+        let error = found["standard_error"].as_f64().unwrap();
+        assert!((found["coefficient"].as_f64().unwrap() - truth).abs() < 1e-12 && error > 0.0 && error < 1e-13);
+    }
+    assert!(fs::read_to_string(temp.path().join("model/config.toml")).unwrap().contains("rate_of = \"th\""));
+
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["export", "model", "--to", "python"]));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("written: model/model.py"), "{stdout}");
+    let model = Model::from_json(&fs::read_to_string(temp.path().join("model/model.json")).unwrap()).unwrap();
+    let states: Vec<[f64; 3]> = (0..100).map(|i| [1.0, 1.7, 2.3].map(|k| 3.0 * (k * f64::from(i)).sin())).collect();
+    let script = format!(
+        "import json, model, numpy as np\ns = np.array({states:?})\nassert model.STATES == ('th', 'w')\n\
+         assert model.DT == 0.05\nprint(json.dumps(model.step(s[:, :2], s[:, 2:]).tolist()))\n"
+    );
+    let next: Vec<Vec<f64>> = serde_json::from_str(&python(&temp.path().join("model"), &script)).unwrap();
+    for (state, python) in states.iter().zip(&next) {
+        let mut expected = [0.0; 2];
+        model.step(&state[..2], &state[2..], &mut Seed::new(0).numpy(), &mut expected).unwrap();
+        for (a, b) in python.iter().zip(expected) {
+            assert!((a - b).abs() < 1e-12, "{python:?} is not {expected:?}");
+        }
+    }
+}
+
+/// What `script` prints, run in `directory` by the Python of `.venv`, which `scripts/mujoco_install` makes.
+fn python(directory: &Path, script: &str) -> String {
+    let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
+    let venv = venv.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from);
+    let interpreter =
+        std::path::absolute(venv).unwrap().join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let output = Command::new(&interpreter).current_dir(directory).args(["-X", "utf8", "-c", script]).output();
+    let output = output.unwrap_or_else(|e| panic!("{}: {e}\n\nrun scripts/mujoco_install", interpreter.display()));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn without_options_the_call_is_shown() {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, stderr) = identify(temp.path(), &example(), &[]);
+    assert_eq!((code, stdout.as_str()), (2, ""));
+    assert!(stderr.contains("which of the columns `th`, `w`, `u` are states, and which are inputs?"), "{stderr}");
+    assert!(stderr.contains("sindyna identify log.csv --states th,w --inputs u"), "{stderr}");
+    let (_, _, stderr) = identify(temp.path(), "cos θ,v,reward\n1,2,3\n", &[]);
+    assert!(stderr.contains("--states 'cos θ,v' --dt SECONDS"), "{stderr}");
+}
+
+#[test]
+fn the_same_log_gives_the_same_bytes_and_nothing_is_overwritten() {
+    let temp = tempfile::tempdir().unwrap();
+    for _ in 0..2 {
+        assert_eq!(identify(temp.path(), &example(), &COLUMNS).0, 0);
+    }
+    for file in ["model.json", "identify.json", "config.toml"] {
+        let of = |dir: &str| fs::read(temp.path().join("models").join(dir).join(file)).unwrap();
+        assert!(of("log") == of("log-2"), "{file} differs");
+    }
+    let (code, stdout, stderr) = identify(temp.path(), &example(), &[&COLUMNS[..], &["--out", "models/log"]].concat());
+    assert_eq!((code, stdout.as_str()), (2, ""));
+    assert!(stderr.contains("models/log exists already"), "{stderr}");
+}
+
+#[test]
+fn rates_are_recognised_declared_or_left_alone() {
+    let temp = tempfile::tempdir().unwrap();
+    for (option, says) in [
+        (&[][..], "w [rad/s] (rate of th); inputs"),
+        (&["--rates", "w=th"], "w [rad/s] (rate of th); inputs"),
+        (&["--rates", "none"], "th [rad], w [rad/s]; inputs"),
+    ] {
+        let (code, stdout, stderr) = identify(temp.path(), &example(), &[&COLUMNS[..], option].concat());
+        assert_eq!(code, 0, "{stderr}");
+        assert!(stdout.contains(says), "{stdout}");
+        assert_eq!(stdout.contains("note: w is taken"), option.is_empty());
+    }
+}
+
+#[test]
+fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
+    let temp = tempfile::tempdir().unwrap();
+    let header = "t,th,w,u\n";
+    let found = |log: &str, args: &[&str], says: &[&str]| {
+        let (code, stdout, stderr) = identify(temp.path(), log, &[&COLUMNS[..], args].concat());
+        assert_eq!(code, 0, "{stderr}");
+        says.iter().for_each(|s| assert!(stdout.contains(s), "{s:?} is missing in {stdout}"));
+    };
+    let exact = "Δw/Δt = 15 sin th + 3 u";
+    // Two rollouts, the last input of each missing, an unused column of words.
+    let mut log = String::from("trajectory,t,th,w,u,remark\n");
+    for (label, start) in [("a", 3.0), ("b", 2.0)] {
+        let rows = rows(start, 30, |i| i as f64 * 0.05);
+        let last = rows.trim_end().rfind(',').unwrap();
+        log.extend(format!("{},", &rows[..last]).lines().map(|row| format!("{label},{row},fine\n")));
+    }
+    found(&log, &[], &["in 2 rollouts", "steps used: 58", "`remark` is not used", exact]);
+    // No stamps, but an interval.
+    let bare: String = rows(3.0, 40, |_| 0.0).lines().map(|r| r.trim_start_matches("0,").to_owned() + "\n").collect();
+    found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["a step every 0.05 s", exact]);
+    // An angle that goes over the top, folded into one turn.
+    let folded: String = rows(0.3, 60, |i| i as f64 * 0.05)
+        .lines()
+        .map(|row| {
+            let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+            let th: f64 = cells[1].parse().unwrap();
+            cells[1] = (th - TAU * (th / TAU).round()).to_string();
+            cells.join(",") + "\n"
+        })
+        .collect();
+    found(&(header.to_owned() + &folded), &["--angles", "th"], &["joined where it jumps by a whole turn", exact]);
+    // Stamps that jitter: refused, taken as even, or resampled.
+    let jittery = header.to_owned() + &rows(3.0, 60, |i| i as f64 * 0.05 + 0.004 * (i % 3) as f64);
+    let (code, _, stderr) = identify(temp.path(), &jittery, &COLUMNS);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("not evenly spaced") && stderr.contains("--resample 0.05"), "{stderr}");
+    found(&jittery, &["--dt", "0.05"], &["the column `t` is not looked at", exact]);
+    found(&jittery, &["--resample", "0.05"], &["resampled every 0.05 s"]);
+}
+
+#[test]
+fn a_map_without_seconds_is_found() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut log = String::from("x\n");
+    let mut x = 0.3_f64;
+    for _ in 0..40 {
+        writeln!(log, "{x}").unwrap();
+        x *= 3.7 * (1.0 - x);
+    }
+    let (code, stdout, stderr) = identify(temp.path(), &log, &["--states", "x", "--dt", "1", "--target", "discrete"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("x⁺ = 3.7 x − 3.7 x²"), "{stdout}");
+    assert_eq!(parts(&sindyna(temp.path(), &["export", "models/log", "--to", "python"])).0, 0);
+    let script = "import model; print(model.step([0.5])[0], hasattr(model, 'rhs'))";
+    let printed = python(&temp.path().join("models/log"), script);
+    let (next, has_rhs) = printed.trim().split_once(' ').unwrap();
+    assert!((next.parse::<f64>().unwrap() - 0.925).abs() < 1e-9 && has_rhs == "False", "{printed}");
+}
+
+/// Expects exit code 2, nothing on stdout and in the directory, and all of `words` on stderr.
+fn refuses(log: &str, args: &[&str], words: &[&str]) {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, stderr) = identify(temp.path(), log, args);
+    assert_eq!((code, stdout.as_str()), (2, ""), "{args:?}: {stderr}");
+    words.iter().for_each(|w| assert!(stderr.contains(w), "{args:?} should say {w:?}: {stderr}"));
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert_eq!(fs::read_dir(temp.path()).unwrap().count(), 1, "only the log is there");
+}
+
+#[test]
+fn bad_logs_are_named_by_line_column_value_and_bound() {
+    let rows = ["0,3,0,1", "0.1,3.1,0.2,1", "0.2,3.2,0.4,1", "0.3,3.3,0.5,1", "0.4,3.4,0.5,1", "0.5,3.3,0.2,1"];
+    let log = |line: usize, row: &str| {
+        let mut rows = rows.map(str::to_owned);
+        rows[line - 2] = row.to_owned();
+        format!("t,th,w,u\n{}\n", rows.join("\n"))
+    };
+    refuses("", &COLUMNS, &["log.csv is empty"]);
+    refuses("t,th,w,u\n", &COLUMNS, &["no rows"]);
+    refuses(&log(4, "0.2,nan,0.4,1"), &COLUMNS, &["line 4: column `th`: `nan` is not a finite number"]);
+    refuses(&log(4, "0.2,3.2,0.4,inf"), &COLUMNS, &["line 4: column `u`: `inf`"]);
+    refuses(&log(4, "0.2,3.2,,1"), &COLUMNS, &["line 4: column `w`: an empty cell is not a number"]);
+    refuses(&log(4, "0.2,3.2,0.4,"), &COLUMNS, &["line 4: column `u`: an empty cell"]);
+    refuses(&log(4, "0.2,3.2,o.4,1"), &COLUMNS, &["line 4: column `w`: `o.4` is not a number"]);
+    refuses(&log(4, "0.2,3.2,0.4"), &COLUMNS, &["line 4: 3 cells where the header names 4 columns"]);
+    refuses(&log(4, "0.05,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.05 s does not come after 0.1 s (line 3)"]);
+    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.1 s does not come after 0.1 s"]);
+    refuses(&log(7, "0.7,3.2,0.4,1"), &COLUMNS, &["line 7", "from 0.100000 s", "to 0.300000 s", "0.2 %"]);
+    refuses(log(7, "0.5,3.3").trim_end(), &COLUMNS, &["line 7: cut off (`0.5,3.3`)"]);
+    refuses("t,th,w,th\n0,1,2,3\n", &COLUMNS, &["line 1: columns 2 and 4 are both named `th`"]);
+    refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 steps, too few", "at least 4"]);
+    refuses("t,th,w,u\n0,3,0,1\n", &COLUMNS, &["two rows"]);
+    refuses("trajectory,t,th,w,u\na,0,3,0,1\nb,0,3,0,1\na,1,3,0,1\n", &COLUMNS, &["line 4: trajectory `a` goes on"]);
+    refuses("t [ms],th,w,u\n0,3,0,1\n", &COLUMNS, &["line 1: the column `t` is in `ms`; it must be in seconds"]);
+    let degrees = [&COLUMNS[..], &["--angles", "th"]].concat();
+    refuses("t,th [deg],w,u\n0,3,0,1\n", &degrees, &["`th` is in `deg`", "radians"]);
+    refuses("th,w,u\n3,0,1\n", &COLUMNS, &["no column `t`", "--dt"]);
+    refuses(
+        "th,w,u\n1e200,0,1\n2e200,0,1\n3,1e200,2\n4,1,0\n5,2,3\n",
+        &[&COLUMNS[..], &["--dt", "1"]].concat(),
+        &["error:"],
+    );
+}
+
+#[test]
+fn bad_options_are_named() {
+    let log = example();
+    let with = |args: &[&'static str]| [&COLUMNS[..], args].concat();
+    refuses(&log, &["--states", "th,v"], &["no column named `v`; known: `t`, `th`, `w`, `u`"]);
+    refuses(&log, &["--states", "th,t"], &["`t` is the time"]);
+    refuses(&log, &["--states", "th,th"], &["`th` is named twice"]);
+    refuses(&log, &["--states", "th,w", "--inputs", "w"], &["`w` is named twice"]);
+    refuses(&log, &with(&["--angles", "u"]), &["no state for --angles named `u`"]);
+    refuses(&log, &with(&["--rates", "w"]), &["RATE=OF"]);
+    refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
+    refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);
+    let bare = log.replace(" [rad/s]", "");
+    refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be an angle and the rate of `th`"]);
+    refuses(&log, &with(&["--dt", "0"]), &["above 0"]);
+    refuses(&log, &with(&["--dt", "nan"]), &["above 0"]);
+    refuses(&log, &with(&["--resample", "1e-9"]), &["--resample", "10000000"]);
+    refuses(&log, &with(&["--precision", "f16"]), &["f16"]);
+    refuses(&log, &with(&["--term", "sin(phi)"]), &["phi"]);
+    refuses(&log, &with(&["--solver", "stlsq", "--threshold", "-1"]), &["threshold", "-1"]);
+    let temp = tempfile::tempdir().unwrap();
+    for (args, says) in [
+        (&["identify", "missing.csv"][..], "cannot read missing.csv"),
+        (&["identify", "."], "cannot read ."),
+        (&["export", "missing", "--to", "python"], "cannot read missing"),
+        (&["export", "missing", "--to", "pyton"], "did you mean `python`?"),
+    ] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), args));
+        assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");
+    }
+    fs::write(temp.path().join("model.json"), "{}").unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", "python"]));
+    assert!(code == 2 && stderr.contains("./model.json is not a model"), "{stderr}");
+}
+
+#[test]
+fn whatever_the_bytes_there_is_an_answer() {
+    let temp = tempfile::tempdir().unwrap();
+    let whole = example().into_bytes();
+    let mut damaged: Vec<Vec<u8>> = (0..12).map(|i| whole[..whole.len() * i / 12 + i].to_vec()).collect();
+    for (i, byte) in b"\0\xff\",\n\r-e9;\t ".iter().enumerate() {
+        let mut bytes = whole.clone();
+        bytes[31 + 97 * i] = *byte;
+        damaged.push(bytes);
+    }
+    for (i, bytes) in damaged.iter().enumerate() {
+        fs::write(temp.path().join("log.csv"), bytes).unwrap();
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["identify", "log.csv"][..], &COLUMNS].concat()));
+        assert!(code == 0 || (code == 2 && stderr.contains("error: ")), "{i}: {code} {stderr}");
+        assert!(!stderr.contains("panicked"), "{i}: {stderr}");
+    }
+}

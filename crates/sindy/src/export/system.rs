@@ -1,0 +1,98 @@
+//! What an exporter has to know of a model. The only place of the exporters that looks into one.
+
+use sindyna_core::Scheme;
+
+use crate::expr::Expr;
+use crate::{Entry, Form, Model, ModelError};
+
+/// How one control interval is made of the equations.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Stepping {
+    /// The equations give the next state.
+    Map,
+    /// The equations give Δx/Δt.
+    Increment,
+    /// The equations give ẋ, followed for one interval.
+    Euler,
+    /// The equations give ẋ; what is no position moves first, then each position by what its rate has become.
+    SemiImplicitEuler {
+        /// Per state: whether it is a position.
+        positions: Vec<bool>,
+    },
+    /// The equations give ẋ, stepped by the classical Runge–Kutta scheme.
+    Rk4 {
+        /// Equal parts of the interval.
+        substeps: usize,
+    },
+}
+
+/// Equations of motion, ready to be written in another language.
+#[derive(Debug, Clone, PartialEq)]
+pub struct System {
+    /// Names of the states (n).
+    pub states: Vec<String>,
+    /// Names of the controls (k).
+    pub controls: Vec<String>,
+    /// Control interval \[s\].
+    pub dt: f64,
+    /// Terms, as functions of z = (state; control).
+    pub terms: Vec<Expr>,
+    /// One sum per state.
+    pub equations: Vec<Vec<Entry>>,
+    /// What the sums are, and how a step is made of them.
+    pub stepping: Stepping,
+    /// The equations as people read them, one per state.
+    pub text: Vec<String>,
+}
+
+impl System {
+    /// Whether an equation holds rates of other states.
+    #[must_use]
+    pub fn is_implicit(&self) -> bool {
+        self.equations.iter().flatten().any(|entry| entry.rate.is_some())
+    }
+
+    /// Refuses lists that do not fit each other.
+    pub(super) fn check(&self) -> Result<(), ModelError> {
+        let n = self.states.len();
+        let shape = |what, got| if got == n { Ok(()) } else { Err(ModelError::Shape { what, expected: n, got }) };
+        shape("equations", self.equations.len())?;
+        shape("equations as text", self.text.len())?;
+        if let Stepping::SemiImplicitEuler { positions } = &self.stepping {
+            shape("positions", positions.len())?;
+        }
+        let below =
+            |what, index, count| if index < count { Ok(()) } else { Err(ModelError::NoSuch { what, index, count }) };
+        for entry in self.equations.iter().flatten() {
+            below("term", entry.term, self.terms.len())?;
+            below("rate of state", entry.rate.unwrap_or(0), n)?;
+            if !entry.coefficient.is_finite() {
+                return Err(ModelError::BadNumber { what: "a coefficient", value: entry.coefficient });
+            }
+        }
+        let variables = n + self.controls.len();
+        self.terms.iter().filter_map(Expr::max_variable).try_for_each(|v| below("variable", v, variables))
+    }
+}
+
+/// The equations in the model's own space.
+impl From<&Model> for System {
+    fn from(model: &Model) -> Self {
+        Self {
+            states: model.states().to_vec(),
+            controls: model.controls().to_vec(),
+            dt: model.dt(),
+            terms: model.shifted_terms(),
+            equations: (0..model.states().len()).map(|i| model.coefficients(i).to_vec()).collect(),
+            stepping: match model.form() {
+                Form::Discrete => Stepping::Map,
+                Form::Increment => Stepping::Increment,
+                Form::SemiImplicit => Stepping::SemiImplicitEuler { positions: model.kinematic().to_vec() },
+                Form::Continuous(Scheme::Euler) => Stepping::Euler,
+                Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Rk4 { substeps },
+            },
+            text: model.equations(),
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! Angles whose zero is not where sensors say.
+
+use faer::Mat;
+
+use super::System;
+use crate::expr::{Expr, Function};
+use crate::solve::{Selected, least_squares};
+use crate::Triangle;
+
+/// Largest tilt looked for \[rad\].
+const LARGEST: f64 = 0.6;
+
+/// Places between −LARGEST and LARGEST that are tried before the best is refined.
+const PLACES: usize = 61;
+
+/// Rounds of golden-section search.
+const ROUNDS: usize = 60;
+
+/// How a term changes with the zero of an angle: p·sin m(θ + δ) = cos mδ · p·sin mθ + sin mδ · p·cos mθ, and for a
+/// cosine with −sin mδ.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    companion: usize,
+    frequency: f64,
+    sign: f64,
+}
+
+/// The tilt δ of `angle` \[rad\] with which some subset in the paths of `fits` explains its equation best, and by how much
+/// N ln RSS + k ln N falls. `triangles` are [Θ of the first tier | target], one for each equation.
+pub(super) fn tilt(
+    system: &System<'_>,
+    triangles: &[Option<(Triangle, Vec<usize>)>],
+    fits: &[Selected],
+    angle: usize,
+) -> Option<(f64, f64)> {
+    let mut best: Option<(f64, f64)> = None;
+    for (fit, triangle) in fits.iter().zip(triangles) {
+        let Some((triangle, choice)) = triangle else { continue };
+        let turns = turns(system, choice, angle);
+        let rows = triangle.n_rows() as f64;
+        let place = |j: &usize| choice.iter().position(|c| c == j);
+        let supports = fit.path.iter().filter_map(|s| s.support.iter().map(place).collect::<Option<Vec<usize>>>());
+        let (mut upright, mut tilted) = (f64::INFINITY, (f64::INFINITY, 0.0));
+        for support in supports.filter(|s| !s.is_empty() && s.len() + 2 < triangle.n_rows()) {
+            let score = |delta: f64, parameters: usize| {
+                rows * rss(triangle, &support, &turns, delta).ln() + parameters as f64 * rows.ln()
+            };
+            upright = upright.min(score(0.0, support.len()));
+            if support.iter().all(|&j| turns[j].is_none()) {
+                continue;
+            }
+            let delta = minimum(|delta| rss(triangle, &support, &turns, delta));
+            let candidate = (score(delta, support.len() + 1), delta);
+            if candidate.0 < tilted.0 {
+                tilted = candidate;
+            }
+        }
+        let gain = upright - tilted.0;
+        if gain > 0.0 && best.is_none_or(|(_, most)| gain > most) {
+            best = Some((tilted.1, gain));
+        }
+    }
+    best
+}
+
+/// Whether some equation has a term and its companion: a wave of `angle` that is neither sine nor cosine.
+pub(super) fn is_mixed(system: &System<'_>, fits: &[Selected], angle: usize) -> bool {
+    fits.iter().any(|fit| turns(system, &fit.support, angle).iter().any(Option::is_some))
+}
+
+/// ‖Θ_S(δ) ξ − y‖² at the best ξ.
+fn rss(triangle: &Triangle, support: &[usize], turns: &[Option<Turn>], delta: f64) -> f64 {
+    let target = triangle.column(triangle.n_columns() - 1);
+    let rows = target.len();
+    let at = |j: usize, i: usize| triangle.column(j).get(i).copied().unwrap_or(0.0);
+    let a = Mat::from_fn(rows, support.len(), |i, k| {
+        let j = support[k];
+        match turns[j] {
+            None => at(j, i),
+            Some(turn) => {
+                let (sin, cos) = (turn.frequency * delta).sin_cos();
+                cos * at(j, i) + turn.sign * sin * at(turn.companion, i)
+            }
+        }
+    });
+    let b = Mat::from_fn(rows, 1, |i, _| target[i]);
+    let xi = least_squares(a.as_ref(), b.as_ref());
+    let residual = |i: usize| target[i] - xi.iter().enumerate().map(|(k, c)| c * a[(i, k)]).sum::<f64>();
+    (0..rows).map(|i| residual(i).powi(2)).sum::<f64>().max(f64::MIN_POSITIVE)
+}
+
+/// Where `f` is smallest in ±[`LARGEST`]: the best of evenly spread places, refined by golden sections.
+fn minimum(f: impl Fn(f64) -> f64) -> f64 {
+    let step = 2.0 * LARGEST / (PLACES - 1) as f64;
+    let place = |i: usize| i as f64 * step - LARGEST;
+    let best = (0..PLACES).map(place).min_by(|a, b| f(*a).total_cmp(&f(*b))).unwrap_or(0.0);
+    let golden = 0.5 * (5_f64.sqrt() - 1.0);
+    let (mut low, mut high) = (best - step, best + step);
+    for _ in 0..ROUNDS {
+        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
+        if f(a) < f(b) { high = b } else { low = a }
+    }
+    0.5 * (low + high)
+}
+
+/// Per term of `choice`: how it turns with `angle`; `None` for terms that do not, or whose companion is not there.
+fn turns(system: &System<'_>, choice: &[usize], angle: usize) -> Vec<Option<Turn>> {
+    let turn = |&j: &usize| {
+        let term = &system.terms[j];
+        let (wave, frequency, sign) = turned(&term.expr, angle)?;
+        let same = |&l: &usize| system.terms[l].rate == term.rate && system.terms[l].expr == wave;
+        Some(Turn { companion: choice.iter().position(same)?, frequency, sign })
+    };
+    choice.iter().map(turn).collect()
+}
+
+/// The expression with its wave of `angle` exchanged for the other one, the wave's frequency and the sign of the exchange.
+fn turned(expr: &Expr, angle: usize) -> Option<(Expr, f64, f64)> {
+    match expr {
+        Expr::Call(function @ (Function::Sin | Function::Cos), argument) => {
+            let frequency = frequency(argument, angle)?;
+            let (other, sign) = if *function == Function::Sin { (Function::Cos, 1.0) } else { (Function::Sin, -1.0) };
+            Some((Expr::Call(other, argument.clone()), frequency, sign))
+        }
+        Expr::Mul(a, b) => match (turned(a, angle), turned(b, angle)) {
+            (Some((a, m, s)), None) => Some((Expr::Mul(Box::new(a), b.clone()), m, s)),
+            (None, Some((b, m, s))) => Some((Expr::Mul(a.clone(), Box::new(b)), m, s)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// The factor of `angle` in the argument of a wave.
+fn frequency(argument: &Expr, angle: usize) -> Option<f64> {
+    match argument {
+        Expr::Variable(i) => (*i == angle).then_some(1.0),
+        Expr::Mul(k, a) => match (&**k, &**a) {
+            (Expr::Constant(k), Expr::Variable(i)) if *i == angle => Some(*k),
+            _ => None,
+        },
+        Expr::Add(a, b) => frequency(a, angle).or_else(|| frequency(b, angle)),
+        Expr::Sub(a, b) => frequency(a, angle).or_else(|| frequency(b, angle).map(|m| -m)),
+        _ => None,
+    }
+}
