@@ -4,7 +4,7 @@ use sindyna_dyna::{Alternating, Uniform};
 use sindyna_sindy::Identifier;
 
 fn collect(name: &str, steps: usize, seed: u64, explorer: &str) -> (Dataset, usize) {
-    let system = sindyna_envs::find(name).or_else(|| sindyna_envs::find_field(name)).unwrap();
+    let system = sindyna_envs::find(name).or_else(|| sindyna_envs::find_field(name)).unwrap().with_noise(std::env::var("NOISE").map_or(0.0, |v| v.parse().unwrap()));
     let spec = system.spec().clone();
     let mut env = system.environment();
     let mut rng = Seed::new(seed).stream("real system", 0);
@@ -40,7 +40,7 @@ fn collect(name: &str, steps: usize, seed: u64, explorer: &str) -> (Dataset, usi
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let (name, steps, first, last, explorer) = (&args[1], args[2].parse::<usize>().unwrap(), args[3].parse::<u64>().unwrap(), args[4].parse::<u64>().unwrap(), args[5].clone());
-    let system = sindyna_envs::find(name).or_else(|| sindyna_envs::find_field(name)).unwrap();
+    let system = sindyna_envs::find(name).or_else(|| sindyna_envs::find_field(name)).unwrap().with_noise(std::env::var("NOISE").map_or(0.0, |v| v.parse().unwrap()));
     let spec = system.spec().clone();
     let mut exact = 0;
     let (mut most_resets, mut total_resets) = (0, 0);

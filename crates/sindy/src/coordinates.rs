@@ -28,6 +28,8 @@ enum Source {
 pub(crate) struct Coordinates {
     sources: Vec<Source>,
     precision: Precision,
+    /// Standard deviation of the declared noise of each observation.
+    noise: Vec<f64>,
     dt: f64,
 }
 
@@ -44,7 +46,7 @@ impl Coordinates {
                 (0..spec.state_dim()).map(source).collect::<Result<_, _>>()?
             }
         };
-        Ok(Self { sources, precision: spec.precision, dt: spec.dt })
+        Ok(Self { sources, precision: spec.precision, noise: spec.noise_deviations().collect(), dt: spec.dt })
     }
 
     /// The states z (T, n) of a rollout's observations (T, m); angles are unwrapped from row to row.
@@ -81,9 +83,14 @@ impl Coordinates {
         }
     }
 
-    /// The standard deviation \[unit of z\] of the error with which the observation `o` shows state `i`.
+    /// The standard deviation \[unit of z\] of the error with which the observation `o` shows state `i`: declared noise
+    /// and rounding.
     pub(crate) fn error(&self, i: usize, o: ArrayView1<'_, f64>) -> f64 {
-        self.rounding(i, o)
+        let noise = match self.sources[i] {
+            Source::Shown(at) => self.noise[at],
+            Source::Turned { cosine, sine } => (o[sine] * self.noise[cosine]).hypot(o[cosine] * self.noise[sine]),
+        };
+        noise.hypot(self.rounding(i, o))
     }
 
     /// Number of states.

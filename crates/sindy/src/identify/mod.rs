@@ -276,7 +276,7 @@ impl Identifier {
         };
         let kinematic = rates.iter().map(Option::is_some).collect();
         let space = Space { kinematic, ..self.space().map_err(failed)? };
-        let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
+        let search = motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
         let found = search.run().map_err(|e| failed(e.to_string()))?;
         let residuals = search.residuals(&found);
         let (model, errors) = match motion::polish(&found.model, &runs) {

@@ -22,6 +22,9 @@ const PIECE: usize = 20;
 /// Gauss–Newton steps, at most.
 const ROUNDS: usize = 12;
 
+/// Times by which a coefficient may grow.
+const RUNAWAY: f64 = 3.0;
+
 /// Relative change by which derivatives are taken.
 const NUDGE: f64 = 1e-6;
 
@@ -34,7 +37,8 @@ struct Piece<'a> {
 }
 
 /// Fits the coefficients of `model` to the trajectories in `runs`, and the start of each piece with them:
-/// min Σ ((x − x̂)/σ)² by Gauss–Newton, where x̂ follows the model from its start. `None` if the model cannot follow the data.
+/// min Σ ((x − x̂)/σ)² by Gauss–Newton, where x̂ follows the model from its start. `None` if the model cannot follow the data,
+/// or if they do not determine it.
 ///
 /// A deterministic system seen through sensors with independent errors is estimated so with the least possible error.
 ///
@@ -44,6 +48,7 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
     let mut pieces: Vec<Piece<'_>> = runs.iter().flat_map(pieces).collect();
     let mut model = model.clone();
     let mut xi = model.fitted();
+    let start = xi.clone();
     let mut misfit = pieces.iter().map(|p| p.misfit(&model)).sum::<f64>();
     if !misfit.is_finite() {
         return None;
@@ -76,6 +81,10 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
         if gain < 1e-6 * misfit.max(1.0) {
             break;
         }
+    }
+    // Where the data do not determine the coefficients, implicit ones above all, they run away.
+    if xi.iter().zip(&start).any(|(new, old)| new.abs() > RUNAWAY * old.abs()) {
+        return None;
     }
     let all: Vec<usize> = (0..xi.len()).collect();
     let errors = gauss_newton(&model, &xi, &pieces)?.triangle.spread(&all);

@@ -24,8 +24,12 @@ pub(crate) struct Found {
     pub(crate) misfit: f64,
 }
 
-/// RMS of whitened residuals that errors of the samples explain: one from the differences, the rest through the terms.
-const FLOOR: f64 = 2.0;
+/// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
+/// a system rounds on its way too.
+const ROUNDING: f64 = 2.0;
+
+/// RMS of whitened residuals that noise explains: one, and what it does to the averages of curved terms.
+const NOISE: f64 = 1.15;
 
 /// Rounds of averaging and fitting, at most; each brings the averages about a digit nearer.
 const ROUNDS: usize = 25;
@@ -45,6 +49,8 @@ pub(crate) struct Search<'a> {
     pub(crate) runs: &'a [Run],
     pub(crate) space: &'a Space,
     pub(crate) solver: &'a BestSubset,
+    /// Whether the samples have noise of declared size, not only rounding.
+    pub(crate) noisy: bool,
 }
 
 /// What an equation may be made of.
@@ -114,6 +120,12 @@ impl Search<'_> {
             let start = self.fit(before.stepping, &offsets, Some(&before.model), &Terms::Best(choices))?;
             self.settle(start, choices)
         })
+    }
+
+    /// Half the RMS of `rows` whitened residuals that the errors of the samples explain: for noise, a little more
+    /// than one, and three standard deviations of that.
+    fn floor(&self, rows: usize) -> f64 {
+        if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
     }
 
     /// Whether `found` explains more equations than `other`, or as many with fewer coefficients.
@@ -233,7 +245,7 @@ impl Search<'_> {
             let wide = f.support.iter().any(|&j| j >= self.system.core);
             let n_terms = if wide { self.system.terms.len() } else { self.system.core };
             let (n, k) = (rows as f64, f.support.len());
-            let variance = f.residual.max(FLOOR).powi(2);
+            let variance = f.residual.max(2.0 * self.floor(rows)).powi(2);
             n * variance.ln() + k as f64 * n.ln() + 2.0 * binomial(n_terms, k).ln()
         };
         let tilts = found.model.offsets().iter().filter(|v| **v != 0.0).count();
@@ -422,10 +434,10 @@ impl Search<'_> {
             let triangle = whitened(system, self.runs, &theta, &choice, i, extra.as_deref())?;
             let target = choice.len();
             let selected = match terms {
-                Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, FLOOR),
+                Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
                 Terms::Best(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
-                    self.solver.solve(&triangle, target, Selection { floor: FLOOR, complexity: &complexity, region: None })
+                    self.solver.solve(&triangle, target, Selection { floor: if self.noisy { 0.0 } else { ROUNDING }, complexity: &complexity, region: None })
                 }
             };
             misfit += triangle.residual_norm(&selected.support, &selected.coefficients, target).powi(2);
