@@ -52,6 +52,11 @@ pub trait DynamicsLearner: Send + Sync {
         rng: &mut Rng,
     ) -> Result<Option<Self::Model>, FitError>;
 
+    /// Steps of `data` that went into `model`; all of them unless the learner leaves some out.
+    fn rows(&self, _model: &Self::Model, data: &Dataset) -> usize {
+        data.n_steps()
+    }
+
     /// The model in lines a person reads; nothing for models nobody can read.
     fn describe(&self, _model: &Self::Model) -> Vec<String> {
         Vec::new()

@@ -168,9 +168,8 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         }
         let mut fit_rng = self.seed.stream("identification", 0);
         let model = self.learner.fit(&learned.data, None, &mut fit_rng)?;
-        let description = model.as_ref().map(|m| self.learner.describe(m)).unwrap_or_default();
-        observer.on(&Event::Fitted { rows: learned.data.n_steps(), description: &description })?;
         let Some(model) = model else { return Ok(learned) };
+        self.tell(&model, &learned.data, observer)?;
 
         let schedule = self.schedule;
         let mut improvement = Improvement {
@@ -254,9 +253,14 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         observer: &mut dyn Observer,
     ) -> Result<L::Model, DynaError> {
         let model = self.learner.fit(data, Some(&model), rng)?.unwrap_or(model);
-        let description = self.learner.describe(&model);
-        observer.on(&Event::Fitted { rows: data.n_steps(), description: &description })?;
+        self.tell(&model, data, observer)?;
         Ok(model)
+    }
+
+    /// Tells `observer` of `model`, fitted to `data`.
+    fn tell(&self, model: &L::Model, data: &Dataset, observer: &mut dyn Observer) -> io::Result<()> {
+        let rows = self.learner.rows(model, data);
+        observer.on(&Event::Fitted { rows, description: &self.learner.describe(model) })
     }
 }
 

@@ -18,7 +18,7 @@ mod schedule;
 
 pub use algorithm::{Dyna, DynaError, Learned};
 pub use evaluate::evaluate;
-pub use explore::{Alternating, Levels, Swings, Uniform};
+pub use explore::{Alternating, Swings, Uniform};
 pub use imagine::Imagined;
 pub use optimality::Optimality;
 pub use schedule::{Refit, Rollouts, Schedule};

@@ -1,8 +1,10 @@
 //! What every explorer promises, and what each is for.
 
+#![allow(clippy::unwrap_used, clippy::float_cmp, reason = "a test may panic, and asks for exact actions")]
+
 use ndarray::array;
-use sindyna_core::{Channel, Dataset, Explorer, Kind, Precision, Seed, Space, Spec};
-use sindyna_dyna::{Alternating, Levels, Uniform};
+use sindyna_core::{Channel, Dataset, End, Explorer, Kind, Precision, Seed, Space, Spec};
+use sindyna_dyna::{Alternating, Swings, Uniform};
 
 fn spec(action_space: Space) -> Spec {
     let k = action_space.control_dim();
@@ -41,19 +43,12 @@ fn actions(explorer: &mut dyn Explorer, spec: &Spec, seed: u64, steps: usize) ->
     (0..steps).map(step).collect()
 }
 
-/// Lengths of the stretches over which `values` stay the same, the last one cut off.
-fn holds(values: &[f64]) -> Vec<usize> {
-    let mut lengths: Vec<_> = values.chunk_by(|a, b| a == b).map(<[f64]>::len).collect();
-    lengths.pop();
-    lengths
-}
-
 #[test]
 fn actions_are_the_spaces_and_follow_from_the_seed() {
     for spec in [pushes(), numbered(1), numbered(2), numbered(3)] {
         let makes: [&dyn Fn() -> Box<dyn Explorer>; 3] =
             [&|| Box::new(Uniform::new(&spec)), &|| Box::new(Alternating::new(&spec, 0.2)), &|| {
-                Box::new(Levels::new(&spec))
+                Box::new(Swings::new(&spec))
             }];
         for make in makes {
             let first = actions(&mut *make(), &spec, 1, 500);
@@ -72,39 +67,57 @@ fn actions_are_the_spaces_and_follow_from_the_seed() {
     }
 }
 
+/// On which side of the middle each step was, as lengths of the stretches on one side; the last one is cut off.
+fn stretches(values: impl Iterator<Item = f64>) -> Vec<usize> {
+    let values: Vec<f64> = values.collect();
+    let mut lengths: Vec<_> = values.chunk_by(|a, b| (*a > 0.0) == (*b > 0.0)).map(<[f64]>::len).collect();
+    lengths.pop();
+    lengths
+}
+
 #[test]
-fn held_pushes_last_one_to_four_steps_and_change_sides() {
+fn swings_stay_six_to_eight_steps_on_a_side_with_a_new_size_at_every_step() {
     let spec = pushes();
-    let taken = actions(&mut Levels::new(&spec), &spec, 5, 4000);
-    let columns: [Vec<f64>; 2] = [0, 1].map(|i| taken.iter().map(|a| a[i]).collect());
-    for (column, middle) in columns.iter().zip([0.0, 3.0]) {
-        let lengths = holds(column);
-        for length in 1..=4 {
+    let taken = actions(&mut Swings::new(&spec), &spec, 5, 4000);
+    for (column, middle) in [(0, 0.0), (1, 3.0)] {
+        let pushes = || taken.iter().map(|a| a[column] - middle);
+        let lengths = stretches(pushes());
+        for length in 6..=8 {
             let share = lengths.iter().filter(|l| **l == length).count() as f64 / lengths.len() as f64;
-            assert!((share - 0.25).abs() < 0.05, "{length} steps: {share}");
+            assert!((share - 1.0 / 3.0).abs() < 0.07, "{length} steps: {share}");
         }
-        assert!(lengths.iter().all(|l| *l <= 4));
-        let levels: Vec<f64> = column.chunk_by(|a, b| a == b).map(|held| held[0] - middle).collect();
-        assert!(levels.windows(2).all(|l| l[0] * l[1] < 0.0), "sides alternate");
-        assert!(levels.iter().all(|l| (0.6..=2.0).contains(&l.abs())), "0.3 to 1 of the bound");
-        let mean = levels.iter().map(|l| l.abs()).sum::<f64>() / levels.len() as f64;
-        assert!((mean - 1.3).abs() < 0.05, "{mean}");
+        assert!(lengths.iter().all(|l| (6..=8).contains(l)), "{lengths:?}");
+        assert!(pushes().all(|u| (1.0..=2.0).contains(&u.abs())), "half to all of the way to the bound");
+        assert!(pushes().zip(pushes().skip(1)).all(|(a, b)| a != b), "sizes are redrawn");
     }
     let together = taken.iter().filter(|a| a[0] * (a[1] - 3.0) > 0.0).count() as f64 / 4000.0;
     assert!((together - 0.5).abs() < 0.1, "inputs keep their own time: {together}");
 }
 
 #[test]
-fn held_numbered_actions_go_to_any_other() {
+fn swings_of_numbered_actions_go_from_the_first_to_the_last() {
     let spec = numbered(3);
-    let taken: Vec<f64> = actions(&mut Levels::new(&spec), &spec, 5, 4000).into_iter().flatten().collect();
-    // Every change is to another action, so that holds are seen in full.
-    assert!(holds(&taken).iter().all(|l| *l <= 4));
-    let changes: Vec<_> = taken.windows(2).filter(|a| a[0] != a[1]).map(|a| (a[0] as u8, a[1] as u8)).collect();
-    for change in [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)] {
-        let share = changes.iter().filter(|c| **c == change).count() as f64 / changes.len() as f64;
-        assert!((share - 1.0 / 6.0).abs() < 0.03, "{change:?}: {share}");
-    }
+    let taken = actions(&mut Swings::new(&spec), &spec, 5, 400);
+    assert!(taken.iter().all(|a| a[0] == 0.0 || a[0] == 2.0));
+    assert!(stretches(taken.iter().map(|a| a[0] - 1.0)).iter().all(|l| (6..=8).contains(l)));
+}
+
+#[test]
+fn swings_alternate_once_the_system_has_fallen() {
+    let spec = pushes();
+    let mut data = Dataset::new(1, 2, 2, spec.dt);
+    let (mut rng, mut action) = (Seed::new(5).numpy(), vec![0.0; 2]);
+    let mut explorer = Swings::new(&spec);
+    let mut push = |data: &Dataset| {
+        explorer.next(data, &mut rng, &mut action);
+        action[0]
+    };
+    data.begin(&[0.0]).unwrap();
+    let first = push(&data);
+    data.push(&[first, 3.0], &[first, 3.0], 0.0, &[0.0]).unwrap();
+    data.finish(End::Terminated);
+    let sides: Vec<f64> = (0..50).map(|_| push(&data)).collect();
+    assert!(first * sides[0] < 0.0 && sides.windows(2).all(|u| u[0] * u[1] < 0.0), "{sides:?}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ use sindyna_sindy::Identifier;
 
 use crate::failure::Failure;
 use crate::identification::IdentificationConfig;
-use crate::registry;
+use crate::overrides;
 
 /// The settings of `sindyna train`, defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -121,7 +121,7 @@ impl TrainConfig {
             simulator: "native".into(),
             noise: 0.0,
             seed: 0,
-            warmup: Warmup { rollouts: 1, rollout_len: 20, explorer: "alternating".into() },
+            warmup: Warmup { rollouts: 1, rollout_len: 10, explorer: "swings".into() },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
                 rollouts_per_real: "inf".into(),
@@ -169,26 +169,8 @@ impl TrainConfig {
 
     /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
     pub(crate) fn with(self, text: &str) -> Result<Self, Failure> {
-        let (key, value) =
-            text.split_once('=').ok_or_else(|| Failure::new(format!("--set takes KEY=VALUE, got `{text}`")))?;
         let mut document = toml::Table::try_from(&self)?;
-        let mut table = &mut document;
-        let mut path = key.trim().split('.').peekable();
-        while let Some(name) = path.next() {
-            let known: Vec<String> = table.keys().cloned().collect();
-            let Some(slot) = table.get_mut(name) else {
-                let known: Vec<&str> = known.iter().map(String::as_str).collect();
-                return Err(registry::unknown("setting", name, &known));
-            };
-            match (slot, path.peek()) {
-                (toml::Value::Table(inner), Some(_)) => table = inner,
-                (slot, None) => {
-                    *slot = read(slot, value.trim());
-                    break;
-                }
-                (_, Some(_)) => return Err(Failure::new(format!("`{name}` in `{key}` is not a group of settings"))),
-            }
-        }
+        overrides::change(&mut document, text)?;
         document.try_into().map_err(|e| Failure::new(format!("--set {text}: {e}")))
     }
 
@@ -320,16 +302,6 @@ fn scaling(spec: &Spec) -> Scaling {
     Scaling { center, scale }
 }
 
-/// `text` as a value of the kind `old` is; a whole number will do for a fraction, and words need no quotes.
-fn read(old: &toml::Value, text: &str) -> toml::Value {
-    let parsed = text.parse::<toml::Value>();
-    match (old, parsed) {
-        (toml::Value::Float(_), Ok(toml::Value::Integer(i))) => toml::Value::Float(i as f64),
-        (toml::Value::String(_), _) | (_, Err(_)) => toml::Value::String(text.trim_matches('"').to_owned()),
-        (_, Ok(value)) => value,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -350,9 +322,11 @@ mod tests {
         let config = config.with("warmup.explorer=random").unwrap();
         assert_eq!((config.sac.reward_scale, config.sac.hidden.clone()), (1.0, vec![32, 32]));
         assert_eq!(config.warmup.explorer, "random");
+        assert_eq!(config.with("sac.target_entropy=-2").unwrap().sac.target_entropy, Some(-2.0));
         for (text, says) in [
             ("sac.reward_scal=1", "did you mean `reward_scale`?"),
             ("sac.reward_scale=much", "reward_scale"),
+            ("sac.target_entropy=little", "target_entropy"),
             ("seed.x=1", "not a group"),
             ("seed", "KEY=VALUE"),
         ] {

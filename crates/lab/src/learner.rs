@@ -23,6 +23,10 @@ impl DynamicsLearner for Learner {
         self.0.identify(data).map(|identified| Some(Fitted(identified)))
     }
 
+    fn rows(&self, model: &Fitted, _data: &Dataset) -> usize {
+        model.0.report.rows
+    }
+
     fn describe(&self, model: &Fitted) -> Vec<String> {
         model.0.model.equations()
     }

@@ -12,6 +12,7 @@ mod learner;
 mod log;
 mod machine;
 mod number;
+mod overrides;
 mod problem;
 mod progress;
 mod real;

@@ -1,7 +1,7 @@
 //! Names to objects.
 
 use sindyna_core::{Explorer, Spec};
-use sindyna_dyna::{Alternating, Levels, Uniform};
+use sindyna_dyna::{Alternating, Swings, Uniform};
 use sindyna_envs::System;
 
 use crate::failure::{Failure, closest};
@@ -10,7 +10,7 @@ use crate::failure::{Failure, closest};
 const RANDOM_SHARE: f64 = 0.2;
 
 /// Names an explorer can have.
-pub(crate) const EXPLORERS: [&str; 3] = ["alternating", "held", "random"];
+pub(crate) const EXPLORERS: [&str; 3] = ["swings", "alternating", "random"];
 
 /// The system called `name`.
 pub(crate) fn system(name: &str) -> Result<System, Failure> {
@@ -24,8 +24,8 @@ pub(crate) fn system(name: &str) -> Result<System, Failure> {
 /// The explorer called `name` for the action space of `spec`.
 pub(crate) fn explorer(name: &str, spec: &Spec) -> Result<Box<dyn Explorer>, Failure> {
     match name {
+        "swings" => Ok(Box::new(Swings::new(spec))),
         "alternating" => Ok(Box::new(Alternating::new(spec, RANDOM_SHARE))),
-        "held" => Ok(Box::new(Levels::new(spec))),
         "random" => Ok(Box::new(Uniform::new(spec))),
         _ => Err(unknown("explorer", name, &EXPLORERS)),
     }

@@ -5,9 +5,8 @@ const WIDTH: usize = 110;
 
 /// Two titled lists of lines, side by side if they fit; an empty one on the right is left out.
 pub(crate) fn beside(left: (&str, &[String]), right: (&str, &[String])) -> String {
-    let width = |(title, lines): (&str, &[String])| {
-        lines.iter().map(|l| l.chars().count()).chain([title.len()]).max().unwrap_or(0)
-    };
+    let width =
+        |(title, lines): (&str, &[String])| lines.iter().map(|l| columns_of(l)).chain([title.len()]).max().unwrap_or(0);
     if right.1.is_empty() {
         return left.1.iter().fold(left.0.to_owned() + "\n", |text, line| text + line + "\n");
     }
@@ -18,7 +17,7 @@ const GAP: &str = "    ";
 
 fn columns(left: (&str, &[String]), right: (&str, &[String]), width: usize) -> String {
     let line = |l: &str, r: &str| {
-        let padding = " ".repeat(width - l.chars().count());
+        let padding = " ".repeat(width - columns_of(l));
         format!("{l}{padding}{GAP}{r}").trim_end().to_owned() + "\n"
     };
     let mut text = line(left.0, right.0);
@@ -36,13 +35,18 @@ fn below(first: (&str, &[String]), second: (&str, &[String])) -> String {
     block(first) + &block(second)
 }
 
+/// Places `text` takes on a terminal: marks over letters take none.
+pub(crate) fn columns_of(text: &str) -> usize {
+    text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
+}
+
 #[cfg(test)]
 mod tests {
     #[test]
-    fn columns_are_padded_by_characters_not_bytes() {
+    fn columns_are_padded_by_what_is_seen() {
         let found = ["θ̈ = 15·sin θ".to_owned(), "x".to_owned()];
         let text = super::beside(("found", &found), ("true", &["same".to_owned()]));
-        assert_eq!(text, "found            true\nθ̈ = 15·sin θ    same\nx\n");
+        assert_eq!(text, "found           true\nθ̈ = 15·sin θ    same\nx\n");
     }
 
     #[test]

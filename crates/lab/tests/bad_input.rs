@@ -26,7 +26,7 @@ fn unknown_names_are_answered_with_the_known_ones() {
     refuses(&["train", "cartpole"], &["no task named `cartpole`", "`mountain-car`", "did you mean `cart-pole`?"]);
     refuses(&["train", "pendulum", "--library", "papr"], &["papr", "paper", "auto"]);
     refuses(&["train", "pendulum", "--solver", "lasso"], &["lasso", "best-subset", "stlsq"]);
-    refuses(&["train", "pendulum", "--target", "x"], &["increment", "discrete", "continuous"]);
+    refuses(&["train", "pendulum", "--target", "x"], &["motion", "increment", "discrete", "continuous"]);
     refuses(&["train", "pendulum", "--explorer", "alternate"], &["did you mean `alternating`?"]);
     refuses(&["train", "pendulum", "--term", "sin(phi)"], &["phi"]);
     refuses(&["tasks", "walker"], &["no task named `walker`"]);
@@ -109,6 +109,9 @@ fn files_that_are_not_what_they_should_be_are_named() {
         assert_eq!(code, 2, "{stderr}");
         assert!(stderr.contains("policy.safetensors") && !stderr.contains("panicked"), "{stderr}");
     }
+    fs::remove_file(run.join("policy.safetensors")).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run"]));
+    assert!(code == 2 && stderr.contains("run holds no policy") && stderr.contains("hint:"), "{stderr}");
     let config = fs::read_to_string(run.join("config.toml")).unwrap();
     fs::write(run.join("config.toml"), config.replace("seed =", "sead =")).unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--config", "run/config.toml"]));
@@ -167,7 +170,7 @@ fn ctrl_c_leaves_a_valid_record() {
     let summary = json(&run.join("summary.json"));
     assert_eq!(summary["interrupted"], true);
     assert_eq!(summary["evaluation"], serde_json::Value::Null);
-    assert_eq!(summary["real_steps"], 20);
+    assert_eq!(summary["real_steps"], 10);
     for name in ["model.json", "policy.safetensors", "timing.json"] {
         assert!(run.join(name).exists(), "{name} is missing");
     }

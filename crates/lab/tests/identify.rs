@@ -51,10 +51,12 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
         "log: log.csv, 101 rows in 1 rollout, a step every 0.05 s",
         "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; numbers as fine as float64",
         "note: w is taken as the rate of th",
-        "  Δth/Δt = w + 0.75 sin th + 0.15 u",
-        "  Δw/Δt = 15 sin th + 3 u",
+        "equations: stepped by semi-implicit Euler, 0.05 s",
+        "  dth/dt = w\n",
+        "  w\u{307} = 15 sin th + 3 u\n",
+        "dth/dt   is w, as declared",
         "standard error",
-        "no more than rounding explains",
+        "as small as rounding explains",
         "steps used: 100",
     ] {
         assert!(stdout.contains(line), "{line:?} is missing in {stdout}");
@@ -151,7 +153,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
         assert_eq!(code, 0, "{stderr}");
         says.iter().for_each(|s| assert!(stdout.contains(s), "{s:?} is missing in {stdout}"));
     };
-    let exact = "Δw/Δt = 15 sin th + 3 u";
+    let exact = "w\u{307} = 15 sin th + 3 u";
     // Two rollouts, the last input of each missing, an unused column of words.
     let mut log = String::from("trajectory,t,th,w,u,remark\n");
     for (label, start) in [("a", 3.0), ("b", 2.0)] {

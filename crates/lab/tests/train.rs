@@ -13,23 +13,34 @@ const RECORD: [&str; 6] =
     ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "summary.json"];
 
 #[test]
-fn a_pendulum_is_learned_from_twenty_steps_and_swung_up() {
+fn a_pendulum_is_learned_from_ten_steps_and_swung_up() {
     let temp = tempfile::tempdir().unwrap();
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--seed", "3"]));
     assert_eq!(code, 0, "{stdout}{stderr}");
-    assert!(stdout.contains("real steps: 20 in 1 episode"), "{stdout}");
+    assert!(stdout.contains("real steps: 10 in 1 episode"), "{stdout}");
     assert!(stdout.contains(": solved (≥ -180)"), "{stdout}");
 
     let run = temp.path().join("runs/pendulum-seed3");
     let summary = json(&run.join("summary.json"));
     assert_eq!(summary["solved"], true);
-    assert_eq!(summary["real_steps"], 20);
+    assert_eq!(summary["real_steps"], 10);
     assert_eq!(summary["evaluation"]["episodes"], 100);
     assert!(summary["evaluation"]["mean_return"].as_f64().unwrap() >= -180.0);
-    assert_eq!(summary["identification"]["nonzero"], 2, "sin θ and u: {summary}");
+    let found = &summary["identification"];
+    assert_eq!(found["nonzero"], 2, "sin θ and u: {summary}");
+    assert_eq!((&found["explained"], &found["rows_at_limit"]), (&true.into(), &0.into()), "{summary}");
+    assert_eq!(found["stepping"]["scheme"], "semi-implicit-euler");
+    for summand in found["coefficients"][1].as_array().unwrap() {
+        let truth = if summand["term"] == "u" { 3.0 } else { 15.0 };
+        let (found, error) = (summand["coefficient"].as_f64().unwrap(), summand["standard_error"].as_f64().unwrap());
+        assert!((found - truth).abs() < 5.0 * error && error < 1e-4, "{summand}");
+    }
+    for line in ["stepped by semi-implicit Euler, 0.05 s", "every fitted equation is as small as rounding explains"] {
+        assert!(stdout.contains(line), "{line:?} is missing in {stdout}");
+    }
     assert!(json(&run.join("timing.json"))["wall_seconds"].as_f64().unwrap() > 0.0);
     let rollout = fs::read_to_string(run.join("rollout.csv")).unwrap();
-    assert_eq!(rollout.lines().count(), 1 + 21, "a header and 21 samples");
+    assert_eq!(rollout.lines().count(), 1 + 11, "a header and 11 samples");
 
     // Its equations can be written as a program, its data be looked at again.
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["export", run.to_str().unwrap(), "--to", "python"]));
@@ -37,7 +48,8 @@ fn a_pendulum_is_learned_from_twenty_steps_and_swung_up() {
     let module = fs::read_to_string(run.join("model.py")).unwrap();
     assert!(module.contains("ω [rad/s]; inputs: u [N·m]") && module.contains("pendulum (seed 3)"), "{module}");
     let rollout = run.join("rollout.csv");
-    let args = ["identify", rollout.to_str().unwrap(), "--states", "cos θ,sin θ,ω", "--inputs", "u"];
+    let args =
+        ["identify", rollout.to_str().unwrap(), "--states", "cos θ,sin θ,ω", "--inputs", "u", "--target", "increment"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 0, "{stdout}{stderr}");
     assert!(stdout.contains("Δω/Δt = 15 sin θ + 3 u"), "{stdout}");
@@ -94,6 +106,22 @@ fn for_finite_n_real_rollouts_are_counted() {
     assert!(steps > 20 && episodes > 1, "{steps} steps, {episodes} episodes");
     let rows = fs::read_to_string(temp.path().join("n/rollout.csv")).unwrap().lines().count() as u64;
     assert_eq!(rows, 1 + steps + episodes, "every real step is in the record");
+}
+
+#[test]
+fn equations_that_are_not_exact_are_called_so() {
+    let temp = tempfile::tempdir().unwrap();
+    // As many terms as the paper has, thresholded: they pass through ten steps, which says nothing about the next.
+    let args = ["train", "pendulum", "--set", "identification.library=paper", "--solver", "stlsq", "--out", "run"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["--max-updates", "1000"]].concat()));
+    assert!(code == 0 || code == 1, "{stdout}{stderr}");
+    for says in ["not exact: the equation of ω has", "terms for 10 steps", "--real-steps", "differences over 0.05 s"] {
+        assert!(stdout.contains(says), "{says:?} is missing in {stdout}");
+    }
+    let summary = json(&temp.path().join("run/summary.json"));
+    assert_eq!(summary["identification"]["explained"], false);
+    assert_eq!(summary["identification"]["parameters"], 99, "the paper's terms are over what is observed");
+    assert!(fs::read_to_string(temp.path().join("run/config.toml")).unwrap().contains("coordinates = \"raw\""));
 }
 
 /// The returns `sindyna evaluate run` prints with `options` added.

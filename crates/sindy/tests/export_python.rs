@@ -214,6 +214,41 @@ fn semi_implicit_steps_move_positions_by_their_new_rates() {
     agree(&evaluate(&python(&system, &[]).expect("a system"), "step(x, u)", &x, &u), &next);
 }
 
+/// A tilted pole on a cart, as the default target finds such systems: rates on the right, an offset, both kinds of steps.
+#[test]
+fn implicit_equations_with_an_offset_step_as_the_model_does() {
+    let coupled = |term, coefficient, rate| Entry { term, coefficient, rate: Some(rate) };
+    let mut rng = Seed::new(4).numpy();
+    for form in [Form::SemiImplicit, Form::Continuous(Scheme::Rk4 { substeps: 2 })] {
+        let model = Model::new(ModelParts {
+            states: names(&["x", "θ", "v", "ω"]),
+            controls: names(&["F"]),
+            form,
+            dt: 0.02,
+            readings: None,
+            terms: names(&["v", "ω", "F", "ω^2*sin(θ)", "cos(θ)", "sin(θ)"]),
+            equations: vec![
+                vec![Entry::new(0, 1.0)],
+                vec![Entry::new(1, 1.0)],
+                vec![Entry::new(2, 0.9), Entry::new(3, 0.045), coupled(4, -0.045, 3)],
+                vec![Entry::new(5, 14.7), coupled(4, -1.5, 2)],
+            ],
+            kinematic: vec![true, true, false, false],
+            offsets: vec![0.0, 0.1, 0.0, 0.0],
+            n_features: 6,
+        })
+        .expect("a model");
+        let (x, u) = (random(100, 4, &mut rng), random(100, 1, &mut rng));
+        let next = x.iter().zip(&u).map(|(x, u)| {
+            let mut next = vec![0.0; 4];
+            model.step(x, u, &mut Seed::new(0).numpy(), &mut next).expect("it stays finite");
+            next
+        });
+        let module = python(&System::from(&model), &[]).expect("a system");
+        agree(&evaluate(&module, "step(x, u)", &x, &u), &next.collect::<Vec<_>>());
+    }
+}
+
 #[test]
 fn lists_that_do_not_fit_are_refused() {
     let good = System::from(&model(Form::Increment));

@@ -49,6 +49,11 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     };
     let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
+    if !args.run.join("policy.safetensors").exists() {
+        let config = args.run.join("config.toml");
+        return Err(Failure::new(format!("{} holds no policy: its training left none", args.run.display()))
+            .hint(format!("run it again with `sindyna train --config {}`", config.display())));
+    }
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
     let problem = Problem::of(&config, &args.run)?.with_noise(args.noise.unwrap_or(config.noise))?;

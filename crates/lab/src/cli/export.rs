@@ -10,6 +10,7 @@ use sindyna_sindy::{Model, export};
 use super::{Verdict, print};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
+use crate::identification::Stepping;
 use crate::record::write_atomic;
 use crate::registry;
 
@@ -49,15 +50,15 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         })?;
     let model = Model::from_json(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
-    let module = export::python(&export::System::from(&model), &notes(directory, &text, &model))?;
+    let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
     let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
     write_atomic(&out, module.as_bytes()).with_context(|| format!("cannot write {}", out.display()))?;
-    print(&format!("{model}\n\nwritten: {}\n", out.display()))?;
+    print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
     Ok(Verdict::Done)
 }
 
 /// What is known besides the model: where it comes from, units, in which space it lives.
-fn notes(directory: &Path, model_json: &str, model: &Model) -> Vec<String> {
+fn notes(directory: &Path, model: &Model) -> Vec<String> {
     let (source, units) = identified(directory).or_else(|| trained(directory)).unwrap_or_default();
     let list = |names: &[String]| {
         let one = |name: &String| match units.iter().find(|(n, unit)| n == name && !unit.is_empty()) {
@@ -68,8 +69,7 @@ fn notes(directory: &Path, model_json: &str, model: &Model) -> Vec<String> {
     };
     let mut notes = vec![format!("States: {}; inputs: {}.", list(model.states()), list(model.controls()))];
     notes.extend(Some(source).filter(|s| !s.is_empty()));
-    let document: Value = serde_json::from_str(model_json).unwrap_or_default();
-    if document.get("readings").is_some_and(|r| !r.is_null()) {
+    if model.readings().is_some() {
         notes.push("The states are what is observed: nothing here keeps a cosine and its sine on the circle.".into());
     }
     notes

@@ -23,8 +23,10 @@ pub(crate) struct IdentificationOptions {
     /// Ridge weight of STLSQ and least squares [default: 0.05]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     ridge: Option<f64>,
-    /// What is regressed: `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences,
-    /// `smoothed` derivative after Savitzky–Golay smoothing [default: increment]
+    /// What is found: `motion`, the equations of motion with the way they are stepped (states declared to be rates are
+    /// believed; for best-subset in recognised coordinates, elsewhere the same as `increment`), or what is regressed:
+    /// `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences, `smoothed` derivative
+    /// after Savitzky–Golay smoothing [default: motion]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     target: Option<String>,
 }

@@ -96,7 +96,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let identifier = settings.identifier(&log.spec)?;
     check_size(&identifier, &log)?;
     let found = args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(explain)?;
-    let account = Account::new(&found, &identifier, &log.spec, &log.data)?;
+    let account = Account::new(&found, &log.spec);
 
     // What was found is told even if it cannot be written down.
     let record = Record::new(&args.log, &log.spec, settings);

@@ -8,6 +8,7 @@ use clap::Args;
 use super::identification::IdentificationOptions;
 use crate::config::TrainConfig;
 use crate::failure::Failure;
+use crate::overrides;
 use crate::problem::Problem;
 use crate::task_file::RECORDED_TASK;
 
@@ -34,17 +35,17 @@ pub(crate) struct Settings {
     /// fraction of the channel's scale, 0 to 1 [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
-    /// Real steps before anything is learned, over all warm-up rollouts [default: 20]
+    /// Real steps before anything is learned, over all warm-up rollouts [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
     /// N_e: rollouts on the real system before anything is learned [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
-    /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 20]
+    /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
-    /// Who acts in the warm-up: `alternating` directions of random size, `held` pushes of 1 to 4 steps, or `random`
-    /// [default: alternating]
+    /// Who acts in the warm-up: `swings` (6 to 8 steps to one side, then to the other, of random size), `alternating`
+    /// directions of random size, or `random` [default: swings]
     #[arg(long, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<String>,
 
@@ -112,6 +113,7 @@ impl Settings {
         for text in &self.overrides {
             config = config.with(text)?;
         }
+        self.settle_coordinates(&mut config);
         if config.task != problem.name() {
             return Err(Failure::new("`task` cannot be set; name the task itself"));
         }
@@ -122,6 +124,17 @@ impl Settings {
         config.check()?;
         let problem = problem.with_noise(config.noise)?;
         Ok((config, problem))
+    }
+
+    /// The paper's terms are over what is observed: cos θ, sin θ and ω are three states there. Whoever asks for its
+    /// library gets these, unless coordinates are asked for as well.
+    fn settle_coordinates(&self, config: &mut TrainConfig) {
+        let overridden = |key: &str| self.overrides.iter().any(|text| overrides::key(text) == key);
+        let library = self.identification.library.is_some() || overridden("identification.library");
+        let coordinates = self.coordinates.is_some() || overridden("identification.coordinates");
+        if library && !coordinates && config.identification.library.starts_with("paper") {
+            config.identification.coordinates = "raw".into();
+        }
     }
 
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
@@ -140,10 +153,6 @@ impl Settings {
             config.warmup.rollout_len = steps / rollouts;
         }
         self.identification.apply(&mut config.identification);
-        // The paper's terms are over what is observed: cos θ, sin θ and ω are three states there.
-        if self.identification.library.as_ref().is_some_and(|name| name.starts_with("paper")) {
-            config.identification.coordinates = "raw".into();
-        }
         set(&mut config.identification.coordinates, &self.coordinates);
         set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
         config.imagination.refit |= self.refit;

@@ -12,6 +12,7 @@ use super::evaluate::{on_real_system, report, verdict};
 use super::{Common, Verdict, print};
 use crate::config::{AnyAgent, TrainConfig};
 use crate::failure::Failure;
+use crate::identification::Account;
 use crate::interrupt::Interrupt;
 use crate::learner::{Fitted, Learner};
 use crate::problem::Problem;
@@ -193,6 +194,9 @@ impl Run<'_> {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
         let truth: Vec<String> = self.problem.true_equations().iter().map(ToString::to_string).collect();
         let mut text = table::beside(("found", found), ("true", &truth));
+        if let Some(fitted) = &learned.model {
+            text += &Account::new(&fitted.0, self.problem.spec()).verdict();
+        }
         text += &format!(
             "\nreal steps: {} in {} episode{}\n",
             summary.real_steps,
@@ -240,17 +244,22 @@ fn summary(
     evaluation: Option<Evaluation>,
 ) -> Summary {
     let identification = learned.model.as_ref().map(|fitted| {
-        let (model, found) = (&fitted.0.model, &fitted.0.report);
+        let model = &fitted.0.model;
+        let account = Account::new(&fitted.0, spec);
         Identification {
             method: config.identification.solver.clone(),
             library: config.identification.library.clone(),
-            features: found.features.len(),
+            features: account.features.len(),
             parameters: model.parameters(),
             nonzero: model.nonzero(),
             nonzero_paper: model.nonzero_paper(),
-            rows: found.rows,
-            rows_at_limit: found.rows_at_limit,
+            rows: account.rows,
+            rows_at_limit: account.rows_at_limit,
             equations: model.equations(),
+            stepping: account.stepping,
+            offsets: account.offsets,
+            explained: account.explained,
+            coefficients: account.equations.into_iter().map(|equation| equation.terms).collect(),
         }
     });
     Summary {

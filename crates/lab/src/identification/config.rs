@@ -28,7 +28,7 @@ impl Default for IdentificationConfig {
             solver: "best-subset".into(),
             threshold: 0.0009,
             ridge: 0.05,
-            target: "increment".into(),
+            target: "motion".into(),
             coordinates: "recognised".into(),
         }
     }

@@ -2,7 +2,10 @@
 
 mod account;
 mod config;
-mod standard_errors;
+mod equation;
+mod stepping;
 
-pub(crate) use account::Account;
+pub(crate) use account::{Account, Offset};
 pub(crate) use config::IdentificationConfig;
+pub(crate) use equation::Summand;
+pub(crate) use stepping::Stepping;

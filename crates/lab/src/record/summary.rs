@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::identification::{Offset, Stepping, Summand};
+
 /// `summary.json`: what a run did and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Summary {
@@ -51,7 +53,7 @@ pub(crate) struct Identification {
     pub(crate) features: usize,
     /// States × features (the paper's P).
     pub(crate) parameters: usize,
-    /// Fitted coefficients, kinematic rows not counted.
+    /// Fitted numbers, angle offsets among them; declared rates are not fitted.
     pub(crate) nonzero: usize,
     /// Non-zero coefficients, kinematic rows included (the paper's P′).
     pub(crate) nonzero_paper: usize,
@@ -60,6 +62,13 @@ pub(crate) struct Identification {
     /// Transitions kept out because a channel sat at its declared bound.
     pub(crate) rows_at_limit: usize,
     pub(crate) equations: Vec<String>,
+    pub(crate) stepping: Stepping,
+    /// What is added to an angle before the terms are computed, where that is not zero.
+    pub(crate) offsets: Vec<Offset>,
+    /// Whether the residual of every equation is no more than the sensors explain; `null` where that is not known.
+    pub(crate) explained: Option<bool>,
+    /// Per equation: coefficients with standard errors.
+    pub(crate) coefficients: Vec<Vec<Summand>>,
 }
 
 /// How the policy came about.

@@ -1,0 +1,81 @@
+//! One setting changed by `KEY=VALUE`.
+
+use toml::{Table, Value};
+
+use crate::failure::Failure;
+use crate::registry::unknown;
+
+/// Numbers that may be left to a rule, and are then absent from a table.
+const OPEN: [(&str, &str); 1] = [("sac", "target_entropy")];
+
+/// What leaves such a number to its rule again.
+const AUTO: &str = "auto";
+
+/// Changes `document` by `text`, such as `sac.reward_scale=1`.
+pub(crate) fn change(document: &mut Table, text: &str) -> Result<(), Failure> {
+    let value = match text.split_once('=') {
+        Some((_, value)) => value.trim(),
+        None => return Err(Failure::new(format!("--set takes KEY=VALUE, got `{text}`"))),
+    };
+    let open = OPEN.iter().find(|(group, name)| key(text).split_once('.') == Some((group, name)));
+    if let Some((group, name)) = open {
+        if let Some(Value::Table(group)) = document.get_mut(*group) {
+            match value {
+                AUTO => group.remove(*name),
+                _ => group.insert((*name).to_owned(), read(&Value::Float(0.0), value)),
+            };
+        }
+        return Ok(());
+    }
+    let slot = slot(document, key(text))?;
+    *slot = read(slot, value);
+    Ok(())
+}
+
+/// The setting `text` changes, as [`change`] reads it.
+pub(crate) fn key(text: &str) -> &str {
+    text.split('=').next().unwrap_or(text).trim()
+}
+
+/// The place of the setting called `key`, groups before it joined by points.
+fn slot<'a>(document: &'a mut Table, key: &str) -> Result<&'a mut Value, Failure> {
+    let mut table = document;
+    let mut path = key.split('.').peekable();
+    while let Some(name) = path.next() {
+        let known: Vec<String> = table.keys().cloned().collect();
+        let Some(slot) = table.get_mut(name) else {
+            let known: Vec<&str> = known.iter().map(String::as_str).collect();
+            return Err(unknown("setting", name, &known));
+        };
+        match (slot, path.peek()) {
+            (Value::Table(inner), Some(_)) => table = inner,
+            (slot, None) => return Ok(slot),
+            (_, Some(_)) => return Err(Failure::new(format!("`{name}` in `{key}` is not a group of settings"))),
+        }
+    }
+    Err(Failure::new("--set takes KEY=VALUE, got no KEY"))
+}
+
+/// `text` as a value of the kind `old` is; a whole number will do for a fraction, and words need no quotes.
+fn read(old: &Value, text: &str) -> Value {
+    match (old, text.parse::<Value>()) {
+        (Value::Float(_), Ok(Value::Integer(i))) => Value::Float(i as f64),
+        (Value::String(_), _) | (_, Err(_)) => Value::String(text.trim_matches('"').to_owned()),
+        (_, Ok(value)) => value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_left_to_a_rule_are_set_and_left_again() {
+        let mut document: Table = "[sac]\npolyak = 0.005".parse().unwrap();
+        let rule = document.clone();
+        change(&mut document, "sac.target_entropy=-2").unwrap();
+        assert_eq!(document["sac"]["target_entropy"].as_float(), Some(-2.0));
+        change(&mut document, "sac.target_entropy = auto").unwrap();
+        assert_eq!(document, rule);
+    }
+}
