@@ -277,13 +277,20 @@ impl Identifier {
         let kinematic = rates.iter().map(Option::is_some).collect();
         let space = Space { kinematic, ..self.space().map_err(failed)? };
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
-        let found = search.run().map_err(|e| failed(e.to_string()))?;
-        let residuals = search.residuals(&found);
-        let (model, errors) = match motion::polish(&found.model, &runs) {
+        let mut found = search.run().map_err(|e| failed(e.to_string()))?;
+        let (mut kept, mut strays) = (None, 0);
+        if !found.explains() && !search.noisy {
+            if let Some((explained, runs, count)) = search.without_strays() {
+                (found, kept, strays) = (explained, Some(runs), count);
+            }
+        }
+        let runs = kept.as_deref().unwrap_or(&runs);
+        let residuals = motion::Search { runs, ..search }.residuals(&found);
+        let (model, errors) = match motion::polish(&found.model, runs) {
             Some(polished) => (polished.model, polished.errors),
             None => (found.model.clone(), Vec::new()),
         };
-        let counts = (rows, at_limits);
+        let counts = (rows - strays, at_limits, strays);
         let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })
     }

@@ -23,6 +23,8 @@ pub struct Report {
     pub rows: usize,
     /// Steps left out because an observation sat at a declared limit.
     pub rows_at_limit: usize,
+    /// Steps left out because they do not follow the equations of all the others: impacts, end stops, undeclared limits.
+    pub rows_astray: usize,
     /// Candidate terms, as people write them.
     pub features: Vec<String>,
     /// Condition number of the candidate columns, each scaled to unit length; infinite with fewer rows than terms.
@@ -60,7 +62,7 @@ impl Report {
     pub(super) fn in_motion(
         names: &[String],
         terms: &[Term],
-        (rows, rows_at_limit): (usize, usize),
+        (rows, rows_at_limit, rows_astray): (usize, usize, usize),
         found: Found,
         residuals: &[(f64, f64)],
         (model, errors): (&Model, &[f64]),
@@ -89,6 +91,7 @@ impl Report {
         Self {
             rows,
             rows_at_limit,
+            rows_astray,
             features: terms.iter().map(feature).collect(),
             condition: found.condition,
             equations: equations.collect(),
@@ -117,6 +120,7 @@ impl Report {
         Self {
             rows: rows.z.nrows(),
             rows_at_limit: rows.at_limit,
+            rows_astray: 0,
             features: terms.iter().map(|t| t.expr.pretty(&names).to_string()).collect(),
             condition: triangle.condition(&all),
             equations: equations.collect(),

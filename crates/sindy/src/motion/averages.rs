@@ -18,6 +18,7 @@ struct Node<'a> {
 }
 
 /// What equations can be made of.
+#[derive(Clone, Copy)]
 pub(crate) struct System<'a> {
     pub(crate) terms: &'a [Term],
     /// How many of the terms are tried before the others.

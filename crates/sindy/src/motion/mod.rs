@@ -10,6 +10,7 @@ mod polish;
 mod runs;
 mod search;
 mod stepping;
+mod strays;
 mod tilt;
 mod unseen;
 mod whiten;

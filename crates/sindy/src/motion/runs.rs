@@ -21,6 +21,15 @@ impl Run {
     pub(crate) fn len(&self) -> usize {
         self.u.nrows()
     }
+
+    /// Steps `first` to `last`, that one excluded.
+    pub(crate) fn part(&self, first: usize, last: usize) -> Self {
+        Self {
+            x: self.x.slice(s![first..=last, ..]).to_owned(),
+            u: self.u.slice(s![first..last, ..]).to_owned(),
+            sigma: self.sigma.slice(s![first..=last, ..]).to_owned(),
+        }
+    }
 }
 
 /// Errors smaller than this part of the rounding of a channel's largest value are not believed: a state that is exactly
@@ -41,16 +50,13 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (V
             sigma.column_mut(i).mapv_inplace(|v| v.max(LEAST_ROUNDING * largest));
         }
         let steps = rollout.controls.nrows();
+        let whole = Run { x, u: rollout.controls.to_owned(), sigma };
         let mut first = 0;
         for t in 0..=steps {
             let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1));
             if broken || t == steps {
                 if t > first {
-                    found.push(Run {
-                        x: x.slice(s![first..=t, ..]).to_owned(),
-                        u: rollout.controls.slice(s![first..t, ..]).to_owned(),
-                        sigma: sigma.slice(s![first..=t, ..]).to_owned(),
-                    });
+                    found.push(whole.part(first, t));
                 }
                 at_limits += usize::from(broken);
                 first = t + 1;

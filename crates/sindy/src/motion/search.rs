@@ -24,6 +24,13 @@ pub(crate) struct Found {
     pub(crate) misfit: f64,
 }
 
+impl Found {
+    /// Whether every equation leaves no more than the errors of the samples explain.
+    pub(crate) fn explains(&self) -> bool {
+        self.fits.iter().all(|fit| fit.reached_floor)
+    }
+}
+
 /// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
 /// a system rounds on its way too.
 const ROUNDING: f64 = 2.0;
@@ -44,6 +51,7 @@ const SUBSTEPS: [usize; 4] = [1, 2, 4, FINEST];
 const FINER: f64 = 4.0;
 
 /// What is being looked for, and in what.
+#[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
     pub(crate) system: &'a System<'a>,
     pub(crate) runs: &'a [Run],
