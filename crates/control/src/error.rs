@@ -1,0 +1,44 @@
+//! Why there is no controller.
+
+use sindyna_core::Diverged;
+
+/// Why there is no controller.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ControlError {
+    /// Matrices that do not fit each other.
+    #[error("{what} is {got:?}, expected {expected:?}")]
+    Shape {
+        /// Which matrix or list.
+        what: &'static str,
+        /// Rows and columns wanted.
+        expected: (usize, usize),
+        /// Rows and columns found.
+        got: (usize, usize),
+    },
+    /// A cost that is not a finite, positive number.
+    #[error("the cost of {what} {index} is {value}, it must be finite and positive")]
+    Cost {
+        /// State or control.
+        what: &'static str,
+        /// Its number.
+        index: usize,
+        /// The cost.
+        value: f64,
+    },
+    /// The dynamics have no linear form at the point asked for.
+    #[error("there is no linear form here")]
+    NotLinear(#[from] Diverged),
+    /// No gain keeps the system at rest.
+    #[error("no gain was found after {doublings} doublings: the controls do not reach all that is unstable")]
+    NotStabilisable {
+        /// Doublings made.
+        doublings: usize,
+    },
+    /// A state no observation shows.
+    #[error("no observation shows the state `{state}`")]
+    Unseen {
+        /// Its name.
+        state: String,
+    },
+}

@@ -1,0 +1,212 @@
+#!/usr/bin/env python3
+"""What sensor noise costs: equations, coefficients, controllers.
+
+For every task, noise level, number of real steps and seed, the program `noise` of crates/studies identifies the equations (and
+lets linear-quadratic regulators act, where the task is to balance), and `sindyna train` trains inside them. Writes
+results/noise.json, docs/noise.md and docs/noise.svg. What was run before is taken from runs/noise; delete that folder after a
+change of the identifier or the trainer.
+
+Usage: scripts/noise.py [--seeds 0-19] [--jobs 1] [--tasks cart-pole] [--noises 0.01] [--steps 100] [--no-train]
+                        [-- OPTIONS OF train]
+Needs: cargo, nothing else.
+"""
+import argparse
+import json
+import math
+import subprocess
+import sys
+
+from figure import panels
+from study import ROOT, TASKS, build, commit, each, lines, middle, number, parse_seeds, rounded, short, table, worst
+
+NOISES = [0.001, 0.01, 0.05]
+STEPS = [100, 300, 1000]
+BALANCED = ["cart-pole", "inverted-pendulum"]
+RUNS = ROOT / "runs" / "noise"
+# A return may fall short of the same seed's clean one by this part of it.
+SHORTFALL = 0.05
+
+
+def train(program, task, noise, steps, seed, jobs, options):
+    """Return and verdict of a training run; from its record if it was run before."""
+    out = RUNS / "train" / f"{task}-{noise:g}-{steps}-{seed}"
+    if not (out / "summary.json").exists():
+        threads = ["--threads", "1"] if jobs > 1 else []
+        command = [program, "train", task, "--noise", f"{noise:g}", "--real-steps", steps, "--seed", seed, "--out", out,
+                   "--quiet", *threads, *options]
+        done = subprocess.run(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        print(f"{out.name}: exit code {done.returncode}", file=sys.stderr, flush=True)
+        if done.returncode not in (0, 1):
+            # A refusal is an outcome; it is not stored, so that the next call tries again.
+            return {"refused": done.stderr.strip().splitlines()[0] if done.stderr.strip() else "no reason was given"}
+    record = json.loads((out / "summary.json").read_text())
+    evaluation = record["evaluation"] or {"mean_return": None}
+    seconds = json.loads((out / "timing.json").read_text())["wall_seconds"]
+    return {"return": evaluation["mean_return"], "solved": bool(record["solved"]), "real_steps": record["real_steps"],
+            "seconds": seconds}
+
+
+def succeeded(task, run, clean):
+    """Balanced, or nearly as good as without noise."""
+    if "return" not in run or run["return"] is None:
+        return False
+    if task in BALANCED:
+        return run["solved"]
+    reference = clean.get("return")
+    return reference is not None and run["return"] >= reference - SHORTFALL * abs(reference)
+
+
+def summary(rows, runs, cleans):
+    """What the seeds of one task, noise level and number of steps come to."""
+    fitted = [r for r in rows if "refused" not in r]
+    first = rows[0]
+    scores = [abs(z) for r in fitted for z in r["standardised_errors"]]
+    errors = [e for r in fitted for e in r["relative_errors"]]
+
+    def deviations(name, key):
+        return rounded(middle(number(r[name][key]) if r.get(name) else math.inf for r in rows))
+
+    group = {
+        "task": first["system"], "noise": first["noise"], "steps": first["steps"], "seeds": len(rows),
+        "refused": len(rows) - len(fitted), "true_terms": sum(r["true_terms"] for r in fitted),
+        "true_terms_shown": sum(r["true_terms_shown"] for r in fitted),
+        "resets": middle(r["resets"] for r in rows),
+        "median_relative_error": rounded(middle(errors)),
+        "largest_relative_error": rounded(max(errors, default=math.inf)),
+        "standard_errors_within_2": rounded(sum(z <= 2 for z in scores) / len(scores)) if scores else None,
+        "worst_deviation": {name: deviations(name, "worst") for name in ("deviation", "stlsq", "stlsq_best")},
+        "rms_deviation": {name: deviations(name, "rms") for name in ("deviation", "stlsq", "stlsq_best")},
+        "largest_worst_deviation": rounded(max(worst(r.get("deviation")) for r in rows)),
+        "seconds": {"median": rounded(middle(r["seconds"] for r in fitted)),
+                    "largest": rounded(max((r["seconds"] for r in fitted), default=math.inf))},
+    }
+    if "regulators" in first:
+        names = ("least_squares", "identified", "true_system")
+        group["regulators"] = {
+            name: {"median_return": rounded(middle(number_or_zero(r["regulators"][name]) for r in rows)),
+                   "lowest_return": rounded(min(number_or_zero(r["regulators"][name]) for r in rows)),
+                   "none": sum(r["regulators"][name] is None for r in rows)} for name in names}
+    if runs:
+        returns = [r["return"] for r in runs if r.get("return") is not None]
+        group["trained"] = {
+            "succeeded": sum(succeeded(first["system"], r, c) for r, c in zip(runs, cleans)),
+            "refused": sum("refused" in r for r in runs), "solved": sum(r.get("solved", False) for r in runs),
+            "median_return": rounded(middle(returns)), "lowest_return": rounded(min(returns, default=math.inf)),
+            "median_seconds": rounded(middle(r["seconds"] for r in runs if "seconds" in r)),
+            "most_real_steps": max((r["real_steps"] for r in runs if "real_steps" in r), default=None),
+        }
+    return group
+
+
+def number_or_zero(value):
+    """A regulator there is none of earns nothing."""
+    return 0.0 if value is None else value
+
+
+def page(groups, command):
+    """docs/noise.md."""
+    percent = lambda g: f"{100 * g['noise']:g} %"
+    head = ["task", "noise", "real steps"]
+    key = lambda g: [g["task"], percent(g), g["steps"]]
+    text = [
+        "# Under noise",
+        "",
+        f"Written by `{command}` from `results/noise.json`, {groups[0]['seeds']} seed{'s' * (groups[0]['seeds'] > 1)} a row."
+        " Noise is Gaussian, independent from step to step, on every observation of the real system, in training and in"
+        " evaluation; its standard deviation is the given part of each channel's scale. Real steps are those of the default warm-up.",
+    ]
+    trained = [g for g in groups if "trained" in g]
+    if trained:
+        text += [
+            "", "## Controllers trained in the model", "",
+            *table([*head, "as good as clean", "return, median (lowest)", "over the task's mark", "refused", "seconds, median"],
+                   [[*key(g), f"{g['trained']['succeeded']} of {g['seeds']}",
+                     f"{short(g['trained']['median_return'])} ({short(g['trained']['lowest_return'])})",
+                     g["trained"]["solved"], g["trained"]["refused"], short(g["trained"]["median_seconds"])] for g in trained]),
+            "", "`sindyna train TASK --noise F --real-steps R`. *As good as clean*: the task's mark is reached on the tasks to"
+            f" balance, and on the others the return is at most {SHORTFALL:.0%} below that of the same seed without noise.",
+        ]
+    text += [
+        "", "## Equations", "",
+        "![Error of the accelerations against real steps](noise.svg)", "",
+        *table([*head, "true terms (shown)", "coefficients' relative error, median (largest)", "within 2 standard errors",
+                "accelerations' error, rms (worst)", "STLSQ", "STLSQ, best threshold", "fit [s], median (largest)"],
+               [[*key(g), f"{g['true_terms']} ({g['true_terms_shown']}) of {g['seeds']}",
+                 f"{short(g['median_relative_error'])} ({short(g['largest_relative_error'])})",
+                 short(g["standard_errors_within_2"]),
+                 *(f"{short(g['rms_deviation'][n])} ({short(g['worst_deviation'][n])})"
+                   for n in ("deviation", "stlsq", "stlsq_best")),
+                 f"{short(g['seconds']['median'])} ({short(g['seconds']['largest'])})"] for g in groups]),
+        "",
+        "Errors of accelerations (velocity increments for mountain-car) are over 10,000 states and inputs from the task's box, as"
+        " parts of the true ones' standard deviation there; medians over seeds. Coefficients are compared where the terms are"
+        " the true ones. *STLSQ*: the same candidate terms with the paper's threshold, on increments; *best threshold*: the"
+        " nearest to the truth of 11 thresholds, on increments and on central differences, which only who knows the truth can choose.",
+    ]
+    regulated = [g for g in groups if "regulators" in g]
+    if regulated:
+        cell = lambda g, name: (lambda r: f"{short(r['median_return'])} ({short(r['lowest_return'])})")(g["regulators"][name])
+        text += [
+            "", "## Least squares and a regulator, on the same data", "",
+            *table([*head, "least squares + LQR", "our equations + LQR", "true system + LQR"],
+                   [[*key(g), *(cell(g, name) for name in ("least_squares", "identified", "true_system"))] for g in regulated]),
+            "", "Mean return of 20 episodes on the noisy true system: median (lowest) over seeds; where there is no"
+            " regulator, 0. Least squares is x⁺ = x + Δt (A x + B u). The regulators weigh every channel by its scale and act on"
+            " the noisy observation as it is.",
+        ]
+    return "\n".join(text) + "\n"
+
+
+def chart(groups, noises, steps):
+    """RMS errors of the accelerations against the number of steps."""
+    charts = {}
+    for task in dict.fromkeys(g["task"] for g in groups):
+        at = {(g["noise"], g["steps"]): g["rms_deviation"] for g in groups if g["task"] == task}
+        charts[task] = {f"{100 * noise:g} %": [at[noise, r]["deviation"] for r in steps] for noise in noises}
+        charts[task][f"STLSQ, best threshold, {100 * noises[0]:g} %"] = [at[noises[0], r]["stlsq_best"] for r in steps]
+    return panels(charts, steps, "real steps", "error of accelerations", (1e-4, 10.0), logarithmic=True)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=parse_seeds, default=range(20), help="such as 0-19")
+    parser.add_argument("--jobs", type=int, default=1, help="programs at a time")
+    parser.add_argument("--tasks", nargs="+", default=TASKS)
+    parser.add_argument("--noises", nargs="+", type=float, default=NOISES)
+    parser.add_argument("--steps", nargs="+", type=int, default=STEPS)
+    parser.add_argument("--no-train", action="store_true", help="equations and regulators only")
+    parser.add_argument("--out", default="noise", help="stem of the files in results and docs")
+    parser.add_argument("options", nargs="*", help="options passed on to `sindyna train`, after --")
+    args = parser.parse_args()
+    folder = build("sindyna-studies", "sindyna-lab")
+
+    def identified(task, noise, steps, seed):
+        arguments = [task, f"{noise:g}", steps, seed, seed, *(["--regulate"] if task in BALANCED else [])]
+        return lines(folder / "noise", arguments, RUNS / f"{task}-{noise:g}-{steps}-{seed}.jsonl")[0]
+
+    def trained(task, noise, steps, seed):
+        return train(folder / "sindyna", task, noise, steps, seed, args.jobs, args.options)
+
+    cases = [(t, f, r, s) for t in args.tasks for f in args.noises for r in args.steps for s in args.seeds]
+    found = dict(zip(cases, each(args.jobs, identified, cases)))
+    runs = {}
+    if not args.no_train:
+        # Without noise only where the comparison needs it.
+        clean = [(t, 0.0, r, s) for t in args.tasks if t not in BALANCED for r in args.steps for s in args.seeds]
+        runs = dict(zip(clean + cases, each(args.jobs, trained, clean + cases)))
+    groups = []
+    for t in args.tasks:
+        for f in args.noises:
+            for r in args.steps:
+                of = lambda records, noise: [records[t, noise, r, s] for s in args.seeds if (t, noise, r, s) in records]
+                cleans = of(runs, 0.0) or [{}] * len(args.seeds)
+                groups.append(summary(of(found, f), of(runs, f), cleans))
+    command = "scripts/noise.py"
+    document = {"command": command, "commit": commit(), "options": args.options, "groups": groups}
+    (ROOT / "results" / f"{args.out}.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    (ROOT / "docs" / f"{args.out}.md").write_text(page(groups, command).replace("noise.svg", f"{args.out}.svg"))
+    (ROOT / "docs" / f"{args.out}.svg").write_text(chart(groups, args.noises, args.steps))
+
+
+if __name__ == "__main__":
+    main()
