@@ -11,6 +11,7 @@ Needs: cargo, nothing else.
 import argparse
 import json
 import math
+import sys
 
 from figure import panels
 from study import ROOT, TASKS, build, commit, each, lines, middle, number, parse_seeds, rounded, short, table, worst
@@ -107,7 +108,7 @@ def page(groups, command):
         " residuals are larger than the sensors' rounding explains (`reached_floor` is false). *STLSQ*: sequentially thresholded least"
         " squares on increments with the same candidate terms and the paper's threshold of 0.0009; *best threshold*: the nearest to"
         " the truth of 11 thresholds from 1e-4 to 10, on increments and on central differences, which only who knows the truth"
-        " can choose.",
+        f" can choose. {', '.join(SLOW)} takes longest to fit and has fewer seeds where {BAR} steps are not the question.",
         "",
         "## Coefficients, and what rounding allows",
         "",
@@ -194,7 +195,7 @@ def main():
         return summary(lines(program, [name, steps, seeds[0], seeds[-1]], ROOT / "runs" / "exact" / stem))
 
     groups = each(args.jobs, run, cases)
-    command = "scripts/exact.py"
+    command = " ".join(["scripts/exact.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "exact_below": EXACT, "groups": groups}
     (ROOT / "results" / "exact.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     (ROOT / "docs" / "exact.md").write_text(page(groups, command))

@@ -206,7 +206,7 @@ def main():
                 of = lambda records, noise: [records[t, noise, r, s] for s in args.seeds if (t, noise, r, s) in records]
                 cleans = of(runs, 0.0) or [{}] * len(args.seeds)
                 groups.append(summary(of(found, f), of(runs, f), cleans))
-    command = "scripts/noise.py"
+    command = " ".join(["scripts/noise.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "options": args.options, "groups": groups}
     (ROOT / "results" / f"{args.out}.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     (ROOT / "docs" / f"{args.out}.md").write_text(page(groups, command, args.out))
