@@ -17,7 +17,7 @@ import subprocess
 import sys
 
 from figure import panels
-from study import ROOT, TASKS, build, commit, each, lines, middle, number, parse_seeds, rounded, short, table, worst
+from study import ROOT, TASKS, build, commit, each, lines, middle, number, parse_seeds, plain, rounded, short, table, worst
 
 NOISES = [0.001, 0.01, 0.05]
 STEPS = [100, 300, 1000]
@@ -83,19 +83,24 @@ def summary(rows, runs, cleans):
     if "regulators" in first:
         names = ("least_squares", "identified", "true_system")
         group["regulators"] = {
-            name: {"median_return": rounded(middle(number_or_zero(r["regulators"][name]) for r in rows)),
-                   "lowest_return": rounded(min(number_or_zero(r["regulators"][name]) for r in rows)),
+            name: {"median_return": kept(middle(number_or_zero(r["regulators"][name]) for r in rows)),
+                   "lowest_return": kept(min(number_or_zero(r["regulators"][name]) for r in rows)),
                    "none": sum(r["regulators"][name] is None for r in rows)} for name in names}
     if runs:
         returns = [r["return"] for r in runs if r.get("return") is not None]
         group["trained"] = {
             "succeeded": sum(succeeded(first["system"], r, c) for r, c in zip(runs, cleans)),
             "refused": sum("refused" in r for r in runs), "solved": sum(r.get("solved", False) for r in runs),
-            "median_return": rounded(middle(returns)), "lowest_return": rounded(min(returns, default=math.inf)),
+            "median_return": kept(middle(returns)), "lowest_return": kept(min(returns, default=math.inf)),
             "median_seconds": rounded(middle(r["seconds"] for r in runs if "seconds" in r)),
             "most_real_steps": max((r["real_steps"] for r in runs if "real_steps" in r), default=None),
         }
     return group
+
+
+def kept(value):
+    """A return to two decimals; None for what is not finite."""
+    return round(value, 2) if value is not None and math.isfinite(value) else None
 
 
 def number_or_zero(value):
@@ -103,15 +108,15 @@ def number_or_zero(value):
     return 0.0 if value is None else value
 
 
-def page(groups, command):
-    """docs/noise.md."""
+def page(groups, command, stem):
+    """The page of tables, with the names of its files."""
     percent = lambda g: f"{100 * g['noise']:g} %"
     head = ["task", "noise", "real steps"]
     key = lambda g: [g["task"], percent(g), g["steps"]]
     text = [
         "# Under noise",
         "",
-        f"Written by `{command}` from `results/noise.json`, {groups[0]['seeds']} seed{'s' * (groups[0]['seeds'] > 1)} a row."
+        f"Written by `{command}` from `results/{stem}.json`, {groups[0]['seeds']} seed{'s' * (groups[0]['seeds'] > 1)} a row."
         " Noise is Gaussian, independent from step to step, on every observation of the real system, in training and in"
         " evaluation; its standard deviation is the given part of each channel's scale. Real steps are those of the default warm-up.",
     ]
@@ -121,14 +126,14 @@ def page(groups, command):
             "", "## Controllers trained in the model", "",
             *table([*head, "as good as clean", "return, median (lowest)", "over the task's mark", "refused", "seconds, median"],
                    [[*key(g), f"{g['trained']['succeeded']} of {g['seeds']}",
-                     f"{short(g['trained']['median_return'])} ({short(g['trained']['lowest_return'])})",
+                     f"{plain(g['trained']['median_return'])} ({plain(g['trained']['lowest_return'])})",
                      g["trained"]["solved"], g["trained"]["refused"], short(g["trained"]["median_seconds"])] for g in trained]),
             "", "`sindyna train TASK --noise F --real-steps R`. *As good as clean*: the task's mark is reached on the tasks to"
-            f" balance, and on the others the return is at most {SHORTFALL:.0%} below that of the same seed without noise.",
+            f" balance, and on the others the return is at most {100 * SHORTFALL:g} % below that of the same seed without noise.",
         ]
     text += [
         "", "## Equations", "",
-        "![Error of the accelerations against real steps](noise.svg)", "",
+        f"![Error of the accelerations against real steps]({stem}.svg)", "",
         *table([*head, "true terms (shown)", "coefficients' relative error, median (largest)", "within 2 standard errors",
                 "accelerations' error, rms (worst)", "STLSQ", "STLSQ, best threshold", "fit [s], median (largest)"],
                [[*key(g), f"{g['true_terms']} ({g['true_terms_shown']}) of {g['seeds']}",
@@ -145,7 +150,7 @@ def page(groups, command):
     ]
     regulated = [g for g in groups if "regulators" in g]
     if regulated:
-        cell = lambda g, name: (lambda r: f"{short(r['median_return'])} ({short(r['lowest_return'])})")(g["regulators"][name])
+        cell = lambda g, name: (lambda r: f"{plain(r['median_return'])} ({plain(r['lowest_return'])})")(g["regulators"][name])
         text += [
             "", "## Least squares and a regulator, on the same data", "",
             *table([*head, "least squares + LQR", "our equations + LQR", "true system + LQR"],
@@ -201,10 +206,10 @@ def main():
                 of = lambda records, noise: [records[t, noise, r, s] for s in args.seeds if (t, noise, r, s) in records]
                 cleans = of(runs, 0.0) or [{}] * len(args.seeds)
                 groups.append(summary(of(found, f), of(runs, f), cleans))
-    command = "scripts/noise.py"
+    command = " ".join(["scripts/noise.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "options": args.options, "groups": groups}
     (ROOT / "results" / f"{args.out}.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    (ROOT / "docs" / f"{args.out}.md").write_text(page(groups, command).replace("noise.svg", f"{args.out}.svg"))
+    (ROOT / "docs" / f"{args.out}.md").write_text(page(groups, command, args.out))
     (ROOT / "docs" / f"{args.out}.svg").write_text(chart(groups, args.noises, args.steps))
 
 

@@ -76,6 +76,11 @@ def short(value):
     return "—" if value is None else f"{value:.2g}" if 1e-3 <= abs(value) < 1e4 or value == 0 else f"{value:.1e}"
 
 
+def plain(value):
+    """A return as a table shows it."""
+    return "—" if value is None else f"{value:.1f}"
+
+
 def table(head, rows):
     """A Markdown table."""
     return ["| " + " | ".join(head) + " |", "|" + "---|" * len(head), *("| " + " | ".join(map(str, r)) + " |" for r in rows)]
