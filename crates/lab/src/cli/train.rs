@@ -255,6 +255,7 @@ fn summary(
             nonzero_paper: model.nonzero_paper(),
             rows: account.rows,
             rows_at_limit: account.rows_at_limit,
+            rows_astray: account.rows_astray,
             equations: model.equations(),
             stepping: account.stepping,
             offsets: account.offsets,

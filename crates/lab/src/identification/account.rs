@@ -17,6 +17,8 @@ pub(crate) struct Account {
     pub(crate) rows: usize,
     /// Steps left out because a channel sat at its declared bound.
     pub(crate) rows_at_limit: usize,
+    /// Steps left out because they do not follow the equations of all the others.
+    pub(crate) rows_astray: usize,
     /// Condition number of the columns of the regression, each scaled to unit length: of all candidate terms, or for
     /// equations of motion of the terms found. `null` with fewer rows than columns.
     condition: Option<f64>,
@@ -59,6 +61,7 @@ impl Account {
         Self {
             rows: report.rows,
             rows_at_limit: report.rows_at_limit,
+            rows_astray: report.rows_astray,
             condition: Some(report.condition).filter(|c| c.is_finite()),
             features: report.features.clone(),
             stepping: Stepping::of(model),
@@ -83,10 +86,7 @@ impl Account {
             text.push('\n');
             text.push_str(&equation.table(self.sensors()));
         }
-        let _ = write!(text, "\nsteps used: {}", self.rows);
-        if self.rows_at_limit > 0 {
-            let _ = write!(text, ", left out at a limit: {}", self.rows_at_limit);
-        }
+        let _ = write!(text, "\nsteps used: {}", self.steps());
         let condition = match self.condition {
             Some(condition) => significant(condition, 2),
             None => "infinite (fewer steps than terms)".into(),
@@ -99,9 +99,8 @@ impl Account {
     pub(crate) fn verdict(&self) -> String {
         let mut text = format!("{}\n", self.stepping);
         text += &self.offset_lines();
-        if self.rows_at_limit > 0 {
-            let (kept, left) = (self.rows, self.rows_at_limit);
-            let _ = writeln!(text, "steps used: {kept}, left out at a limit: {left}");
+        if self.rows_at_limit + self.rows_astray > 0 {
+            let _ = writeln!(text, "steps used: {}", self.steps());
         }
         if self.explained == Some(true) {
             let _ = writeln!(text, "what is left of every fitted equation is as small as {} explains", self.sensors());
@@ -115,6 +114,16 @@ impl Account {
                 "more real steps (--real-steps), another --library or a --term of your own may find what is missing\n";
         }
         text
+    }
+
+    /// How many steps were used, and how many were not.
+    fn steps(&self) -> String {
+        let left_out = |count: usize, why: &str| match count {
+            0 => String::new(),
+            _ => format!(", left out {why}: {count}"),
+        };
+        let (at_limit, astray) = (self.rows_at_limit, self.rows_astray);
+        self.rows.to_string() + &left_out(at_limit, "at a limit") + &left_out(astray, "as unlike all others")
     }
 
     fn offset_lines(&self) -> String {

@@ -61,6 +61,8 @@ pub(crate) struct Identification {
     pub(crate) rows: usize,
     /// Transitions kept out because a channel sat at its declared bound.
     pub(crate) rows_at_limit: usize,
+    /// Transitions kept out because they do not follow the equations of all the others.
+    pub(crate) rows_astray: usize,
     pub(crate) equations: Vec<String>,
     pub(crate) stepping: Stepping,
     /// What is added to an angle before the terms are computed, where that is not zero.
