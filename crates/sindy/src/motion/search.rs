@@ -425,7 +425,7 @@ impl Search<'_> {
                 Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, FLOOR),
                 Terms::Best(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
-                    self.solver.solve(&triangle, target, Selection { floor: FLOOR, complexity: &complexity, region: None })
+                    self.solver.with_budget(std::env::var("Q").map_or(5_000_000, |v| v.parse().unwrap_or(0))).solve(&triangle, target, Selection { floor: FLOOR, complexity: &complexity, region: None })
                 }
             };
             misfit += triangle.residual_norm(&selected.support, &selected.coefficients, target).powi(2);
