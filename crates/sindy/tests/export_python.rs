@@ -79,7 +79,15 @@ fn model(form: Form) -> Model {
         ]),
         equations: vec![
             vec![Entry::new(1, 1.0), Entry::new(2, -0.25), Entry::new(4, 1.0 / 3.0)],
-            vec![Entry::new(0, -0.1), Entry::new(3, 1e-3), Entry::new(5, 0.7), Entry::new(6, -2.5), Entry::new(7, std::f64::consts::PI), Entry::new(2, 123_456.789e-6), Entry::new(1, -1.0)],
+            vec![
+                Entry::new(0, -0.1),
+                Entry::new(3, 1e-3),
+                Entry::new(5, 0.7),
+                Entry::new(6, -2.5),
+                Entry::new(7, std::f64::consts::PI),
+                Entry::new(2, 123_456.789e-6),
+                Entry::new(1, -1.0),
+            ],
             vec![],
         ],
         kinematic: vec![false; 3],

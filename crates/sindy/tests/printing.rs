@@ -4,7 +4,10 @@ mod common;
 
 use insta::assert_snapshot;
 use sindyna_core::{Precision, Scheme};
-use sindyna_sindy::{CoordinateMode, Differentiator, Entry, Expr, Form, Identifier, LibraryChoice, Model, ModelParts, SolverChoice, Stlsq, Target, parse};
+use sindyna_sindy::{
+    CoordinateMode, Differentiator, Entry, Expr, Form, Identifier, LibraryChoice, Model, ModelParts, SolverChoice,
+    Stlsq, Target, parse,
+};
 
 #[test]
 fn pendulum() {

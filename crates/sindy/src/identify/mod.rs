@@ -267,16 +267,12 @@ impl Identifier {
             design(&tiers.terms, z.view(), none.view()).map_err(|e| failed(e.to_string()))?;
         }
         let angles = self.angles();
-        let system = motion::System {
-            terms: &tiers.terms,
-            core: tiers.core,
-            rates: &rates,
-            angles: &angles,
-            dt: self.spec.dt,
-        };
+        let system =
+            motion::System { terms: &tiers.terms, core: tiers.core, rates: &rates, angles: &angles, dt: self.spec.dt };
         let kinematic = rates.iter().map(Option::is_some).collect();
         let space = Space { kinematic, ..self.space().map_err(failed)? };
-        let search = motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
+        let search =
+            motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
         let mut found = search.run().map_err(|e| failed(e.to_string()))?;
         let (mut kept, mut strays) = (None, 0);
         if !found.explains() && !search.noisy {

@@ -40,7 +40,8 @@ pub(crate) fn mechanical(inputs: &[Input], rates: &[usize]) -> Tiers {
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
     let (lengths, speeds, controls) = (of(|r| r == Role::Plain), of(|r| r == Role::Rate), of(|r| r == Role::Control));
     let single: Vec<Expr> = angles.iter().flat_map(|&a| waves(Expr::Variable(a))).collect();
-    let twice = angles.iter().flat_map(|&a| [Function::Sin, Function::Cos].map(|f| Expr::wave(f, 2, Expr::Variable(a))));
+    let twice =
+        angles.iter().flat_map(|&a| [Function::Sin, Function::Cos].map(|f| Expr::wave(f, 2, Expr::Variable(a))));
     let pairs = pairs(&angles).into_iter().flat_map(|(a, b)| between(a, b));
     let all_waves: Vec<Expr> = single.iter().cloned().chain(twice).chain(pairs).collect();
 
@@ -98,9 +99,7 @@ impl Terms<'_> {
         let (name, complexity) = match rate {
             None => (expr.display(&names).to_string(), complexity(&expr, &roles)),
             Some(l) if expr.is_one() => (format!("d{}/dt", names[l]), OF_A_RATE),
-            Some(l) => {
-                (format!("d{}/dt*{}", names[l], expr.display(&names)), OF_A_RATE + complexity(&expr, &roles))
-            }
+            Some(l) => (format!("d{}/dt*{}", names[l], expr.display(&names)), OF_A_RATE + complexity(&expr, &roles)),
         };
         self.terms.push(Term { expr, name, complexity, rate });
     }
@@ -137,7 +136,8 @@ mod tests {
         let inputs: Vec<Input> = ["x", "v", "θ", "ω", "F"].iter().zip(roles).map(|(n, r)| Input::new(n, r)).collect();
         let Tiers { terms, core } = mechanical(&inputs, &[1, 3]);
         let names: Vec<&str> = terms[..core].iter().map(|t| t.name.as_str()).collect();
-        for wanted in ["F", "ω^2*sin(θ)", "dω/dt*cos(θ)", "sin(θ)", "dv/dt*cos(θ)", "ω^2*cos(θ)", "v", "dv/dt*sin(θ)"] {
+        for wanted in ["F", "ω^2*sin(θ)", "dω/dt*cos(θ)", "sin(θ)", "dv/dt*cos(θ)", "ω^2*cos(θ)", "v", "dv/dt*sin(θ)"]
+        {
             assert!(names.contains(&wanted), "{wanted} is missing in {names:?}");
         }
         for (i, name) in names.iter().enumerate() {

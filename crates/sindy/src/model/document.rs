@@ -149,8 +149,8 @@ impl Model {
         let kinematic = |row: &Vec<Entry>| matches!(row[..], [Entry { rate: None, .. }]);
         if parts.form == Form::SemiImplicit {
             // Which state is the rate is read from the row: it must be that state and nothing else.
-            let rows = parts.equations.iter().zip(&parts.kinematic).filter(|(_, k)| **k);
-            if let Some((row, _)) = rows.filter(|(row, _)| !kinematic(row)).next() {
+            let mut rows = parts.equations.iter().zip(&parts.kinematic).filter(|(_, k)| **k);
+            if let Some((row, _)) = rows.find(|(row, _)| !kinematic(row)) {
                 return Err(ModelError::Shape { what: "terms of a kinematic equation", expected: 1, got: row.len() });
             }
         }

@@ -1,5 +1,7 @@
 //! The right-hand side of a model's equations, explicit or implicit.
 
+use std::cmp::Ordering;
+
 use super::document::Entry;
 
 /// Numbers kept on the stack during an evaluation; larger models fall back to the heap.
@@ -92,7 +94,8 @@ fn solve(system: &mut [f64], q: usize) -> bool {
         let size = |i: &usize| system[i * width + k].abs();
         let pivot = (k..q).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
         let largest = (k..q).map(|j| system[pivot * width + j].abs()).fold(0.0, f64::max);
-        if !(system[pivot * width + k].abs() > SINGULAR * largest) {
+        // NaN is as good as singular.
+        if system[pivot * width + k].abs().partial_cmp(&(SINGULAR * largest)) != Some(Ordering::Greater) {
             return false;
         }
         if pivot != k {
@@ -127,10 +130,11 @@ mod tests {
     #[test]
     fn coupled_derivatives_are_solved_for() {
         // a = 3 + 0.5 b, b = 1 − 2 a: a = 1.75, b = −2.5; the third equation is explicit.
-        let equations =
-            [vec![Entry::new(0, 3.0), coupled(0, 0.5, 1)], vec![Entry::new(0, 1.0), coupled(0, -2.0, 0)], vec![
-                Entry::new(1, 4.0),
-            ]];
+        let equations = [
+            vec![Entry::new(0, 3.0), coupled(0, 0.5, 1)],
+            vec![Entry::new(0, 1.0), coupled(0, -2.0, 0)],
+            vec![Entry::new(1, 4.0)],
+        ];
         let right = RightSide::new(&equations, &[0, 1]);
         let mut x_dot = [0.0; 3];
         right.eval(&[1.0, 0.25], &mut x_dot);

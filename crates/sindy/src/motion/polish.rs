@@ -185,9 +185,13 @@ fn gauss_newton(model: &Model, xi: &[f64], pieces: &[Piece<'_>]) -> Option<Step>
             return None;
         }
         let r = Mat::from_fn(rows, n + p + 1, |row, column| flat[column][row]).qr().thin_R().to_owned();
-        let rest = Array2::from_shape_fn((r.nrows().saturating_sub(n), p + 1), |(i, j)| {
-            if i <= j { r[(n + i, n + j)] } else { 0.0 }
-        });
+        let rest =
+            Array2::from_shape_fn(
+                (r.nrows().saturating_sub(n), p + 1),
+                |(i, j)| {
+                    if i <= j { r[(n + i, n + j)] } else { 0.0 }
+                },
+            );
         triangle.push(rest.view()).ok()?;
         heads.push(r);
     }

@@ -312,7 +312,8 @@ impl Search<'_> {
             let extra = unseen(&found.model, found.stepping, run, self.system.dt, true);
             for (i, fit) in found.fits.iter().enumerate() {
                 for t in 0..run.len() {
-                    let explained: f64 = fit.support.iter().zip(&fit.coefficients).map(|(&j, c)| c * theta[[t, j]]).sum();
+                    let explained: f64 =
+                        fit.support.iter().zip(&fit.coefficients).map(|(&j, c)| c * theta[[t, j]]).sum();
                     let left = (run.x[[t + 1, i]] - run.x[[t, i]]) / self.system.dt - explained;
                     let seen = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]) / self.system.dt;
                     sums[i].0 += left * left;
@@ -347,7 +348,9 @@ impl Search<'_> {
         let mut found = self.fit(stepping, &offsets, Some(&start.model), &Terms::Agreeing(&start.fits))?;
         for _ in 0..ROUNDS {
             self.turn(&found, &mut offsets)?;
-            let Ok(next) = self.fit(stepping, &offsets, Some(&found.model), &Terms::Agreeing(&start.fits)) else { break };
+            let Ok(next) = self.fit(stepping, &offsets, Some(&found.model), &Terms::Agreeing(&start.fits)) else {
+                break;
+            };
             let gain = found.misfit / next.misfit;
             if gain.is_nan() || gain < 1.0 {
                 break;
@@ -391,7 +394,8 @@ impl Search<'_> {
                 let all: Vec<usize> = (0..=fit.support.len()).collect();
                 let triangle = whitened(self.system, self.runs, &with_slope, &all, i, None)?;
                 let last = fit.support.len();
-                if let (Some(own), Some(left)) = (triangle.column(last).get(last), triangle.column(last + 1).get(last)) {
+                if let (Some(own), Some(left)) = (triangle.column(last).get(last), triangle.column(last + 1).get(last))
+                {
                     weight += own * own;
                     sum += own * left;
                 }
@@ -425,9 +429,8 @@ impl Search<'_> {
         let averages = |run: &Run| system.averages(run, stepping, along, offsets, &wanted);
         let theta: Vec<Array2<f64>> = self.runs.iter().map(averages).collect();
         let numerical = !matches!(terms, Terms::Agreeing(_));
-        let extra: Option<Vec<Array2<f64>>> = along.map(|model| {
-            self.runs.iter().map(|run| unseen(model, stepping, run, system.dt, numerical)).collect()
-        });
+        let extra: Option<Vec<Array2<f64>>> =
+            along.map(|model| self.runs.iter().map(|run| unseen(model, stepping, run, system.dt, numerical)).collect());
         let (mut misfit, mut condition) = (0.0, 1.0_f64);
         let mut fits = Vec::with_capacity(system.rates.len());
         for (i, rate) in system.rates.iter().enumerate() {
@@ -445,7 +448,8 @@ impl Search<'_> {
                 Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
                 Terms::Best(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
-                    self.solver.solve(&triangle, target, Selection { floor: if self.noisy { 0.0 } else { ROUNDING }, complexity: &complexity, region: None })
+                    let floor = if self.noisy { 0.0 } else { ROUNDING };
+                    self.solver.solve(&triangle, target, Selection { floor, complexity: &complexity, region: None })
                 }
             };
             misfit += triangle.residual_norm(&selected.support, &selected.coefficients, target).powi(2);

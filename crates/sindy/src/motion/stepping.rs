@@ -46,7 +46,10 @@ pub(super) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
         return None;
     }
     let misfit = |old: f64, new: f64| {
-        pairs.iter().map(|&(i, v)| runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>()).sum::<f64>()
+        pairs
+            .iter()
+            .map(|&(i, v)| runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>())
+            .sum::<f64>()
     };
     let continuous = misfit(0.5, 0.5);
     let (euler, semi) = (misfit(1.0, 0.0), misfit(0.0, 1.0));

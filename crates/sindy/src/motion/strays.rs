@@ -30,9 +30,7 @@ impl Search<'_> {
             return None;
         }
         let narrow = crate::motion::System { terms: &self.system.terms[..self.system.core], ..*self.system };
-        let search = |runs: &[Run]| -> Result<Found, ModelError> {
-            Search { system: &narrow, runs, ..*self }.run()
-        };
+        let search = |runs: &[Run]| -> Result<Found, ModelError> { Search { system: &narrow, runs, ..*self }.run() };
         let part = |i: usize| i * total / PARTS;
         let left_out = (0..PARTS).map(|i| (part(i)..part(i + 1), true));
         let alone = (0..PARTS - 1).map(|i| (part(i)..part(i + 2), false));

@@ -3,9 +3,9 @@
 use faer::Mat;
 
 use super::System;
+use crate::Triangle;
 use crate::expr::{Expr, Function};
 use crate::solve::{Selected, least_squares};
-use crate::Triangle;
 
 /// Largest tilt looked for \[rad\].
 const LARGEST: f64 = 0.6;

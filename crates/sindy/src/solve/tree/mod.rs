@@ -136,6 +136,16 @@ impl Search<'_> {
         }
     }
 
+    /// The columns `keep` of `node` after its column `i`, the last one of those chosen, is taken out.
+    fn including(&mut self, node: &Node, i: usize, keep: &[usize]) -> Option<Node> {
+        self.account.work += if node.is_stale_after(i) {
+            Node::cost_of_fresh(self.problem, self.chosen.len(), keep.len())
+        } else {
+            (keep.len() * keep.len() / 2) as u64
+        };
+        node.including(self.problem, i, keep, &self.chosen)
+    }
+
     fn pairs_of(&mut self, node: &Node, pairs: &Pairs, columns: &[usize]) {
         let mut hits = std::mem::take(&mut self.hits);
         hits.clear();
@@ -172,7 +182,7 @@ impl Search<'_> {
             self.chosen.push(node.free[i]);
             let later: Vec<usize> = (i + 1..node.len()).collect();
             if node.is_stale_after(i) {
-                if let Some(next) = node.including(self.problem, i, &later, &self.chosen) {
+                if let Some(next) = self.including(&node, i, &later) {
                     next.pairs(&mut pairs);
                     let all: Vec<usize> = (0..next.len()).collect();
                     self.pairs_of(&next, &pairs, &all);
@@ -216,7 +226,7 @@ impl Search<'_> {
                 // Every good choice has this column: it is taken, and the rest looked at again.
                 let keep: Vec<usize> = verdict.keep.iter().copied().filter(|&j| j != i).collect();
                 self.chosen.push(node.free[i]);
-                let Some(next) = node.including(self.problem, i, &keep, &self.chosen) else { break };
+                let Some(next) = self.including(&node, i, &keep) else { break };
                 (node, r) = (next, r - 1);
                 if r < 4 {
                     self.descend(node, r, bound);
@@ -241,8 +251,7 @@ impl Search<'_> {
                 break;
             }
             self.chosen.push(node.free[i]);
-            if let Some(next) = node.including(self.problem, i, &verdict.keep[at + 1..], &self.chosen) {
-                self.account.work += (next.len() * next.len() / 2) as u64;
+            if let Some(next) = self.including(node, i, &verdict.keep[at + 1..]) {
                 self.descend(next, r - 1, bound);
             }
             self.chosen.pop();

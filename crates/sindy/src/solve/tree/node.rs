@@ -93,6 +93,11 @@ impl Node {
         Some(Self { free: kept, gram, overlap, rss, error, least })
     }
 
+    /// Operations that [`Self::fresh`] costs: `free` columns freed of `chosen` ones, and their products.
+    pub(super) fn cost_of_fresh(problem: &Problem, chosen: usize, free: usize) -> u64 {
+        ((free + chosen) * chosen * problem.dim() + free * free * problem.dim() / 8) as u64
+    }
+
     pub(super) fn len(&self) -> usize {
         self.free.len()
     }
