@@ -12,7 +12,8 @@ use sindyna_sindy::{
 #[test]
 fn pendulum() {
     let spec = common::pendulum().spec;
-    let found = Identifier::new(&spec).identify(&common::pendulum_data(0, 20)).expect("enough rows");
+    let identifier = Identifier::new(&spec).with_target(Target::Increment);
+    let found = identifier.identify(&common::pendulum_data(0, 20)).expect("enough rows");
     assert_snapshot!(found.model, @r"
     Δθ/Δt = ω + 0.75 sin θ + 0.15 u
     Δω/Δt = 15 sin θ + 3 u

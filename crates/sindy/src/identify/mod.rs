@@ -261,6 +261,7 @@ impl Identifier {
             let unknowns = format!("{count} equation{}", if count == 1 { "" } else { "s" });
             return Err(FitError::TooFewRows { got: rows, needed, unknowns });
         }
+        self.check_inputs_move(&runs)?;
         for run in &runs {
             let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
             let none = Array2::zeros((run.len(), 0));
@@ -275,10 +276,9 @@ impl Identifier {
             motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
         let mut found = search.run().map_err(|e| failed(e.to_string()))?;
         let (mut kept, mut strays) = (None, 0);
-        if !found.explains() && !search.noisy {
-            if let Some((explained, runs, count)) = search.without_strays() {
-                (found, kept, strays) = (explained, Some(runs), count);
-            }
+        let strays_matter = !found.explains() && !search.noisy;
+        if let Some((explained, runs, count)) = strays_matter.then(|| search.without_strays()).flatten() {
+            (found, kept, strays) = (explained, Some(runs), count);
         }
         let runs = kept.as_deref().unwrap_or(&runs);
         let residuals = motion::Search { runs, ..search }.residuals(&found);
@@ -289,6 +289,23 @@ impl Identifier {
         let counts = (rows - strays, at_limits, strays);
         let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })
+    }
+
+    /// Refuses data in which an input stays where it is: what it does cannot be told from what is always there.
+    fn check_inputs_move(&self, runs: &[motion::Run]) -> Result<(), FitError> {
+        for (k, channel) in self.spec.control.iter().enumerate() {
+            let mut values = runs.iter().flat_map(|run| run.u.column(k).to_vec());
+            let Some(first) = values.next().filter(|v| *v != 0.0) else { continue };
+            if values.all(|v| v.to_bits() == first.to_bits()) {
+                let name = &channel.name;
+                let reason = format!(
+                    "the input `{name}` is {first} in every step, so what it does cannot be told from a constant; \
+                     let it change, or leave it out"
+                );
+                return Err(FitError::Regression { reason });
+            }
+        }
+        Ok(())
     }
 
     fn check(&self, data: &Dataset) -> Result<(), FitError> {

@@ -47,6 +47,9 @@ impl System<'_> {
     ) -> Array2<f64> {
         let mut theta = Array2::zeros((run.len(), self.terms.len()));
         let n_inputs = run.x.ncols() + run.u.ncols();
+        let mut wanted = wanted.to_vec();
+        wanted.sort_unstable();
+        wanted.dedup();
         let tape = Tape::new(n_inputs, wanted.iter().map(|&j| &self.terms[j].expr));
         let mut registers = vec![0.0; tape.n_registers()];
         for t in 0..run.len() {

@@ -39,7 +39,8 @@ impl Kept {
         if rss.is_nan() || rss > self.cutoff() || self.best.iter().any(|c| c.subset == subset) {
             return;
         }
-        let at = self.best.partition_point(|c| c.rss < rss || (c.rss == rss && c.subset.as_slice() < subset));
+        let before = |c: &Candidate| c.rss.total_cmp(&rss).then_with(|| c.subset.as_slice().cmp(subset)).is_lt();
+        let at = self.best.partition_point(before);
         self.best.insert(at, Candidate { rss, subset: subset.to_vec() });
         self.best.truncate(self.keep);
         let cutoff = self.cutoff();
