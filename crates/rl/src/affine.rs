@@ -51,10 +51,26 @@ pub(crate) fn sum_rows(values: &[f32], sums: &mut [f32]) {
     vectorized(
         #[inline(always)]
         || {
-            sums.fill(0.0);
-            for row in values.chunks_exact(sums.len()) {
-                sums.iter_mut().zip(row).for_each(|(s, v)| *s += v);
-            }
+            let at = sum_blocks::<64>(values, sums, 0);
+            let at = sum_blocks::<8>(values, sums, at);
+            sum_blocks::<1>(values, sums, at);
         },
     );
+}
+
+/// Columns from `at` on, N at a time so that their sums stay in registers; returns the first that is left.
+#[inline(always)]
+fn sum_blocks<const N: usize>(values: &[f32], sums: &mut [f32], mut at: usize) -> usize {
+    let n = sums.len();
+    while at + N <= n {
+        let mut block = [0.0; N];
+        for row in values.chunks_exact(n) {
+            for (s, v) in block.iter_mut().zip(&row[at..at + N]) {
+                *s += v;
+            }
+        }
+        sums[at..at + N].copy_from_slice(&block);
+        at += N;
+    }
+    at
 }

@@ -11,6 +11,7 @@
 
 mod adam;
 mod affine;
+mod buffer;
 mod categorical;
 mod categorical_policy;
 mod config;
@@ -24,6 +25,7 @@ mod mlp;
 mod pass;
 mod policy;
 mod policy_file;
+mod real;
 mod sac;
 mod sac_discrete;
 mod saved_policy;

@@ -3,6 +3,7 @@
 use crate::{
     Isa,
     affine::sum_rows,
+    buffer::Buffer,
     kernel::{Finish, Matrix, dots, matmul},
     mlp::Mlp,
     thin::{MOST_OUTPUTS, Thin},
@@ -13,28 +14,27 @@ use crate::{
 pub(crate) struct Pass {
     pub(crate) isa: Isa,
     /// Output of every layer, (rows, outputs) each.
-    outputs: Vec<Vec<f32>>,
+    outputs: Vec<Buffer>,
     /// ∂L/∂(output of a layer) and ∂L/∂(input of that layer), taking turns.
-    deltas: [Vec<f32>; 2],
+    deltas: [Buffer; 2],
     thin: Thin,
 }
 
 impl Pass {
     /// Memory of a pass that runs with the instructions `isa`.
     pub(crate) fn new(isa: Isa) -> Self {
-        Self { isa, outputs: Vec::new(), deltas: [Vec::new(), Vec::new()], thin: Thin::default() }
+        Self { isa, outputs: Vec::new(), deltas: [Buffer::default(), Buffer::default()], thin: Thin::default() }
     }
 
     /// Runs `net` on the rows of `inputs` (rows, inputs); returns the outputs (rows, outputs).
     pub(crate) fn forward(&mut self, net: &Mlp, inputs: &[f32], rows: usize) -> &[f32] {
-        self.outputs.resize(net.depth(), Vec::new());
+        self.outputs.resize_with(net.depth(), Buffer::default);
         for l in 0..net.depth() {
             let layer = net.layer(l);
             let (weights, biases) = layer.of(&net.params);
             let (before, after) = self.outputs.split_at_mut(l);
-            let x = before.last().map_or(inputs, Vec::as_slice);
-            let y = &mut after[0];
-            y.resize(rows * layer.outputs, 0.0);
+            let x = before.last().map_or(inputs, |x| &**x);
+            let y = after[0].sized(rows * layer.outputs);
             let hidden = l + 1 < net.depth();
             if layer.outputs <= MOST_OUTPUTS && !hidden {
                 self.thin.forward(self.isa, x, weights, biases, y);
@@ -45,7 +45,7 @@ impl Pass {
                 matmul(self.isa, y, x, weights, finish);
             }
         }
-        self.outputs.last().map_or(&[], Vec::as_slice)
+        self.outputs.last().map_or(&[], |y| &**y)
     }
 
     /// Overwrites `gradients` with ∂L/∂params, given ∂L/∂outputs `d_outputs` of the first rows of the last forward
@@ -83,15 +83,14 @@ impl Pass {
         let (weights, _) = layer.of(&net.params);
         let wanted = layer.inputs - first;
         let [delta, d_inputs] = &mut self.deltas;
-        d_inputs.resize(rows.len() * wanted, 0.0);
+        let d_inputs = d_inputs.sized(rows.len() * wanted);
         // A row of W belongs to an input, so the few that are wanted are products of rows.
         dots(self.isa, d_inputs, delta, &weights[first * layer.outputs..], layer.outputs, None);
         d_inputs
     }
 
     fn begin(&mut self, d_outputs: &[f32]) {
-        self.deltas[0].clear();
-        self.deltas[0].extend_from_slice(d_outputs);
+        self.deltas[0].sized(d_outputs.len()).copy_from_slice(d_outputs);
     }
 
     /// Carries `deltas[0]` from the output of layer `l` (at least 1) to the output of the layer before, through W and
@@ -101,7 +100,7 @@ impl Pass {
         let (weights, _) = layer.of(&net.params);
         let [delta, d_inputs] = &mut self.deltas;
         let n_rows = delta.len() / layer.outputs;
-        d_inputs.resize(n_rows * layer.inputs, 0.0);
+        let d_inputs = d_inputs.sized(n_rows * layer.inputs);
         let weights = Matrix::new(weights, layer.inputs, layer.outputs).t();
         let finish = Finish::ThroughRelu { outputs: &self.outputs[l - 1], rows };
         matmul(self.isa, d_inputs, Matrix::new(delta, n_rows, layer.outputs), weights, finish);

@@ -162,7 +162,11 @@ impl Sac {
         let (q1, q2) = (first.values(&work.inputs, rows), second.values(&work.inputs, rows));
 
         let mut sum = 0.0;
-        work.lesser_rows.iter_mut().for_each(Vec::clear);
+        for rows_of in &mut work.lesser_rows {
+            rows_of.clear();
+            // In some later update all rows may be of one critic.
+            rows_of.reserve(rows);
+        }
         for (row, (q1, q2)) in q1.iter().zip(q2).enumerate() {
             sum += f64::from(lesser(*q1, *q2));
             work.lesser_rows[usize::from(q1 > q2)].push(row);
