@@ -3,7 +3,7 @@
 //! [`Sac`] is an [`Agent`](sindyna_core::Agent) for real actions, [`SacDiscrete`] one for numbered actions. The
 //! [`GaussianPolicy`] or [`CategoricalPolicy`] they hand over is all that is needed to act, and can be written to a file;
 //! [`SavedPolicy`] reads either. Networks are f32 inside and f64 at the border; an update is
-//! single-threaded and allocates nothing that grows, so independent runs scale with the cores.
+//! single-threaded and after the first allocates nothing, so independent runs scale with the cores.
 //!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
 

@@ -45,6 +45,7 @@ pub(crate) fn exp(x: f64) -> f64 {
 
 /// log x to a few units in the last place, for normal positive x; a number that is none stays none.
 #[inline(always)]
+#[expect(clippy::eq_op, reason = "x - x is none where x is, and 0 elsewhere")]
 pub(crate) fn ln(x: f64) -> f64 {
     // x = m 2ⁿ with m in √½..√2.
     const ONE: u64 = 1.0_f64.to_bits();
@@ -72,7 +73,6 @@ pub(crate) fn ln(x: f64) -> f64 {
     for c in ODD {
         sum = sum * z + c;
     }
-    // x - x is none where x is.
     n * LN_2.0 + (2.0 * s * sum + n * LN_2.1) + (x - x)
 }
 

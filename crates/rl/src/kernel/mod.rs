@@ -4,8 +4,6 @@
 //! walk over the tiles ([`product`]), and products of rows ([`dot`]). What this module lets out is safe: sizes are
 //! checked, and no instruction runs that the machine lacks.
 #![expect(unsafe_code, reason = "a measured kernel: vector instructions chosen at run time; see docs/notes")]
-#![allow(clippy::missing_safety_doc, reason = "the trait says it once for all its functions")]
-#![allow(clippy::undocumented_unsafe_blocks)]
 
 mod dot;
 mod lanes;
@@ -147,23 +145,27 @@ pub(crate) fn dots(isa: Isa, ys: &mut [f32], xs: &[f32], vectors: &[f32], inner:
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
 unsafe fn product_avx512(job: &Job) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
     unsafe { product::<Avx512>(job) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 unsafe fn product_avx2(job: &Job) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
     unsafe { product::<Avx2>(job) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f,avx2,fma")]
 unsafe fn dots_avx512(job: dot::Job<'_>) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
     unsafe { dot::dots::<Avx512>(job) }
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 unsafe fn dots_avx2(job: dot::Job<'_>) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
     unsafe { dot::dots::<Avx2>(job) }
 }
