@@ -46,55 +46,31 @@ fn affine_blocks<const N: usize>(
     at
 }
 
-/// Adds `biases` to every row of `y`, and applies ReLU if this is a `hidden` layer.
-pub(crate) fn add_biases(y: &mut [f32], biases: &[f32], hidden: bool) {
-    vectorized(
-        #[inline(always)]
-        || {
-            for row in y.chunks_exact_mut(biases.len()) {
-                if hidden {
-                    row.iter_mut().zip(biases).for_each(|(v, b)| *v = relu(*v + b));
-                } else {
-                    row.iter_mut().zip(biases).for_each(|(v, b)| *v += b);
-                }
-            }
-        },
-    );
-}
-
-/// Clears the gradients `d` of units whose output was 0; gradient row i belongs to row `rows[i]` of the outputs `y`,
-/// both `width` wide.
-pub(crate) fn through_relu(d: &mut [f32], y: &[f32], rows: impl Iterator<Item = usize>, width: usize) {
-    vectorized(
-        #[inline(always)]
-        || {
-            for (d, row) in d.chunks_exact_mut(width).zip(rows) {
-                for (d, y) in d.iter_mut().zip(&y[row * width..(row + 1) * width]) {
-                    *d *= passes(*y);
-                }
-            }
-        },
-    );
-}
-
-/// 1 where a ReLU that gave `y` lets gradients pass, else 0.
-///
-/// A factor, because a branch is no vector code and a select becomes a masked store, which is ten times slower on some
-/// processors.
-#[inline(always)]
-pub(crate) fn passes(y: f32) -> f32 {
-    if y > 0.0 { 1.0 } else { 0.0 }
-}
-
 /// Overwrites `sums` with the sums over the rows of `values`.
 pub(crate) fn sum_rows(values: &[f32], sums: &mut [f32]) {
     vectorized(
         #[inline(always)]
         || {
-            sums.fill(0.0);
-            for row in values.chunks_exact(sums.len()) {
-                sums.iter_mut().zip(row).for_each(|(s, v)| *s += v);
-            }
+            let at = sum_blocks::<64>(values, sums, 0);
+            let at = sum_blocks::<8>(values, sums, at);
+            sum_blocks::<1>(values, sums, at);
         },
     );
+}
+
+/// Columns from `at` on, N at a time so that their sums stay in registers; returns the first that is left.
+#[inline(always)]
+fn sum_blocks<const N: usize>(values: &[f32], sums: &mut [f32], mut at: usize) -> usize {
+    let n = sums.len();
+    while at + N <= n {
+        let mut block = [0.0; N];
+        for row in values.chunks_exact(n) {
+            for (s, v) in block.iter_mut().zip(&row[at..at + N]) {
+                *s += v;
+            }
+        }
+        sums[at..at + N].copy_from_slice(&block);
+        at += N;
+    }
+    at
 }

@@ -2,7 +2,7 @@
 
 use sindyna_core::Rng;
 
-use crate::{adam::Adam, mlp::Mlp, pass::Pass};
+use crate::{Isa, adam::Adam, mlp::Mlp, pass::Pass};
 
 /// A critic and everything it learns with.
 ///
@@ -14,7 +14,7 @@ pub(crate) struct Critic {
     pub(crate) target: Mlp,
     pub(crate) adam: Adam,
     pub(crate) gradients: Vec<f32>,
-    pass: Pass,
+    pub(crate) pass: Pass,
     d_values: Vec<f32>,
 }
 
@@ -28,7 +28,7 @@ impl Critic {
             net,
             adam: Adam::new(n_params, learning_rate),
             gradients: vec![0.0; n_params],
-            pass: Pass::default(),
+            pass: Pass::new(Isa::widest()),
             d_values: Vec::new(),
         }
     }

@@ -3,7 +3,7 @@
 use sindyna_core::{AgentError, Batch, Rng};
 
 use crate::{
-    SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::Pass, scaled_net::ScaledNet,
+    Isa, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::Pass, scaled_net::ScaledNet,
     temperature::Temperature,
 };
 
@@ -51,11 +51,17 @@ impl Learner {
             temperature,
             config,
             targets: Vec::new(),
-            pass: Pass::default(),
+            pass: Pass::new(Isa::widest()),
             d_heads: Vec::new(),
             updates: 0,
         };
         Ok((ScaledNet { net, scaling }, learner))
+    }
+
+    /// Runs the matrix products with the instructions `isa` from now on.
+    pub(crate) fn set_isa(&mut self, isa: Isa) {
+        self.pass.isa = isa;
+        self.critics.iter_mut().for_each(|c| c.pass.isa = isa);
     }
 
     /// Refuses batches of other shapes than `m` observed values and `action_dim` of an action.

@@ -3,7 +3,7 @@
 //! [`Sac`] is an [`Agent`](sindyna_core::Agent) for real actions, [`SacDiscrete`] one for numbered actions. The
 //! [`GaussianPolicy`] or [`CategoricalPolicy`] they hand over is all that is needed to act, and can be written to a file;
 //! [`SavedPolicy`] reads either. Networks are f32 inside and f64 at the border; an update is
-//! single-threaded and allocates nothing that grows, so independent runs scale with the cores.
+//! single-threaded and after the first allocates nothing, so independent runs scale with the cores.
 //!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
 
@@ -11,18 +11,21 @@
 
 mod adam;
 mod affine;
+mod buffer;
 mod categorical;
 mod categorical_policy;
 mod config;
 mod critic;
 mod gaussian;
 mod interface;
+mod isa;
+mod kernel;
 mod learner;
-mod matmul;
 mod mlp;
 mod pass;
 mod policy;
 mod policy_file;
+mod real;
 mod sac;
 mod sac_discrete;
 mod saved_policy;
@@ -36,6 +39,7 @@ mod thin;
 pub use categorical_policy::CategoricalPolicy;
 pub use config::{SacConfig, SacError};
 pub use interface::Scaling;
+pub use isa::{Isa, IsaError};
 pub use policy::GaussianPolicy;
 pub use policy_file::PolicyFileError;
 pub use sac::Sac;

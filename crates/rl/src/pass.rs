@@ -1,42 +1,51 @@
 //! Forward and backward passes of a network over a batch of rows.
 
 use crate::{
-    affine::{add_biases, sum_rows, through_relu},
-    matmul::{Matrix, matmul},
+    Isa,
+    affine::sum_rows,
+    buffer::Buffer,
+    kernel::{Finish, Matrix, dots, matmul},
     mlp::Mlp,
     thin::{MOST_OUTPUTS, Thin},
 };
 
 /// What one network remembers of a batch between its forward and its backward pass. Memory is kept from call to call.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(crate) struct Pass {
+    pub(crate) isa: Isa,
     /// Output of every layer, (rows, outputs) each.
-    outputs: Vec<Vec<f32>>,
+    outputs: Vec<Buffer>,
     /// ∂L/∂(output of a layer) and ∂L/∂(input of that layer), taking turns.
-    deltas: [Vec<f32>; 2],
+    deltas: [Buffer; 2],
     thin: Thin,
 }
 
 impl Pass {
+    /// Memory of a pass that runs with the instructions `isa`.
+    pub(crate) fn new(isa: Isa) -> Self {
+        Self { isa, outputs: Vec::new(), deltas: [Buffer::default(), Buffer::default()], thin: Thin::default() }
+    }
+
     /// Runs `net` on the rows of `inputs` (rows, inputs); returns the outputs (rows, outputs).
     pub(crate) fn forward(&mut self, net: &Mlp, inputs: &[f32], rows: usize) -> &[f32] {
-        self.outputs.resize(net.depth(), Vec::new());
+        self.outputs.resize_with(net.depth(), Buffer::default);
         for l in 0..net.depth() {
             let layer = net.layer(l);
             let (weights, biases) = layer.of(&net.params);
             let (before, after) = self.outputs.split_at_mut(l);
-            let x = before.last().map_or(inputs, Vec::as_slice);
-            let y = &mut after[0];
-            y.resize(rows * layer.outputs, 0.0);
+            let x = before.last().map_or(inputs, |x| &**x);
+            let y = after[0].sized(rows * layer.outputs);
             let hidden = l + 1 < net.depth();
             if layer.outputs <= MOST_OUTPUTS && !hidden {
-                self.thin.forward(x, weights, biases, y);
+                self.thin.forward(self.isa, x, weights, biases, y);
             } else {
-                matmul(y, Matrix::new(x, rows, layer.inputs), Matrix::new(weights, layer.inputs, layer.outputs));
-                add_biases(y, biases, hidden);
+                let (x, weights) =
+                    (Matrix::new(x, rows, layer.inputs), Matrix::new(weights, layer.inputs, layer.outputs));
+                let finish = if hidden { Finish::BiasesRelu(biases) } else { Finish::Biases(biases) };
+                matmul(self.isa, y, x, weights, finish);
             }
         }
-        self.outputs.last().map_or(&[], Vec::as_slice)
+        self.outputs.last().map_or(&[], |y| &**y)
     }
 
     /// Overwrites `gradients` with ∂L/∂params, given ∂L/∂outputs `d_outputs` of the first rows of the last forward
@@ -50,14 +59,14 @@ impl Pass {
             let x = &x[..rows * layer.inputs];
             let (d_weights, d_biases) = layer.of_mut(gradients);
             if layer.outputs <= MOST_OUTPUTS {
-                self.thin.weight_gradients(x, &self.deltas[0], layer.outputs, d_weights);
+                self.thin.weight_gradients(self.isa, x, &self.deltas[0], layer.outputs, d_weights);
             } else {
                 let delta = Matrix::new(&self.deltas[0], rows, layer.outputs);
-                matmul(d_weights, Matrix::new(x, rows, layer.inputs).t(), delta);
+                matmul(self.isa, d_weights, Matrix::new(x, rows, layer.inputs).t(), delta, Finish::Plain);
             }
             sum_rows(&self.deltas[0], d_biases);
             if l > 0 {
-                self.through_layer(net, l, 0..rows);
+                self.through_layer(net, l, None);
             }
         }
     }
@@ -68,39 +77,33 @@ impl Pass {
         debug_assert_eq!(d_outputs.len(), rows.len() * net.outputs());
         self.begin(d_outputs);
         for l in (1..net.depth()).rev() {
-            self.through_layer(net, l, rows.iter().copied());
+            self.through_layer(net, l, Some(rows));
         }
         let layer = net.layer(0);
         let (weights, _) = layer.of(&net.params);
         let wanted = layer.inputs - first;
-        let weights = Matrix::new(&weights[first * layer.outputs..], wanted, layer.outputs);
         let [delta, d_inputs] = &mut self.deltas;
-        d_inputs.resize(rows.len() * wanted, 0.0);
-        matmul(d_inputs, Matrix::new(delta, rows.len(), layer.outputs), weights.t());
+        let d_inputs = d_inputs.sized(rows.len() * wanted);
+        // A row of W belongs to an input, so the few that are wanted are products of rows.
+        dots(self.isa, d_inputs, delta, &weights[first * layer.outputs..], layer.outputs, None);
         d_inputs
     }
 
     fn begin(&mut self, d_outputs: &[f32]) {
-        self.deltas[0].clear();
-        self.deltas[0].extend_from_slice(d_outputs);
+        self.deltas[0].sized(d_outputs.len()).copy_from_slice(d_outputs);
     }
 
     /// Carries `deltas[0]` from the output of layer `l` (at least 1) to the output of the layer before, through W and
-    /// ReLU. Its rows belong to `rows` of the last forward pass.
-    fn through_layer(&mut self, net: &Mlp, l: usize, rows: impl Iterator<Item = usize>) {
+    /// ReLU. Its rows belong to the first of the last forward pass, or to `rows` of it.
+    fn through_layer(&mut self, net: &Mlp, l: usize, rows: Option<&[usize]>) {
         let layer = net.layer(l);
         let (weights, _) = layer.of(&net.params);
         let [delta, d_inputs] = &mut self.deltas;
         let n_rows = delta.len() / layer.outputs;
-        d_inputs.resize(n_rows * layer.inputs, 0.0);
-        let active = &self.outputs[l - 1];
-        if layer.outputs <= MOST_OUTPUTS {
-            self.thin.backward(active, rows, weights, layer.outputs, delta, d_inputs);
-        } else {
-            let weights = Matrix::new(weights, layer.inputs, layer.outputs);
-            matmul(d_inputs, Matrix::new(delta, n_rows, layer.outputs), weights.t());
-            through_relu(d_inputs, active, rows, layer.inputs);
-        }
+        let d_inputs = d_inputs.sized(n_rows * layer.inputs);
+        let weights = Matrix::new(weights, layer.inputs, layer.outputs).t();
+        let finish = Finish::ThroughRelu { outputs: &self.outputs[l - 1], rows };
+        matmul(self.isa, d_inputs, Matrix::new(delta, n_rows, layer.outputs), weights, finish);
         self.deltas.swap(0, 1);
     }
 }

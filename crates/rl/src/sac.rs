@@ -5,7 +5,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
 
 use crate::{
-    GaussianPolicy, SacConfig, SacError, Scaling,
+    GaussianPolicy, Isa, IsaError, SacConfig, SacError, Scaling,
     gaussian::Squashed,
     interface::ActionRange,
     learner::{Learner, Widths, lesser, shape},
@@ -71,6 +71,21 @@ impl Sac {
         let temperature = Temperature::new(&config, -(k as f64));
         let (net, learner) = Learner::new(config, scaling, &widths, temperature, rng)?;
         Ok(Self { policy: GaussianPolicy { net, range }, learner, work: Workspace::default() })
+    }
+
+    /// The same agent, its updates pinned to the instructions `isa` instead of the widest the machine has.
+    ///
+    /// # Errors
+    /// [`IsaError::Missing`] if the machine lacks them.
+    pub fn with_isa(mut self, isa: Isa) -> Result<Self, IsaError> {
+        self.learner.set_isa(isa.checked()?);
+        Ok(self)
+    }
+
+    /// The instructions updates run with: what to record beside a seed.
+    #[must_use]
+    pub fn isa(&self) -> Isa {
+        self.learner.pass.isa
     }
 
     /// Updates made so far.
@@ -147,7 +162,11 @@ impl Sac {
         let (q1, q2) = (first.values(&work.inputs, rows), second.values(&work.inputs, rows));
 
         let mut sum = 0.0;
-        work.lesser_rows.iter_mut().for_each(Vec::clear);
+        for rows_of in &mut work.lesser_rows {
+            rows_of.clear();
+            // In some later update all rows may be of one critic.
+            rows_of.reserve(rows);
+        }
         for (row, (q1, q2)) in q1.iter().zip(q2).enumerate() {
             sum += f64::from(lesser(*q1, *q2));
             work.lesser_rows[usize::from(q1 > q2)].push(row);

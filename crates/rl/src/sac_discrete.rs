@@ -4,7 +4,7 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
 
 use crate::{
-    CategoricalPolicy, SacConfig, SacError, Scaling,
+    CategoricalPolicy, Isa, IsaError, SacConfig, SacError, Scaling,
     categorical::Categorical,
     learner::{Learner, Widths, shape},
     temperature::Temperature,
@@ -74,6 +74,21 @@ impl SacDiscrete {
             .at_most(HEADROOM * config.initial_temperature);
         let (net, learner) = Learner::new(config, scaling, &widths, temperature, rng)?;
         Ok(Self { policy: CategoricalPolicy { net }, learner, work: Workspace::default() })
+    }
+
+    /// The same agent, its updates pinned to the instructions `isa` instead of the widest the machine has.
+    ///
+    /// # Errors
+    /// [`IsaError::Missing`] if the machine lacks them.
+    pub fn with_isa(mut self, isa: Isa) -> Result<Self, IsaError> {
+        self.learner.set_isa(isa.checked()?);
+        Ok(self)
+    }
+
+    /// The instructions updates run with: what to record beside a seed.
+    #[must_use]
+    pub fn isa(&self) -> Isa {
+        self.learner.pass.isa
     }
 
     /// Updates made so far.

@@ -1,0 +1,141 @@
+//! One tile of a product: the sums stay in registers from the first to the last.
+
+use super::lanes::Lanes;
+
+/// A left factor, by the strides of its rows and columns; one of the two is 1.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Left {
+    pub(super) data: *const f32,
+    pub(super) row_stride: usize,
+    pub(super) column_stride: usize,
+}
+
+/// A right factor of rows `stride` apart, whose numbers lie side by side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Right {
+    pub(super) data: *const f32,
+    pub(super) stride: usize,
+}
+
+/// What sums start from.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Start {
+    Zero,
+    /// One number per column.
+    Biases(*const f32),
+    /// The sums of the inner indices before, in the result.
+    Continue,
+}
+
+/// What becomes of the sums.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum End {
+    Keep,
+    Relu,
+    /// Sums stay where the number in the same place is positive, and are 0 elsewhere: for each row of the product one
+    /// of `active`, that of the same number, or the one `index` names.
+    Mask {
+        active: *const f32,
+        index: *const usize,
+    },
+}
+
+/// The result: rows `stride` apart.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Out {
+    pub(super) data: *mut f32,
+    pub(super) stride: usize,
+}
+
+/// ROWS rows of ACROSS vectors, of the last of which `last` numbers count if `PART`. TALL says that the left factor's
+/// rows are side by side. `row` and `column` are those of the tile in the result; `left` begins at the tile's row and
+/// `right` at its column.
+///
+/// # Safety
+/// The instructions of S are there, and every pointer is good for the tile.
+#[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "inlined; the arguments are the loops' state")]
+pub(super) unsafe fn tile<S: Lanes, const ROWS: usize, const ACROSS: usize, const PART: bool, const TALL: bool>(
+    inner: usize,
+    left: Left,
+    right: Right,
+    out: Out,
+    (row, column): (usize, usize),
+    last: usize,
+    start: Start,
+    end: End,
+) {
+    // SAFETY (whole body): offsets stay within the tile, for which the caller vouches.
+    unsafe {
+        let load = |p: *const f32, v: usize| {
+            if PART && v + 1 == ACROSS { S::load_part(p.add(v * S::N), last) } else { S::load(p.add(v * S::N)) }
+        };
+        let place = |i: usize| out.data.add((row + i) * out.stride + column);
+
+        let mut sums = [[S::splat(0.0); ACROSS]; ROWS];
+        match start {
+            Start::Zero => {}
+            Start::Biases(biases) => {
+                for v in 0..ACROSS {
+                    let b = load(biases.add(column), v);
+                    for row in &mut sums {
+                        row[v] = b;
+                    }
+                }
+            }
+            Start::Continue => {
+                for (i, row) in sums.iter_mut().enumerate() {
+                    for (v, sum) in row.iter_mut().enumerate() {
+                        *sum = load(place(i), v);
+                    }
+                }
+            }
+        }
+
+        let mut rows = [left.data; ROWS];
+        for (i, p) in rows.iter_mut().enumerate() {
+            *p = left.data.add(i * left.row_stride);
+        }
+        let mut b = right.data;
+        let mut a = left.data;
+        for k in 0..inner {
+            let mut columns = [S::splat(0.0); ACROSS];
+            for (v, c) in columns.iter_mut().enumerate() {
+                *c = load(b, v);
+            }
+            for i in 0..ROWS {
+                let x = S::splat(if TALL { *a.add(i) } else { *rows[i].add(k) });
+                for v in 0..ACROSS {
+                    sums[i][v] = S::fma(x, columns[v], sums[i][v]);
+                }
+            }
+            b = b.add(right.stride);
+            if TALL {
+                a = a.add(left.column_stride);
+            }
+        }
+
+        match end {
+            End::Keep => {}
+            End::Relu => {
+                for sum in sums.as_flattened_mut() {
+                    *sum = S::relu(*sum);
+                }
+            }
+            End::Mask { active, index } => {
+                for (i, row_sums) in sums.iter_mut().enumerate() {
+                    let of = if index.is_null() { row + i } else { *index.add(row + i) };
+                    for (v, sum) in row_sums.iter_mut().enumerate() {
+                        *sum = S::where_positive(*sum, load(active.add(of * out.stride + column), v));
+                    }
+                }
+            }
+        }
+        for (i, row) in sums.iter().enumerate() {
+            for (v, sum) in row.iter().enumerate() {
+                let p = place(i).add(v * S::N);
+                if PART && v + 1 == ACROSS { S::store_part(p, last, *sum) } else { S::store(p, *sum) }
+            }
+        }
+    }
+}
