@@ -70,7 +70,7 @@ impl Elements {
                     let (e, raw) = (noise[i], raw[i]);
                     let log_std = if raw < LOG_STD.0 { LOG_STD.0 } else { raw };
                     let log_std = if log_std > LOG_STD.1 { LOG_STD.1 } else { log_std };
-                    let free = if log_std == raw { 1.0 } else { 0.0 };
+                    let free = if log_std.to_bits() == raw.to_bits() { 1.0 } else { 0.0 };
                     let spread = real::exp(log_std) * e;
                     (action[i], slope[i]) = squash_with(real::exp, mean[i] + spread);
                     surprise[i] = 0.5 * e * e + log_std + HALF_LOG_TAU + real::ln(slope[i] + SQUASH_FLOOR);
