@@ -95,6 +95,7 @@ pub(crate) struct OptimalityConfig {
 }
 
 /// An agent for whatever actions there are.
+#[expect(clippy::large_enum_variant, reason = "a run has one agent, and moves it a few times")]
 pub(crate) enum AnyAgent {
     Sac(Sac),
     SacDiscrete(SacDiscrete),
