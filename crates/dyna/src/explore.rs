@@ -85,6 +85,10 @@ impl Swings {
 /// Steps on one side, between these.
 const SWING: std::ops::RangeInclusive<usize> = 6..=8;
 
+/// The same for the first side where actions are numbered: a push that never changes cannot be told from what is always
+/// there.
+const FIRST_NUMBERED: std::ops::RangeInclusive<usize> = 3..=5;
+
 /// Smallest push, as part of the largest.
 const LEAST_PUSH: f64 = 0.5;
 
@@ -95,7 +99,10 @@ impl Explorer for Swings {
             let (high, left) = match self.sides.get(i) {
                 Some(&(high, left)) if left > 0 && !fallen => (high, left),
                 Some(&(high, _)) => (!high, rng.random_range(SWING)),
-                None => (rng.random_bool(0.5), rng.random_range(SWING)),
+                None => {
+                    let first = if matches!(self.space, Space::Box { .. }) { SWING } else { FIRST_NUMBERED };
+                    (rng.random_bool(0.5), rng.random_range(first))
+                }
             };
             match self.sides.get_mut(i) {
                 Some(side) => *side = (high, left - 1),

@@ -1,7 +1,6 @@
 //! One identification, held against the truth.
 
-use std::time::Instant;
-
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use sindyna_core::Dataset;
 use sindyna_sindy::{Identified, Identifier, Model};
@@ -15,7 +14,7 @@ const KNOWN: f64 = 1e-11;
 /// What an identification with the defaults is worth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measured {
-    /// Time of the fit \[s\].
+    /// Processor time of the fit, which uses one thread \[s\].
     pub seconds: f64,
     /// How far the rates are from the truth over the box.
     pub deviation: Deviation,
@@ -39,7 +38,7 @@ pub struct Measured {
 /// # Errors
 /// Why nothing was identified.
 pub fn measure(truth: &Truth, identifier: &Identifier, data: &Dataset) -> anyhow::Result<(Measured, Model)> {
-    let start = Instant::now();
+    let start = ThreadTime::now();
     let found = identifier.identify(data)?;
     let seconds = start.elapsed().as_secs_f64();
     let (mut relative_errors, mut standardised_errors) = (Vec::new(), Vec::new());
@@ -75,9 +74,9 @@ pub fn measure(truth: &Truth, identifier: &Identifier, data: &Dataset) -> anyhow
 fn shown(truth: &Truth, identifier: &Identifier, found: &Identified) -> bool {
     let Ok(terms) = identifier.terms() else { return false };
     truth.judged().all(|(i, _)| {
-        found.report.equations[i].path.iter().any(|size| {
-            let chosen: Option<Vec<_>> =
-                size.support.iter().map(|&j| terms.get(j).map(|t| (&t.expr, t.rate))).collect();
+        let report = &found.report.equations[i];
+        report.path.iter().map(|size| &size.support).chain(&report.ties).any(|support| {
+            let chosen: Option<Vec<_>> = support.iter().map(|&j| terms.get(j).map(|t| (&t.expr, t.rate))).collect();
             let is_true = |terms| compare(truth, &[(i, terms)], found.model.offsets());
             chosen.is_some_and(|terms| matches!(is_true(terms), Structure::True { .. }))
         })

@@ -30,6 +30,8 @@ pub(crate) struct Equation {
     proved: bool,
     /// The best subset of each size that was tried.
     path: Vec<Size>,
+    /// Other sets of terms that the data cannot tell from these.
+    ties: Vec<Vec<String>>,
 }
 
 /// One term of an equation.
@@ -89,6 +91,7 @@ impl Equation {
             reached_floor: judged && equation.reached_floor,
             proved: equation.proved,
             path: equation.path.iter().map(size).collect(),
+            ties: equation.ties.iter().map(|tie| tie.iter().map(name).collect()).collect(),
         }
     }
 
@@ -117,6 +120,10 @@ impl Equation {
         };
         let search = if self.proved || self.path.is_empty() { "" } else { "; not every subset of this size was tried" };
         let _ = writeln!(text, "  residual {residual}: {verdict}{search}");
+        if !self.ties.is_empty() {
+            let ties: Vec<String> = self.ties.iter().map(|tie| tie.join(", ")).collect();
+            let _ = writeln!(text, "  the data cannot tell these terms from: {}", ties.join("; or "));
+        }
         text
     }
 
@@ -201,6 +208,7 @@ mod tests {
             reached_floor: true,
             proved: false,
             path: vec![Size { terms: vec![], residual: 1.0, proved: true }],
+            ties: vec![],
         }
     }
 
@@ -213,6 +221,13 @@ mod tests {
 \u{20} residual 1.3e-6 rad/s²: as small as rounding explains (2e-6); not every subset of this size was tried
 ";
         assert_eq!(equation().table("rounding"), expected);
+    }
+
+    #[test]
+    fn ties_are_told() {
+        let ties = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
+        let table = Equation { ties, ..equation() }.table("rounding");
+        assert!(table.ends_with("  the data cannot tell these terms from: th, w; or sin 2 th\n"), "{table}");
     }
 
     #[test]

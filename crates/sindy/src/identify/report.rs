@@ -54,6 +54,8 @@ pub struct EquationReport {
     pub standard_errors: Vec<f64>,
     /// The best subset of each size tried; empty for solvers that try none.
     pub path: Vec<SizeReport>,
+    /// Other subsets that the data cannot tell from the chosen one; at most eight.
+    pub ties: Vec<Vec<usize>>,
 }
 
 impl Report {
@@ -86,6 +88,7 @@ impl Report {
                 standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
                 support: fit.support,
                 path: fit.path,
+                ties: fit.ties,
             }
         });
         Self {
@@ -116,6 +119,7 @@ impl Report {
             support: fit.support,
             coefficients: fit.coefficients,
             path: fit.path,
+            ties: fit.ties,
         });
         Self {
             rows: rows.z.nrows(),

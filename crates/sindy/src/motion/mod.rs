@@ -6,13 +6,17 @@
 //! they agree. At last the coefficients are fitted to whole trajectories.
 
 mod averages;
+mod choice;
+mod fitting;
 mod polish;
 mod runs;
 mod search;
+mod settling;
 mod stepping;
 mod strays;
 mod tilt;
 mod unseen;
+mod untangle;
 mod whiten;
 
 pub(crate) use averages::System;

@@ -22,6 +22,10 @@ const PIECE: usize = 20;
 /// Gauss–Newton steps, at most.
 const ROUNDS: usize = 12;
 
+/// Gain in χ², each error taken as large as it is seen, below which no step is taken any more: coefficients then move by less
+/// than a tenth of their standard errors.
+const ENOUGH: f64 = 0.01;
+
 /// Times by which a coefficient may grow.
 const RUNAWAY: f64 = 3.0;
 
@@ -53,6 +57,8 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
     if !misfit.is_finite() {
         return None;
     }
+    let compared: usize = pieces.iter().map(|p| p.x.len() - p.start.len()).sum();
+    let freedom = compared.saturating_sub(xi.len()).max(1) as f64;
     for _ in 0..ROUNDS {
         let step = gauss_newton(&model, &xi, &pieces)?;
         // A step that overshoots is halved.
@@ -78,7 +84,7 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
         for (piece, start) in pieces.iter_mut().zip(starts) {
             piece.start = start;
         }
-        if gain < 1e-6 * misfit.max(1.0) {
+        if gain < ENOUGH * (misfit / freedom).max(1.0) {
             break;
         }
     }
@@ -88,9 +94,8 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
     }
     let all: Vec<usize> = (0..xi.len()).collect();
     let errors = gauss_newton(&model, &xi, &pieces)?.triangle.spread(&all);
-    let compared: usize = pieces.iter().map(|p| p.x.len() - p.start.len()).sum();
     // Errors larger than the samples are declared to have are taken as they are seen.
-    let spread = (misfit / compared.saturating_sub(xi.len()).max(1) as f64).sqrt().max(1.0);
+    let spread = (misfit / freedom).sqrt().max(1.0);
     let errors = errors.into_iter().map(|e| e * spread).collect();
     Some(Polished { model, errors })
 }

@@ -66,7 +66,10 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (V
     (found, at_limits)
 }
 
-/// Whether an observation sits at a declared limit.
+/// Standard deviations of noise within which of a limit a state may be at it.
+const NEAR: f64 = 3.0;
+
+/// Whether an observation sits at a declared limit, or may do so but for noise.
 pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
     observation.iter().zip(&spec.observation).any(|(&value, channel)| {
         // Cosine and sine reach their bounds on any turn.
@@ -74,13 +77,13 @@ pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
             return false;
         }
         let declared = spec.state.iter().find(|s| s.name == channel.name).map_or(channel.bounds, |s| s.bounds);
-        let tolerance = match spec.precision {
+        let rounding = match spec.precision {
             Precision::F32 => 1.5 * f64::from(f32::EPSILON),
             Precision::F64 => 1e-9,
         };
-        [channel.bounds, declared]
-            .into_iter()
-            .flat_map(|(low, high)| [low, high])
-            .any(|bound| bound.is_finite() && (value - bound).abs() <= tolerance * bound.abs())
+        let near = |bound: f64| rounding * bound.abs() + NEAR * spec.noise * channel.scale;
+        [channel.bounds, declared].into_iter().any(|(low, high)| {
+            (low.is_finite() && value <= low + near(low)) || (high.is_finite() && value >= high - near(high))
+        })
     })
 }

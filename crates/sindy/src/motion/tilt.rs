@@ -2,32 +2,71 @@
 
 use faer::Mat;
 
-use super::System;
+use ndarray::Array2;
+
+use super::choice::Choice;
+use super::fitting::{Terms, whitened};
+use super::search::{Found, Search};
+use super::{Run, Stepping, System};
 use crate::Triangle;
 use crate::expr::{Expr, Function};
+use crate::model::ModelError;
 use crate::solve::{Selected, least_squares};
 
 /// Largest tilt looked for \[rad\].
 const LARGEST: f64 = 0.6;
 
 /// Places between −LARGEST and LARGEST that are tried before the best is refined.
-const PLACES: usize = 61;
+const PLACES: usize = 25;
 
-/// Rounds of golden-section search.
-const ROUNDS: usize = 60;
+/// Rounds of golden-section search; what it finds is refined with the coefficients.
+const ROUNDS: usize = 24;
 
 /// How a term changes with the zero of an angle: p·sin m(θ + δ) = cos mδ · p·sin mθ + sin mδ · p·cos mθ, and for a
 /// cosine with −sin mδ.
 #[derive(Debug, Clone, Copy)]
-struct Turn {
-    companion: usize,
-    frequency: f64,
-    sign: f64,
+pub(super) struct Turn {
+    /// Place of the companion.
+    pub(super) companion: usize,
+    pub(super) frequency: f64,
+    pub(super) sign: f64,
+}
+
+impl Search<'_> {
+    /// The same search with the zeros of angles where the data want them; `None` if they are right where they are.
+    pub(super) fn tilted(&self, upright: &Found) -> Result<Option<Found>, ModelError> {
+        let (system, stepping) = (self.system, Stepping::Continuous { substeps: 1 });
+        if system.angles.is_empty() {
+            return Ok(None);
+        }
+        let mut offsets = self.upright();
+        let core: Vec<usize> = (0..system.core).collect();
+        let averages = |run: &Run| system.averages(run, stepping, None, &self.upright(), &core);
+        let theta: Vec<Array2<f64>> = self.runs.iter().map(averages).collect();
+        let mut triangles = Vec::new();
+        for (i, rate) in system.rates.iter().enumerate() {
+            let choice = self.choice(Choice::Core, i);
+            triangles.push(match rate {
+                Some(_) => None,
+                None => Some((whitened(system, self.runs, &theta, &choice, i, None)?, choice)),
+            });
+        }
+        for &angle in system.angles {
+            if let Some((delta, _)) = tilt(system, &triangles, &upright.fits, angle) {
+                offsets[angle] = delta;
+            }
+        }
+        if offsets.iter().all(|v| *v == 0.0) {
+            return Ok(None);
+        }
+        let start = self.fit(stepping, &offsets, None, &Terms::Best(&self.core()))?;
+        self.settle(start, &self.core()).map(Some)
+    }
 }
 
 /// The tilt δ of `angle` \[rad\] with which some subset in the paths of `fits` explains its equation best, and by how much
 /// N ln RSS + k ln N falls. `triangles` are [Θ of the first tier | target], one for each equation.
-pub(super) fn tilt(
+fn tilt(
     system: &System<'_>,
     triangles: &[Option<(Triangle, Vec<usize>)>],
     fits: &[Selected],
@@ -61,11 +100,6 @@ pub(super) fn tilt(
         }
     }
     best
-}
-
-/// Whether some equation has a term and its companion: a wave of `angle` that is neither sine nor cosine.
-pub(super) fn is_mixed(system: &System<'_>, fits: &[Selected], angle: usize) -> bool {
-    fits.iter().any(|fit| turns(system, &fit.support, angle).iter().any(Option::is_some))
 }
 
 /// ‖Θ_S(δ) ξ − y‖² at the best ξ.
@@ -104,7 +138,7 @@ fn minimum(f: impl Fn(f64) -> f64) -> f64 {
 }
 
 /// Per term of `choice`: how it turns with `angle`; `None` for terms that do not, or whose companion is not there.
-fn turns(system: &System<'_>, choice: &[usize], angle: usize) -> Vec<Option<Turn>> {
+pub(super) fn turns(system: &System<'_>, choice: &[usize], angle: usize) -> Vec<Option<Turn>> {
     let turn = |&j: &usize| {
         let term = &system.terms[j];
         let (wave, frequency, sign) = turned(&term.expr, angle)?;

@@ -64,10 +64,22 @@ pub struct Selected {
     pub proved: bool,
     /// The best subset of each size tried, from no term on.
     pub path: Vec<SizeReport>,
+    /// Other subsets that the data cannot tell from this one, best first, at most eight.
+    pub ties: Vec<Vec<usize>>,
 }
 
 /// Part of the floor within which residuals are as good as equal: the floor is generous, ties should not be.
 const TIE: f64 = 0.25;
+
+/// Difference of scores below which two subsets are not told apart: the odds are less than twenty to one.
+const UNDECIDED: f64 = 6.0;
+
+/// Ties reported.
+const TIES: usize = 8;
+
+/// Largest part of the rows that the terms of an equation whose residual is not explained may number: of an equation with
+/// as many terms as rows nothing is left to judge by, and its score means nothing.
+const MOST_TERMS: (usize, usize) = (2, 3);
 
 /// Candidates kept per size.
 const KEPT: usize = 24;
@@ -94,6 +106,12 @@ impl BestSubset {
         Self { budget, ..self }
     }
 
+    /// The same search with no more than `budget` operations for each size.
+    #[must_use]
+    pub(crate) fn within(self, budget: u64) -> Self {
+        Self { budget: self.budget.min(budget), ..self }
+    }
+
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
@@ -107,6 +125,7 @@ impl BestSubset {
             region: selection.region,
             floor: selection.floor,
         };
+        let most_terms = rows * MOST_TERMS.0 / MOST_TERMS.1;
         let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let mut winner: Option<(f64, Candidate)> = None;
@@ -125,7 +144,7 @@ impl BestSubset {
             // More terms than this can only fit rounding.
             let enough =
                 found.first().is_some_and(|c| exact(c) && !by_chance(&problem, c.rss.max(interesting), rows, size));
-            if enough || size <= rows * 2 / 3 {
+            if enough || size <= most_terms {
                 let scored = found.iter().map(|c| (criterion.score(c), c)).min_by(|(a, _), (b, _)| a.total_cmp(b));
                 if let Some((score, candidate)) = scored.filter(|(s, _)| winner.as_ref().is_none_or(|(w, _)| s < w)) {
                     winner = Some((score, candidate.clone()));
@@ -135,23 +154,34 @@ impl BestSubset {
             let best_size = winner.as_ref().map_or(0, |(_, c)| c.subset.len());
             // Exact equations are short; they may be found on hardly more rows than terms.
             let short = size < SHORT && selection.floor > 0.0;
-            if enough || (size >= (rows * 2 / 3).min(best_size + PATIENCE) && !short) {
+            if enough || (size >= most_terms.min(best_size + PATIENCE) && !short) {
                 break;
             }
         }
-        let winner = winner.map(|(_, c)| c);
-        let reached_floor = winner.as_ref().is_some_and(exact);
-        let picked = winner.as_ref().and_then(|winner| {
-            if !reached_floor {
-                return Some(winner);
+        let reached_floor = winner.as_ref().is_some_and(|(_, c)| exact(c));
+        let mut equals: Vec<&Candidate> = match &winner {
+            None => Vec::new(),
+            Some((_, winner)) if reached_floor => {
+                let found = &sizes[winner.subset.len()].0;
+                let best = found.first().map_or(0.0, |c| c.rss);
+                let tolerated = explained(TIE * selection.floor, rows, winner.subset.len()).max(NEAR_BEST * best);
+                let cost = |c: &&Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
+                let mut equals: Vec<&Candidate> = found.iter().filter(|c| c.rss <= tolerated).collect();
+                equals.sort_by_key(cost);
+                equals
             }
-            let found = &sizes[winner.subset.len()].0;
-            let best = found.first().map_or(0.0, |c| c.rss);
-            let tolerated = explained(TIE * selection.floor, rows, winner.subset.len()).max(NEAR_BEST * best);
-            let cost = |c: &&Candidate| c.subset.iter().map(|&j| selection.complexity[columns[j]]).sum::<u32>();
-            found.iter().filter(|c| c.rss <= tolerated).min_by_key(cost)
-        });
-        let support = picked.map_or(vec![], |c| support_of(c, &columns));
+            Some((least, _)) => {
+                let tried = sizes.iter().flat_map(|(found, _)| found).filter(|c| c.subset.len() <= most_terms);
+                let mut equals: Vec<(f64, &Candidate)> = tried.map(|c| (criterion.score(c), c)).collect();
+                equals.retain(|(score, _)| *score < least + UNDECIDED);
+                equals.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+                equals.into_iter().map(|(_, c)| c).collect()
+            }
+        };
+        equals.truncate(TIES + 1);
+        let mut equals = equals.into_iter().map(|c| support_of(c, &columns));
+        let support = equals.next().unwrap_or_default();
+        let ties = equals.collect();
         let proved = sizes.get(support.len()).is_some_and(|(_, proved)| *proved);
         let coefficients = triangle.solve(&support, target, 0.0);
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
@@ -160,7 +190,7 @@ impl BestSubset {
             residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
             proved: *proved,
         });
-        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect() }
+        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties }
     }
 }
 
@@ -192,16 +222,21 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new() }
+        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
     }
 
     /// The same with term j called `numbers[j]`.
     pub(crate) fn renumbered(mut self, numbers: &[usize]) -> Self {
         let paths = self.path.iter_mut().flat_map(|s| s.support.iter_mut());
-        for j in self.support.iter_mut().chain(paths) {
+        for j in self.support.iter_mut().chain(paths).chain(self.ties.iter_mut().flatten()) {
             *j = numbers[*j];
         }
         self
+    }
+
+    /// The same with the account of the search that found the terms.
+    pub(crate) fn found_by(self, search: &Self) -> Self {
+        Self { proved: search.proved, path: search.path.clone(), ties: search.ties.clone(), ..self }
     }
 
     /// The account of a fit of all terms, with coefficients that may be zero.
@@ -211,6 +246,6 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new() }
+        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
     }
 }

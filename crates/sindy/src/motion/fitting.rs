@@ -1,0 +1,172 @@
+//! One regression for each equation, along a way that is given.
+
+use ndarray::{Array2, Axis, concatenate};
+
+use super::choice::Choice;
+use super::search::{Found, Search};
+use super::unseen::unseen;
+use super::whiten::whiten;
+use super::{Run, Stepping, System};
+use crate::model::ModelError;
+use crate::regression::model;
+use crate::solve::{Selected, Selection};
+use crate::{Expr, Model, Triangle};
+
+/// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
+/// a system rounds on its way too.
+const ROUNDING: f64 = 2.0;
+
+/// RMS of whitened residuals that noise explains: one, and what it does to the averages of curved terms.
+const NOISE: f64 = 1.15;
+
+/// Where the terms of an equation come from.
+pub(super) enum Terms<'a> {
+    /// The best ones of those that are allowed each equation.
+    Best(&'a [Choice]),
+    /// The best ones of those of equations found before.
+    Of(&'a [Selected]),
+    /// They are those of equations found before; their residuals are being judged.
+    Same(&'a [Selected]),
+    /// They are those of equations found before; their averages are being made to agree with them. What is wrong with the
+    /// Runge–Kutta steps must show here.
+    Agreeing(&'a [Selected]),
+}
+
+impl Search<'_> {
+    /// Half the RMS of `rows` whitened residuals that the errors of the samples explain: for noise, a little more
+    /// than one, and three standard deviations of that.
+    pub(super) fn floor(&self, rows: usize) -> f64 {
+        if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
+    }
+
+    /// One round: averages along the way of `along`, then the terms and coefficients of each equation.
+    pub(super) fn fit(
+        &self,
+        stepping: Stepping,
+        offsets: &[f64],
+        along: Option<&Model>,
+        terms: &Terms<'_>,
+    ) -> Result<Found, ModelError> {
+        let system = self.system;
+        let wanted: Vec<usize> = match terms {
+            Terms::Of(fits) | Terms::Same(fits) | Terms::Agreeing(fits) => {
+                let mut used: Vec<usize> = fits.iter().flat_map(|f| f.support.iter().copied()).collect();
+                used.sort_unstable();
+                used.dedup();
+                used
+            }
+            Terms::Best(choices) if choices.contains(&Choice::Wide) => (0..system.terms.len()).collect(),
+            Terms::Best(_) => (0..system.core).collect(),
+        };
+        let averages = |run: &Run| system.averages(run, stepping, along, offsets, &wanted);
+        let theta: Vec<Array2<f64>> = self.runs.iter().map(averages).collect();
+        let numerical = !matches!(terms, Terms::Agreeing(_));
+        let extra: Option<Vec<Array2<f64>>> =
+            along.map(|model| self.runs.iter().map(|run| unseen(model, stepping, run, system.dt, numerical)).collect());
+        let (mut misfit, mut condition) = (0.0, 1.0_f64);
+        let mut fits = Vec::with_capacity(system.rates.len());
+        for (i, rate) in system.rates.iter().enumerate() {
+            if let Some(rate) = *rate {
+                fits.push(kinematic(system, rate));
+                continue;
+            }
+            let choice: Vec<usize> = match terms {
+                Terms::Of(fits) | Terms::Same(fits) | Terms::Agreeing(fits) => fits[i].support.clone(),
+                Terms::Best(choices) => self.choice(choices[i], i),
+            };
+            let triangle = whitened(system, self.runs, &theta, &choice, i, extra.as_deref())?;
+            let target = choice.len();
+            let selected = match terms {
+                Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
+                Terms::Best(_) | Terms::Of(_) => {
+                    let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
+                    let floor = if self.noisy { 0.0 } else { ROUNDING };
+                    self.solver.solve(&triangle, target, Selection { floor, complexity: &complexity, region: None })
+                }
+            };
+            misfit += triangle.residual_norm(&selected.support, &selected.coefficients, target).powi(2);
+            condition = condition.max(triangle.condition(&selected.support));
+            let selected = selected.renumbered(&choice);
+            fits.push(match terms {
+                Terms::Same(fits) | Terms::Agreeing(fits) => selected.found_by(&fits[i]),
+                Terms::Best(_) | Terms::Of(_) => selected,
+            });
+        }
+        let model = model(self.space.clone(), system.terms, &fits, stepping.form(), system.dt)?.with_offsets(offsets);
+        Ok(Found { model, fits, stepping, condition, misfit })
+    }
+
+    /// The same with a verdict on each equation: whether its residual is no more than the errors of the samples, those that
+    /// enter through the terms, and those of the Runge–Kutta steps.
+    pub(super) fn judged(&self, mut found: Found) -> Result<Found, ModelError> {
+        let offsets = found.model.offsets().to_vec();
+        let judged = self.fit(found.stepping, &offsets, Some(&found.model), &Terms::Same(&found.fits))?;
+        for (fit, verdict) in found.fits.iter_mut().zip(judged.fits) {
+            fit.reached_floor = verdict.reached_floor;
+            fit.residual = verdict.residual;
+        }
+        Ok(found)
+    }
+
+    /// The averages of the terms of `found` along its own way, run by run.
+    pub(super) fn averages_of(&self, found: &Found) -> Vec<Array2<f64>> {
+        let used: Vec<usize> = found.fits.iter().flat_map(|f| f.support.iter().copied()).collect();
+        let averages =
+            |run| self.system.averages(run, found.stepping, Some(&found.model), found.model.offsets(), &used);
+        self.runs.iter().map(averages).collect()
+    }
+
+    /// Per state: RMS of Δx/Δt − Σ c θ̄, and what of it the errors of the samples explain, in the unit of the rate.
+    pub(crate) fn residuals(&self, found: &Found) -> Vec<(f64, f64)> {
+        let rows = self.runs.iter().map(Run::len).sum::<usize>().max(1) as f64;
+        let mut sums = vec![(0.0, 0.0); found.fits.len()];
+        for (run, theta) in self.runs.iter().zip(self.averages_of(found)) {
+            let extra = unseen(&found.model, found.stepping, run, self.system.dt, true);
+            for (i, fit) in found.fits.iter().enumerate() {
+                for t in 0..run.len() {
+                    let explained: f64 =
+                        fit.support.iter().zip(&fit.coefficients).map(|(&j, c)| c * theta[[t, j]]).sum();
+                    let left = (run.x[[t + 1, i]] - run.x[[t, i]]) / self.system.dt - explained;
+                    let seen = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]) / self.system.dt;
+                    sums[i].0 += left * left;
+                    sums[i].1 += seen * seen + extra[[t, i]] * extra[[t, i]];
+                }
+            }
+        }
+        sums.into_iter().map(|(left, seen): (f64, f64)| ((left / rows).sqrt(), (seen / rows).sqrt())).collect()
+    }
+}
+
+/// The triangle of [Θ of `allowed` | Δxᵢ/Δt], its rows whitened.
+pub(super) fn whitened(
+    system: &System<'_>,
+    runs: &[Run],
+    theta: &[Array2<f64>],
+    allowed: &[usize],
+    i: usize,
+    extra: Option<&[Array2<f64>]>,
+) -> Result<Triangle, ModelError> {
+    let mut triangle = Triangle::new(allowed.len() + 1);
+    for (at, (run, theta)) in runs.iter().zip(theta).enumerate() {
+        let target = Array2::from_shape_fn((run.len(), 1), |(t, _)| (run.x[[t + 1, i]] - run.x[[t, i]]) / system.dt);
+        let mut rows = concatenate![Axis(1), theta.select(Axis(1), allowed), target];
+        let extra = extra.map_or_else(|| vec![0.0; run.len()], |e| e[at].column(i).to_vec());
+        whiten(rows.view_mut(), &run.sigma.column(i).to_vec(), &extra, system.dt);
+        triangle.push(rows.view()).map_err(|_| ModelError::BadNumber { what: "a term", value: f64::NAN })?;
+    }
+    Ok(triangle)
+}
+
+/// ẋ = v.
+fn kinematic(system: &System<'_>, rate: usize) -> Selected {
+    let term = system.terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(rate));
+    Selected {
+        support: term.into_iter().collect(),
+        coefficients: vec![1.0; usize::from(term.is_some())],
+        residual: 0.0,
+        reached_floor: true,
+        proved: true,
+        path: Vec::new(),
+        ties: Vec::new(),
+    }
+}

@@ -1,0 +1,140 @@
+//! Averages and equations that agree with each other.
+
+use ndarray::{Array2, Axis, concatenate};
+
+use super::choice::Choice;
+use super::fitting::{Terms, whitened};
+use super::search::{Found, Search};
+use super::stepping::FINEST;
+use super::{Run, Stepping};
+use crate::model::ModelError;
+
+/// Rounds of averaging and fitting, at most; each brings the averages about a digit nearer.
+const ROUNDS: usize = 25;
+
+/// Searches for terms, at most.
+const SEARCHES: usize = 6;
+
+/// Runge–Kutta steps per interval that are tried.
+const SUBSTEPS: [usize; 4] = [1, 2, 4, FINEST];
+
+/// Times by which more substeps must lower χ² to be believed.
+const FINER: f64 = 4.0;
+
+impl Search<'_> {
+    /// Averages and fits in turn until the equations stay as they are.
+    pub(super) fn settle(&self, start: Found, choices: &[Choice]) -> Result<Found, ModelError> {
+        let mut found = self.refine(start.clone()).unwrap_or(start);
+        for _ in 0..SEARCHES {
+            // A model that leaves the finite numbers on its way leads nowhere.
+            let Ok(next) = self.searched(&found, choices) else { break };
+            if same_terms(&next, &found) {
+                // The last search is the account of what was found.
+                found.fits = found.fits.into_iter().zip(&next.fits).map(|(fit, search)| fit.found_by(search)).collect();
+                break;
+            }
+            let simpler = next.model.fitted().len() < found.model.fitted().len();
+            let Ok(next) = self.refine(next) else { break };
+            let explained = self.judged(next.clone())?.explains();
+            if next.misfit > found.misfit && !(simpler && explained) {
+                break;
+            }
+            found = next;
+        }
+        self.judged(found)
+    }
+
+    /// The best terms along the way of `found`; with more substeps too, where what is left is not explained.
+    fn searched(&self, found: &Found, choices: &[Choice]) -> Result<Found, ModelError> {
+        let offsets = found.model.offsets();
+        let search = |stepping| self.fit(stepping, offsets, Some(&found.model), &Terms::Best(choices));
+        if self.judged(found.clone())?.explains() { search(found.stepping) } else { self.finest(search) }
+    }
+
+    /// The same terms with averages that agree with them, and the number of substeps that does so best.
+    pub(super) fn refine(&self, start: Found) -> Result<Found, ModelError> {
+        self.finest(|stepping| self.agree(&start, stepping))
+    }
+
+    /// What `find` finds with as many substeps as are clearly better than fewer.
+    fn finest(&self, find: impl Fn(Stepping) -> Result<Found, ModelError>) -> Result<Found, ModelError> {
+        let [first, rest @ ..] = SUBSTEPS.map(|substeps| Stepping::Continuous { substeps });
+        let mut best = find(first)?;
+        for stepping in rest {
+            let finer = find(stepping)?;
+            if finer.misfit * FINER > best.misfit {
+                break;
+            }
+            best = finer;
+        }
+        Ok(best)
+    }
+
+    fn agree(&self, start: &Found, stepping: Stepping) -> Result<Found, ModelError> {
+        let mut offsets = start.model.offsets().to_vec();
+        let mut found = self.fit(stepping, &offsets, Some(&start.model), &Terms::Agreeing(&start.fits))?;
+        for _ in 0..ROUNDS {
+            self.turn(&found, &mut offsets)?;
+            let Ok(next) = self.fit(stepping, &offsets, Some(&found.model), &Terms::Agreeing(&start.fits)) else {
+                break;
+            };
+            let gain = found.misfit / next.misfit;
+            if gain.is_nan() || gain < 1.0 {
+                break;
+            }
+            found = next;
+            if gain < 1.01 {
+                break;
+            }
+        }
+        Ok(found)
+    }
+
+    /// Moves the offsets that are not zero by what is left of the residuals along the terms' derivatives.
+    fn turn(&self, found: &Found, offsets: &mut [f64]) -> Result<(), ModelError> {
+        /// Step of the numerical derivative \[rad\].
+        const NUDGE: f64 = 1e-5;
+        for angle in (0..offsets.len()).filter(|&i| offsets[i] != 0.0).collect::<Vec<_>>() {
+            let at = |by: f64| {
+                let mut moved = offsets.to_vec();
+                moved[angle] += by;
+                let used: Vec<usize> = found.fits.iter().flat_map(|f| f.support.iter().copied()).collect();
+                let averages = |run: &Run| self.system.averages(run, found.stepping, Some(&found.model), &moved, &used);
+                self.runs.iter().map(averages).collect::<Vec<Array2<f64>>>()
+            };
+            let (here, up, down) = (at(0.0), at(NUDGE), at(-NUDGE));
+            let (mut weight, mut sum) = (0.0, 0.0);
+            for (i, fit) in found.fits.iter().enumerate().filter(|(i, _)| self.system.rates[*i].is_none()) {
+                let slope = |up: &Array2<f64>, down: &Array2<f64>, t: usize| -> f64 {
+                    let terms = fit.support.iter().zip(&fit.coefficients);
+                    terms.map(|(&j, c)| c * (up[[t, j]] - down[[t, j]]) / (2.0 * NUDGE)).sum()
+                };
+                let with_slope: Vec<Array2<f64>> = here
+                    .iter()
+                    .zip(up.iter().zip(&down))
+                    .map(|(here, (up, down))| {
+                        let own = here.select(Axis(1), &fit.support);
+                        let slope = Array2::from_shape_fn((here.nrows(), 1), |(t, _)| slope(up, down, t));
+                        concatenate![Axis(1), own, slope]
+                    })
+                    .collect();
+                let all: Vec<usize> = (0..=fit.support.len()).collect();
+                let triangle = whitened(self.system, self.runs, &with_slope, &all, i, None)?;
+                let last = fit.support.len();
+                if let (Some(own), Some(left)) = (triangle.column(last).get(last), triangle.column(last + 1).get(last))
+                {
+                    weight += own * own;
+                    sum += own * left;
+                }
+            }
+            if weight > 0.0 {
+                offsets[angle] += sum / weight;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn same_terms(a: &Found, b: &Found) -> bool {
+    a.fits.iter().zip(&b.fits).all(|(a, b)| a.support == b.support)
+}

@@ -1,0 +1,107 @@
+//! Sums of sine and cosine told as one wave of an angle with another zero.
+
+use super::fitting::Terms;
+use super::search::{Found, Search};
+use super::tilt::{Turn, turns};
+use crate::model::ModelError;
+use std::f64::consts::PI;
+
+/// Difference of the zeros that two sums tell \[rad\], beyond which they are not due to one zero.
+const APART: f64 = 1e-2;
+
+impl Search<'_> {
+    /// Whether some equation has a wave of an angle that is neither sine nor cosine.
+    pub(super) fn is_mixed(&self, found: &Found) -> bool {
+        self.system.angles.iter().any(|&angle| !self.sums(found, angle).is_empty())
+    }
+
+    /// The same equations with each p·(a sin mθ + b cos mθ) told as p·c sin m(θ + δ); `None` if there is no such sum, if
+    /// the sums do not agree on δ, or if the data do not.
+    pub(super) fn untangled(&self, found: &Found) -> Result<Option<Found>, ModelError> {
+        let mut offsets = found.model.offsets().to_vec();
+        let mut fits = found.fits.clone();
+        for &angle in self.system.angles {
+            let sums = self.sums(found, angle);
+            let Some(heaviest) = sums.iter().max_by(|a, b| a.weight.total_cmp(&b.weight)) else { continue };
+            if sums.iter().any(|s| (s.offset - heaviest.offset).abs() > APART) {
+                return Ok(None);
+            }
+            let offset = offsets[angle] + heaviest.offset;
+            // Half a turn only changes signs.
+            offsets[angle] = offset - PI * (offset / PI).round();
+            for sum in &sums {
+                let fit = &mut fits[sum.equation];
+                let kept = fit.support.iter().zip(&fit.coefficients).filter(|(j, _)| **j != sum.lesser);
+                (fit.support, fit.coefficients) = kept.map(|(j, c)| (*j, *c)).unzip();
+                // What was looked at before had the angle's zero elsewhere.
+                (fit.path, fit.ties) = (Vec::new(), Vec::new());
+            }
+        }
+        if offsets == found.model.offsets() {
+            return Ok(None);
+        }
+        let start = self.fit(found.stepping, &offsets, Some(&found.model), &Terms::Agreeing(&fits))?;
+        let untangled = self.judged(self.refine(start)?)?;
+        Ok((untangled.explains() || !found.explains()).then_some(untangled))
+    }
+
+    /// `found` without the terms that took up what its offsets now do: while they were not right, no few terms explained
+    /// the data.
+    pub(super) fn pruned(&self, mut found: Found) -> Found {
+        while found.explains() && found.model.offsets().iter().any(|v| *v != 0.0) {
+            let fewer = (0..found.fits.len()).find_map(|i| self.without_least(&found, i));
+            match fewer {
+                Some(fewer) => found = fewer,
+                None => break,
+            }
+        }
+        found
+    }
+
+    /// `found` without the term of equation `i` that moves it least, if that explains the data too.
+    fn without_least(&self, found: &Found, i: usize) -> Option<Found> {
+        if self.system.rates[i].is_some() || found.fits[i].support.len() < 2 {
+            return None;
+        }
+        let offsets = found.model.offsets();
+        let theta = self.averages_of(found);
+        let moves = |at: &usize| {
+            let (j, c) = (found.fits[i].support[*at], found.fits[i].coefficients[*at]);
+            theta.iter().flat_map(|t| t.column(j).to_vec()).map(|v| (c * v).powi(2)).sum::<f64>()
+        };
+        let least = (0..found.fits[i].support.len()).min_by(|a, b| moves(a).total_cmp(&moves(b)))?;
+        let mut fits = found.fits.clone();
+        fits[i].support.remove(least);
+        fits[i].coefficients.remove(least);
+        let start = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Agreeing(&fits)).ok()?;
+        let fewer = self.judged(self.refine(start).ok()?).ok()?;
+        fewer.explains().then_some(fewer)
+    }
+
+    /// Every term of an equation beside which its companion stands, with the larger coefficient of the two.
+    fn sums(&self, found: &Found, angle: usize) -> Vec<Sum> {
+        let mut sums = Vec::new();
+        for (equation, fit) in found.fits.iter().enumerate() {
+            for (at, turn) in turns(self.system, &fit.support, angle).into_iter().enumerate() {
+                let Some(Turn { companion, frequency, sign }) = turn else { continue };
+                let (larger, smaller) = (fit.coefficients[at], fit.coefficients[companion]);
+                if larger.abs() > smaller.abs() {
+                    let offset = (sign * smaller / larger).atan() / frequency;
+                    sums.push(Sum { equation, lesser: fit.support[companion], offset, weight: larger.abs() });
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// A sum of sine and cosine of one angle in an equation.
+struct Sum {
+    equation: usize,
+    /// The term with the smaller coefficient.
+    lesser: usize,
+    /// What has to be added to the angle for the lesser term to vanish \[rad\].
+    offset: f64,
+    /// Size of the larger coefficient.
+    weight: f64,
+}
