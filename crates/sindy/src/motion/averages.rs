@@ -52,6 +52,7 @@ impl System<'_> {
         wanted.dedup();
         let tape = Tape::new(n_inputs, wanted.iter().map(|&j| &self.terms[j].expr));
         let mut registers = vec![0.0; tape.n_registers()];
+        let mut way = Way::default();
         for t in 0..run.len() {
             let mut add = |node: &Node<'_>| {
                 registers[..n_inputs].copy_from_slice(node.z);
@@ -70,7 +71,9 @@ impl System<'_> {
                     add(&Node { weight: 1.0, z: &z, rates: &self.increments(run, t) });
                 }
                 (Stepping::Continuous { .. }, None) => self.cubic(run, t, &mut add),
-                (Stepping::Continuous { substeps }, Some(model)) => self.stages(run, t, model, substeps, &mut add),
+                (Stepping::Continuous { substeps }, Some(model)) => {
+                    self.stages(run, t, model, substeps, &mut way, &mut add)
+                }
             }
         }
         theta
@@ -105,33 +108,53 @@ impl System<'_> {
     }
 
     /// The stages of the Runge–Kutta steps of `model`; where its accelerations miss the data's on average, they are moved.
-    fn stages(&self, run: &Run, t: usize, model: &Model, substeps: usize, add: &mut impl FnMut(&Node<'_>)) {
+    fn stages(
+        &self,
+        run: &Run,
+        t: usize,
+        model: &Model,
+        substeps: usize,
+        way: &mut Way,
+        add: &mut impl FnMut(&Node<'_>),
+    ) {
         let (n, k) = (run.x.ncols(), run.u.ncols());
-        let u: Vec<f64> = run.u.row(t).to_vec();
-        let mut x: Vec<f64> = run.x.row(t).to_vec();
+        let weights = [1.0, 2.0, 2.0, 1.0].map(|w| w / (6.0 * substeps as f64));
         let h = self.dt / substeps as f64;
-        let mut places = Vec::with_capacity(4 * substeps);
-        for _ in 0..substeps {
-            let mut slopes = vec![vec![0.0; n]; 4];
+        way.places.resize(4 * substeps * (n + k), 0.0);
+        way.slopes.resize(4 * substeps * n, 0.0);
+        let mut x: Vec<f64> = run.x.row(t).to_vec();
+        for slot in way.places.chunks_exact_mut(n + k) {
+            slot[n..].iter_mut().zip(run.u.row(t)).for_each(|(slot, u)| *slot = *u);
+        }
+        for (places, slopes) in way.places.chunks_exact_mut(4 * (n + k)).zip(way.slopes.chunks_exact_mut(4 * n)) {
             for s in 0..4 {
                 let reach = [0.0, 0.5 * h, 0.5 * h, h][s];
-                let mut z = Vec::with_capacity(n + k);
-                z.extend((0..n).map(|i| x[i] + if s > 0 { reach * slopes[s - 1][i] } else { 0.0 }));
-                model.eval(&z, &u, &mut slopes[s]);
-                z.extend_from_slice(&u);
-                let weight = [1.0, 2.0, 2.0, 1.0][s] / (6.0 * substeps as f64);
-                places.push((weight, z, slopes[s].clone()));
+                let (before, slope) = slopes.split_at_mut(s * n);
+                let (z, u) = places[s * (n + k)..(s + 1) * (n + k)].split_at_mut(n);
+                for i in 0..n {
+                    z[i] = x[i] + if s > 0 { reach * before[(s - 1) * n + i] } else { 0.0 };
+                }
+                model.eval(z, u, &mut slope[..n]);
             }
             for (i, x) in x.iter_mut().enumerate() {
-                *x += h / 6.0 * (slopes[0][i] + 2.0 * slopes[1][i] + 2.0 * slopes[2][i] + slopes[3][i]);
+                *x += h / 6.0 * (slopes[i] + 2.0 * slopes[n + i] + 2.0 * slopes[2 * n + i] + slopes[3 * n + i]);
             }
         }
-        let increments = self.increments(run, t);
-        let miss: Vec<f64> =
-            (0..n).map(|i| increments[i] - places.iter().map(|(w, _, slope)| w * slope[i]).sum::<f64>()).collect();
-        for (weight, z, slope) in &places {
-            let rates: Vec<f64> = slope.iter().zip(&miss).map(|(a, b)| a + b).collect();
-            add(&Node { weight: *weight, z, rates: &rates });
+        let mut miss = self.increments(run, t);
+        for (at, slope) in way.slopes.chunks_exact(n).enumerate() {
+            miss.iter_mut().zip(slope).for_each(|(miss, slope)| *miss -= weights[at % 4] * slope);
+        }
+        let slopes = way.slopes.chunks_exact_mut(n);
+        for (at, (z, rates)) in way.places.chunks_exact(n + k).zip(slopes).enumerate() {
+            rates.iter_mut().zip(&miss).for_each(|(rate, miss)| *rate += miss);
+            add(&Node { weight: weights[at % 4], z, rates });
         }
     }
+}
+
+/// Where the stages of one step lie, one after the other: (x; u) and ẋ.
+#[derive(Default)]
+struct Way {
+    places: Vec<f64>,
+    slopes: Vec<f64>,
 }

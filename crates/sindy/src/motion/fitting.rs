@@ -25,11 +25,8 @@ pub(super) enum Terms<'a> {
     Best(&'a [Choice]),
     /// The best ones of those of equations found before.
     Of(&'a [Selected]),
-    /// They are those of equations found before; their residuals are being judged.
+    /// All those of equations found before.
     Same(&'a [Selected]),
-    /// They are those of equations found before; their averages are being made to agree with them. What is wrong with the
-    /// Runge–Kutta steps must show here.
-    Agreeing(&'a [Selected]),
 }
 
 impl Search<'_> {
@@ -39,7 +36,8 @@ impl Search<'_> {
         if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
     }
 
-    /// One round: averages along the way of `along`, then the terms and coefficients of each equation.
+    /// One round: averages along the way of `along`, then the terms and coefficients of each equation. Rows weigh as much as
+    /// the errors of the samples, of the terms, and of the finest Runge–Kutta steps allow.
     pub(super) fn fit(
         &self,
         stepping: Stepping,
@@ -47,9 +45,27 @@ impl Search<'_> {
         along: Option<&Model>,
         terms: &Terms<'_>,
     ) -> Result<Found, ModelError> {
+        let errors = along.map(|model| self.errors_of_terms(model, stepping, true));
+        self.fit_weighted(stepping, offsets, along, terms, errors.as_deref())
+    }
+
+    /// Errors of each step besides those of the states at its ends, run by run; see [`unseen`].
+    pub(super) fn errors_of_terms(&self, model: &Model, stepping: Stepping, numerical: bool) -> Vec<Array2<f64>> {
+        self.runs.iter().map(|run| unseen(model, stepping, run, self.system.dt, numerical)).collect()
+    }
+
+    /// The same with `errors` of the steps that are known.
+    pub(super) fn fit_weighted(
+        &self,
+        stepping: Stepping,
+        offsets: &[f64],
+        along: Option<&Model>,
+        terms: &Terms<'_>,
+        errors: Option<&[Array2<f64>]>,
+    ) -> Result<Found, ModelError> {
         let system = self.system;
         let wanted: Vec<usize> = match terms {
-            Terms::Of(fits) | Terms::Same(fits) | Terms::Agreeing(fits) => {
+            Terms::Of(fits) | Terms::Same(fits) => {
                 let mut used: Vec<usize> = fits.iter().flat_map(|f| f.support.iter().copied()).collect();
                 used.sort_unstable();
                 used.dedup();
@@ -60,9 +76,6 @@ impl Search<'_> {
         };
         let averages = |run: &Run| system.averages(run, stepping, along, offsets, &wanted);
         let theta: Vec<Array2<f64>> = self.runs.iter().map(averages).collect();
-        let numerical = !matches!(terms, Terms::Agreeing(_));
-        let extra: Option<Vec<Array2<f64>>> =
-            along.map(|model| self.runs.iter().map(|run| unseen(model, stepping, run, system.dt, numerical)).collect());
         let (mut misfit, mut condition) = (0.0, 1.0_f64);
         let mut fits = Vec::with_capacity(system.rates.len());
         for (i, rate) in system.rates.iter().enumerate() {
@@ -71,13 +84,13 @@ impl Search<'_> {
                 continue;
             }
             let choice: Vec<usize> = match terms {
-                Terms::Of(fits) | Terms::Same(fits) | Terms::Agreeing(fits) => fits[i].support.clone(),
+                Terms::Of(fits) | Terms::Same(fits) => fits[i].support.clone(),
                 Terms::Best(choices) => self.choice(choices[i], i),
             };
-            let triangle = whitened(system, self.runs, &theta, &choice, i, extra.as_deref())?;
+            let triangle = whitened(system, self.runs, &theta, &choice, i, errors)?;
             let target = choice.len();
             let selected = match terms {
-                Terms::Same(_) | Terms::Agreeing(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
+                Terms::Same(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
                 Terms::Best(_) | Terms::Of(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
                     let floor = if self.noisy { 0.0 } else { ROUNDING };
@@ -88,7 +101,7 @@ impl Search<'_> {
             condition = condition.max(triangle.condition(&selected.support));
             let selected = selected.renumbered(&choice);
             fits.push(match terms {
-                Terms::Same(fits) | Terms::Agreeing(fits) => selected.found_by(&fits[i]),
+                Terms::Same(fits) => selected.found_by(&fits[i]),
                 Terms::Best(_) | Terms::Of(_) => selected,
             });
         }

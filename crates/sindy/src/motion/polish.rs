@@ -59,6 +59,7 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
     }
     let compared: usize = pieces.iter().map(|p| p.x.len() - p.start.len()).sum();
     let freedom = compared.saturating_sub(xi.len()).max(1) as f64;
+    let mut last = None;
     for _ in 0..ROUNDS {
         let step = gauss_newton(&model, &xi, &pieces)?;
         // A step that overshoots is halved.
@@ -78,6 +79,7 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
                 break;
             }
         }
+        last = Some(step.triangle);
         let Some((trial, moved, starts, total)) = taken else { break };
         let gain = misfit - total;
         (xi, model, misfit) = (trial, moved, total);
@@ -93,7 +95,8 @@ pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
         return None;
     }
     let all: Vec<usize> = (0..xi.len()).collect();
-    let errors = gauss_newton(&model, &xi, &pieces)?.triangle.spread(&all);
+    // The last step was too short to matter to them.
+    let errors = last?.spread(&all);
     // Errors larger than the samples are declared to have are taken as they are seen.
     let spread = (misfit / freedom).sqrt().max(1.0);
     let errors = errors.into_iter().map(|e| e * spread).collect();

@@ -95,7 +95,7 @@ impl Search<'_> {
             }
             let offsets = before.model.offsets().to_vec();
             let start = self.fit(before.stepping, &offsets, Some(&before.model), &Terms::Best(choices))?;
-            self.settle(start, choices)
+            self.settle(self.refine(start.clone()).unwrap_or(start), choices)
         })
     }
 
@@ -103,7 +103,7 @@ impl Search<'_> {
     fn first(&self, choices: &[Choice]) -> Result<Found, ModelError> {
         let start = self.fit(Stepping::Continuous { substeps: 1 }, &self.upright(), None, &Terms::Best(choices))?;
         let refined = self.refine(start.clone()).unwrap_or_else(|_| start.clone());
-        if !self.judged(refined.clone())?.explains() {
+        if !refined.explains() {
             // A small tilt shows in the first, rough equations; what explains everything with it needs no further search.
             if let Some(tilted) = self.tilted(&start).ok().flatten().filter(Found::explains) {
                 return Ok(self.simplest(tilted));
@@ -136,7 +136,7 @@ impl Search<'_> {
     fn reduced(&self, found: &Found) -> Result<Found, ModelError> {
         let offsets = found.model.offsets();
         let fewer = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Of(&found.fits))?;
-        self.judged(self.refine(fewer)?)
+        if fewer.model.fitted().len() < found.model.fitted().len() { self.refine(fewer) } else { Ok(fewer) }
     }
 
     /// Whether `found` explains more equations than `other`, or as many with fewer coefficients.

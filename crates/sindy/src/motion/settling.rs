@@ -22,9 +22,9 @@ const SUBSTEPS: [usize; 4] = [1, 2, 4, FINEST];
 const FINER: f64 = 4.0;
 
 impl Search<'_> {
-    /// Averages and fits in turn until the equations stay as they are.
+    /// Searches for terms, and averages that agree with them, in turn until the equations stay as they are.
     pub(super) fn settle(&self, start: Found, choices: &[Choice]) -> Result<Found, ModelError> {
-        let mut found = self.refine(start.clone()).unwrap_or(start);
+        let mut found = start;
         for _ in 0..SEARCHES {
             // A model that leaves the finite numbers on its way leads nowhere.
             let Ok(next) = self.searched(&found, choices) else { break };
@@ -35,25 +35,24 @@ impl Search<'_> {
             }
             let simpler = next.model.fitted().len() < found.model.fitted().len();
             let Ok(next) = self.refine(next) else { break };
-            let explained = self.judged(next.clone())?.explains();
-            if next.misfit > found.misfit && !(simpler && explained) {
+            if next.misfit > found.misfit && !(simpler && next.explains()) {
                 break;
             }
             found = next;
         }
-        self.judged(found)
+        Ok(found)
     }
 
     /// The best terms along the way of `found`; with more substeps too, where what is left is not explained.
     fn searched(&self, found: &Found, choices: &[Choice]) -> Result<Found, ModelError> {
         let offsets = found.model.offsets();
         let search = |stepping| self.fit(stepping, offsets, Some(&found.model), &Terms::Best(choices));
-        if self.judged(found.clone())?.explains() { search(found.stepping) } else { self.finest(search) }
+        if found.explains() { search(found.stepping) } else { self.finest(search) }
     }
 
-    /// The same terms with averages that agree with them, and the number of substeps that does so best.
+    /// The same terms with averages that agree with them, the number of substeps that does so best, and a verdict.
     pub(super) fn refine(&self, start: Found) -> Result<Found, ModelError> {
-        self.finest(|stepping| self.agree(&start, stepping))
+        self.judged(self.finest(|stepping| self.agree(&start, stepping))?)
     }
 
     /// What `find` finds with as many substeps as are clearly better than fewer.
@@ -72,12 +71,15 @@ impl Search<'_> {
 
     fn agree(&self, start: &Found, stepping: Stepping) -> Result<Found, ModelError> {
         let mut offsets = start.model.offsets().to_vec();
-        let mut found = self.fit(stepping, &offsets, Some(&start.model), &Terms::Agreeing(&start.fits))?;
+        // Errors of the terms weigh the rows; they hardly change on the way. What is wrong with the Runge–Kutta steps must show.
+        let errors = self.errors_of_terms(&start.model, stepping, false);
+        let fit = |offsets: &[f64], along: &Found| {
+            self.fit_weighted(stepping, offsets, Some(&along.model), &Terms::Same(&start.fits), Some(&errors))
+        };
+        let mut found = fit(&offsets, start)?;
         for _ in 0..ROUNDS {
             self.turn(&found, &mut offsets)?;
-            let Ok(next) = self.fit(stepping, &offsets, Some(&found.model), &Terms::Agreeing(&start.fits)) else {
-                break;
-            };
+            let Ok(next) = fit(&offsets, &found) else { break };
             let gain = found.misfit / next.misfit;
             if gain.is_nan() || gain < 1.0 {
                 break;
@@ -102,19 +104,19 @@ impl Search<'_> {
                 let averages = |run: &Run| self.system.averages(run, found.stepping, Some(&found.model), &moved, &used);
                 self.runs.iter().map(averages).collect::<Vec<Array2<f64>>>()
             };
-            let (here, up, down) = (at(0.0), at(NUDGE), at(-NUDGE));
+            let (up, down) = (at(NUDGE), at(-NUDGE));
             let (mut weight, mut sum) = (0.0, 0.0);
             for (i, fit) in found.fits.iter().enumerate().filter(|(i, _)| self.system.rates[*i].is_none()) {
                 let slope = |up: &Array2<f64>, down: &Array2<f64>, t: usize| -> f64 {
                     let terms = fit.support.iter().zip(&fit.coefficients);
                     terms.map(|(&j, c)| c * (up[[t, j]] - down[[t, j]]) / (2.0 * NUDGE)).sum()
                 };
-                let with_slope: Vec<Array2<f64>> = here
+                let with_slope: Vec<Array2<f64>> = up
                     .iter()
-                    .zip(up.iter().zip(&down))
-                    .map(|(here, (up, down))| {
-                        let own = here.select(Axis(1), &fit.support);
-                        let slope = Array2::from_shape_fn((here.nrows(), 1), |(t, _)| slope(up, down, t));
+                    .zip(&down)
+                    .map(|(up, down)| {
+                        let own = 0.5 * (up.select(Axis(1), &fit.support) + down.select(Axis(1), &fit.support));
+                        let slope = Array2::from_shape_fn((up.nrows(), 1), |(t, _)| slope(up, down, t));
                         concatenate![Axis(1), own, slope]
                     })
                     .collect();

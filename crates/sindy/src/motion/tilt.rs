@@ -17,10 +17,10 @@ use crate::solve::{Selected, least_squares};
 const LARGEST: f64 = 0.6;
 
 /// Places between −LARGEST and LARGEST that are tried before the best is refined.
-const PLACES: usize = 25;
+const PLACES: usize = 13;
 
 /// Rounds of golden-section search; what it finds is refined with the coefficients.
-const ROUNDS: usize = 24;
+const ROUNDS: usize = 20;
 
 /// How a term changes with the zero of an angle: p·sin m(θ + δ) = cos mδ · p·sin mθ + sin mδ · p·cos mθ, and for a
 /// cosine with −sin mδ.
@@ -60,7 +60,7 @@ impl Search<'_> {
             return Ok(None);
         }
         let start = self.fit(stepping, &offsets, None, &Terms::Best(&self.core()))?;
-        self.settle(start, &self.core()).map(Some)
+        self.settle(self.refine(start.clone()).unwrap_or(start), &self.core()).map(Some)
     }
 }
 

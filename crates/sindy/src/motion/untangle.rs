@@ -9,6 +9,9 @@ use std::f64::consts::PI;
 /// Difference of the zeros that two sums tell \[rad\], beyond which they are not due to one zero.
 const APART: f64 = 1e-2;
 
+/// RMS of a summand, as part of all, above which it does not come from an offset that was not quite right.
+const NEGLIGIBLE: f64 = 1e-3;
+
 impl Search<'_> {
     /// Whether some equation has a wave of an angle that is neither sine nor cosine.
     pub(super) fn is_mixed(&self, found: &Found) -> bool {
@@ -40,8 +43,8 @@ impl Search<'_> {
         if offsets == found.model.offsets() {
             return Ok(None);
         }
-        let start = self.fit(found.stepping, &offsets, Some(&found.model), &Terms::Agreeing(&fits))?;
-        let untangled = self.judged(self.refine(start)?)?;
+        let start = self.fit(found.stepping, &offsets, Some(&found.model), &Terms::Same(&fits))?;
+        let untangled = self.refine(start)?;
         Ok((untangled.explains() || !found.explains()).then_some(untangled))
     }
 
@@ -69,12 +72,16 @@ impl Search<'_> {
             let (j, c) = (found.fits[i].support[*at], found.fits[i].coefficients[*at]);
             theta.iter().flat_map(|t| t.column(j).to_vec()).map(|v| (c * v).powi(2)).sum::<f64>()
         };
-        let least = (0..found.fits[i].support.len()).min_by(|a, b| moves(a).total_cmp(&moves(b)))?;
+        let moved: Vec<f64> = (0..found.fits[i].support.len()).map(|at| moves(&at)).collect();
+        let least = (0..moved.len()).min_by(|a, b| moved[*a].total_cmp(&moved[*b]))?;
+        if moved[least] > NEGLIGIBLE * NEGLIGIBLE * moved.iter().sum::<f64>() {
+            return None;
+        }
         let mut fits = found.fits.clone();
         fits[i].support.remove(least);
         fits[i].coefficients.remove(least);
-        let start = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Agreeing(&fits)).ok()?;
-        let fewer = self.judged(self.refine(start).ok()?).ok()?;
+        let start = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Same(&fits)).ok()?;
+        let fewer = self.refine(start).ok()?;
         fewer.explains().then_some(fewer)
     }
 

@@ -35,8 +35,12 @@ impl Kept {
         }
     }
 
+    pub(crate) fn holds(&self, subset: &[usize]) -> bool {
+        self.best.iter().any(|c| c.subset == subset)
+    }
+
     pub(crate) fn offer(&mut self, rss: f64, subset: &[usize]) {
-        if rss.is_nan() || rss > self.cutoff() || self.best.iter().any(|c| c.subset == subset) {
+        if rss.is_nan() || rss > self.cutoff() || self.holds(subset) {
             return;
         }
         let before = |c: &Candidate| c.rss.total_cmp(&rss).then_with(|| c.subset.as_slice().cmp(subset)).is_lt();

@@ -53,7 +53,7 @@ fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Cand
         let rss = left + problem.unreachable();
         let mut with = subset.to_vec();
         with.insert(with.partition_point(|&i| i < j), j);
-        if rss <= kept.cutoff() {
+        if rss <= kept.cutoff() && !kept.holds(&with) {
             // The same number, to the last bit, by whatever way a subset is met.
             kept.offer(problem.rss(&with).unwrap_or(f64::NAN), &with);
         }
