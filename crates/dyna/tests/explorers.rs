@@ -99,7 +99,10 @@ fn swings_of_numbered_actions_go_from_the_first_to_the_last() {
     let spec = numbered(3);
     let taken = actions(&mut Swings::new(&spec), &spec, 5, 400);
     assert!(taken.iter().all(|a| a[0] == 0.0 || a[0] == 2.0));
-    assert!(stretches(taken.iter().map(|a| a[0] - 1.0)).iter().all(|l| (6..=8).contains(l)));
+    let lengths = stretches(taken.iter().map(|a| a[0] - 1.0));
+    // The first one is short, so that even a few steps hold both pushes.
+    assert!((3..=5).contains(&lengths[0]), "{lengths:?}");
+    assert!(lengths[1..].iter().all(|l| (6..=8).contains(l)), "{lengths:?}");
 }
 
 #[test]

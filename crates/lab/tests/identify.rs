@@ -145,6 +145,48 @@ fn rates_are_recognised_declared_or_left_alone() {
 }
 
 #[test]
+fn an_angle_given_as_cosine_and_sine_is_recognised() {
+    let temp = tempfile::tempdir().unwrap();
+    let turned = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let th: f64 = cells[1].parse().unwrap();
+        format!("{},{},{},{},{}\n", cells[0], th.sin(), th.cos(), cells[2], cells[3])
+    };
+    let log = rows(2.0, 100, |i| 0.05 * i as f64).lines().map(turned).collect::<String>();
+    let log = format!("t,sin_th,cos_th,w,u\n{log}");
+    let (code, stdout, stderr) = identify(temp.path(), &log, &["--states", "sin_th,cos_th,w", "--inputs", "u"]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    for line in [
+        "note: cos_th and sin_th are taken as cosine and sine of one angle, th",
+        "note: w is taken as the rate of th",
+        "  w\u{307} = 15 sin th + 3 u\n",
+    ] {
+        assert!(stdout.contains(line), "{line:?} is missing in {stdout}");
+    }
+    let raw = ["--states", "sin_th,cos_th,w", "--inputs", "u", "--circles", "none"];
+    let (code, stdout, _) = identify(temp.path(), &log, &raw);
+    assert!(code == 0 && stdout.contains("dcos_th/dt ="), "{stdout}");
+}
+
+#[test]
+fn steps_that_end_at_a_given_limit_are_left_out() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut log = String::from("t,x,v,u\n");
+    let (mut x, mut v) = (0.0, 0.0_f64);
+    for i in 0..80 {
+        let u = (0.4 * f64::from(i)).sin();
+        writeln!(log, "{},{x},{v},{u}", 0.1 * f64::from(i)).unwrap();
+        x += 0.1 * v;
+        v = (v + 0.1 * (2.0 * u - 0.5 * v)).clamp(-0.4, 0.4);
+    }
+    let args = ["--states", "x,v", "--inputs", "u", "--limits", "v=-0.4:0.4", "--out", "model"];
+    let (code, stdout, stderr) = identify(temp.path(), &log, &args);
+    assert!(code == 0 && stdout.contains("  v\u{307} = \u{2212}0.5 v + 2 u\n"), "{stdout}{stderr}");
+    let account = json(&temp.path().join("model/identify.json"));
+    assert!(account["rows"].as_u64().unwrap() < 79, "{}", account["rows"]);
+}
+
+#[test]
 fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
     let temp = tempfile::tempdir().unwrap();
     let header = "t,th,w,u\n";
@@ -260,6 +302,10 @@ fn bad_options_are_named() {
     refuses(&log, &with(&["--angles", "u"]), &["no state for --angles named `u`"]);
     refuses(&log, &with(&["--rates", "w"]), &["RATE=OF"]);
     refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
+    refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
+    refuses(&log, &with(&["--circles", "th=th"]), &["th=th"]);
+    refuses(&log, &with(&["--limits", "w=8:-8"]), &["LOW below HIGH", "w=8:-8"]);
+    refuses(&log, &with(&["--limits", "v=0:1"]), &["no state for --limits named `v`"]);
     refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);
     let bare = log.replace(" [rad/s]", "");
     refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be an angle and the rate of `th`"]);

@@ -1,6 +1,6 @@
 //! The learned side's map from what sensors show back to the state.
 
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 use ndarray::{Array2, ArrayView1, ArrayView2};
 use sindyna_core::{Kind, Precision, Spec};
@@ -78,7 +78,9 @@ impl Coordinates {
             Source::Shown(at) => spread(o[at]),
             Source::Turned { cosine, sine } => {
                 let (c, s) = (o[cosine], o[sine]);
-                (s * spread(c)).hypot(c * spread(s))
+                // The angle is computed, here and in the system, with rounding of its own.
+                let own = 4.0 * ulp(PI, Precision::F64) / 12_f64.sqrt();
+                (s * spread(c)).hypot(c * spread(s)).hypot(own)
             }
         }
     }

@@ -41,6 +41,12 @@ pub(crate) struct Args {
     /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     rates: Vec<String>,
+    /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
+    #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
+    circles: Vec<String>,
+    /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
+    #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
+    limits: Vec<String>,
     /// Seconds between two rows; 1 for a map without seconds [default: from the column `t`]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
@@ -116,21 +122,17 @@ impl Args {
         let names = |list: &[String]| -> Vec<String> {
             list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
         };
-        let pair = |text: &String| match text.split_once('=') {
-            Some((rate, of)) => Ok((rate.trim().to_owned(), of.trim().to_owned())),
-            None => Err(Failure::new(format!("--rates takes RATE=OF or `none`, got `{text}`"))
-                .hint("--rates w=th says that w is the rate of th")),
-        };
-        let rates = match &names(&self.rates)[..] {
-            [] => None,
-            [only] if only == "none" => Some(Vec::new()),
-            given => Some(given.iter().map(pair).collect::<Result<_, _>>()?),
-        };
+        let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
+        let hint = "--circles c=s says that c and s are cosine and sine of one angle";
+        let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
+        let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
             states: names(&self.states),
             inputs: names(&self.inputs),
             angles: names(&self.angles),
             rates,
+            circles,
+            limits,
             clock: match (self.dt, self.resample) {
                 (Some(dt), _) => Clock::Given(dt),
                 (None, Some(dt)) => Clock::Resampled(dt),
@@ -139,6 +141,31 @@ impl Args {
             precision: self.precision.map(Precision::from),
         })
     }
+}
+
+/// The pairs `list` names; none given: `None`; `none`: no pair.
+fn pairs(option: &str, form: &str, hint: &str, list: &[String]) -> Result<Option<Vec<(String, String)>>, Failure> {
+    let pair = |text: &String| match text.split_once('=') {
+        Some((one, other)) => Ok((one.trim().to_owned(), other.trim().to_owned())),
+        None => Err(Failure::new(format!("{option} takes {form} or `none`, got `{text}`")).hint(hint)),
+    };
+    match list {
+        [] => Ok(None),
+        [only] if only == "none" => Ok(Some(Vec::new())),
+        given => given.iter().map(pair).collect::<Result<_, _>>().map(Some),
+    }
+}
+
+/// `x=-2.4:2.4`.
+fn limit(text: &str) -> Result<(String, f64, f64), Failure> {
+    let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
+    let numbers = parts.and_then(|(name, (low, high))| {
+        Some((name.trim().to_owned(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
+    });
+    numbers.filter(|(_, low, high)| low < high).ok_or_else(|| {
+        Failure::new(format!("--limits takes STATE=LOW:HIGH with LOW below HIGH, got `{text}`"))
+            .hint("--limits x=-2.4:2.4 says that x stays between -2.4 and 2.4; inf for no limit on one side")
+    })
 }
 
 /// Refuses what could not be told apart, or not in reasonable time.

@@ -1,6 +1,8 @@
 //! Logged data: a CSV file, and what the user says about it, as rollouts of a declared system.
 
+mod circles;
 mod clock;
+mod declare;
 mod jumps;
 mod rates;
 mod recording;
@@ -8,10 +10,10 @@ mod table;
 
 use std::path::Path;
 
-use ndarray::Array2;
-use sindyna_core::{Channel, Dataset, Kind, Precision, Space, Spec};
+use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::failure::Failure;
+use circles::Reading;
 use recording::{Recording, Selected, TIME, TRAJECTORY, recordings};
 use table::Table;
 
@@ -26,6 +28,10 @@ pub(crate) struct LogOptions {
     pub(crate) angles: Vec<String>,
     /// States that are rates of others; none given: what the data show.
     pub(crate) rates: Option<Vec<(String, String)>>,
+    /// Pairs of states that are cosine and sine of one angle; none given: what the data show.
+    pub(crate) circles: Option<Vec<(String, String)>>,
+    /// States with their lowest and highest value.
+    pub(crate) limits: Vec<(String, f64, f64)>,
     pub(crate) clock: Clock,
     /// How finely the states were shown; none given: what the numbers show.
     pub(crate) precision: Option<Precision>,
@@ -58,7 +64,7 @@ impl Log {
     pub(crate) fn read(path: &Path, options: &LogOptions) -> Result<Self, Failure> {
         let table = Table::read(path)?;
         let columns = selected(&table, path, options)?;
-        let angles = positions(&options.angles, &options.states, "--angles")?;
+        let folded = positions(&options.angles, &options.states, "--angles")?;
         options.angles.iter().try_for_each(|angle| in_unit(&table, angle, "rad", "radians"))?;
         let (mut recordings, digits) = recordings(&table, &columns)?;
         let mut notes = unused(&table, &columns);
@@ -68,7 +74,7 @@ impl Log {
             );
         }
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
-        notes.extend(unwrap(&mut recordings, &angles, &options.states));
+        notes.extend(unwrap(&mut recordings, &folded, &options.states));
         notes.extend(jumps::note(&recordings, &options.states));
         let dt = match options.clock {
             Clock::Stamps if columns.time.is_none() => {
@@ -90,12 +96,28 @@ impl Log {
                 dt
             }
         };
+        let circles = match &options.circles {
+            Some(given) => given_circles(given, &options.states)?,
+            None => {
+                let circles = circles::recognised(&recordings, &options.states);
+                notes.extend(circles.iter().map(|c| {
+                    let (cosine, sine) = (&options.states[c.cosine], &options.states[c.sine]);
+                    format!("{cosine} and {sine} are taken as cosine and sine of one angle, {}; say --circles none to stop this", c.name)
+                }));
+                circles
+            }
+        };
+        let readings = circles::readings(options.states.len(), &circles);
+        let names: Vec<String> = readings.iter().map(|r| name_of(*r, &circles, &options.states)).collect();
+        let states = circles::read(&recordings, &readings);
+        let mut angles = positions(&options.angles, &names, "--angles")?;
+        angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
         let rates = match &options.rates {
-            Some(given) => given_rates(given, &options.states)?,
-            None => rates::recognised(&recordings, dt)
+            Some(given) => given_rates(given, &names)?,
+            None => rates::recognised(&states, dt)
                 .into_iter()
                 .map(|seen| {
-                    let (rate, of) = (&options.states[seen.rate], &options.states[seen.of]);
+                    let (rate, of) = (&names[seen.rate], &names[seen.of]);
                     let percent = (100.0 * seen.off_by).max(0.1);
                     notes.push(format!(
                         "{rate} is taken as the rate of {of}, which changes by it to within {percent:.1} %; say --rates \
@@ -109,7 +131,11 @@ impl Log {
             (true, Clock::Stamps | Clock::Given(_)) => Precision::F32,
             _ => Precision::F64,
         });
-        let spec = spec(path, &table, &columns, &recordings, &angles, &rates, dt, precision)?;
+        let kinds = declare::kinds(&names, &angles, &rates)?;
+        let mut spec = Spec { dt, precision, ..declare::spec(path, &table, &columns, &recordings) };
+        spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
+        declare::show(&mut spec, &readings);
+        declare::limit(&mut spec, &options.limits)?;
         let (data, skipped) = dataset(&recordings, &spec)?;
         notes.extend((skipped > 0).then(|| format!("{skipped} trajectories of one row have no step and are left out")));
         Ok(Self { spec, data, rows, notes })
@@ -253,64 +279,36 @@ fn unwrap(recordings: &mut [Recording], angles: &[usize], names: &[String]) -> V
     notes
 }
 
-#[allow(clippy::too_many_arguments, reason = "the one place where all that is known comes together")]
-fn spec(
-    path: &Path,
-    table: &Table,
-    columns: &Selected,
-    recordings: &[Recording],
-    angles: &[usize],
-    rates: &[(usize, usize)],
-    dt: f64,
-    precision: Precision,
-) -> Result<Spec, Failure> {
-    let reach = |of: fn(&Recording) -> &Array2<f64>, column: usize| {
-        let values = recordings.iter().flat_map(|r| of(r).column(column).to_vec());
-        let reach = values.fold(0.0, |largest: f64, v| largest.max(v.abs()));
-        if reach > 0.0 { reach } else { 1.0 }
-    };
-    let mut state = Vec::new();
-    for (i, &column) in columns.states.iter().enumerate() {
-        let header = &table.columns()[column];
-        let rate_of = rates.iter().find(|(rate, _)| *rate == i).map(|(_, of)| *of);
-        let angle = angles.contains(&i);
-        let (kind, unit) = match rate_of {
-            Some(of) if angle => {
-                let of = &table.columns()[columns.states[of]].name;
-                return Err(Failure::new(format!("`{}` cannot be an angle and the rate of `{of}`", header.name))
-                    .hint("take it off --angles, or say --rates none"));
-            }
-            Some(of) => (Kind::RateOf(of), if angles.contains(&of) { "rad/s" } else { "" }),
-            None if angle => (Kind::Angle, "rad"),
-            None => (Kind::Plain, ""),
-        };
-        let unit = if header.unit.is_empty() { unit } else { &header.unit };
-        state.push(Channel::new(&header.name, unit, kind, reach(|r| &r.states, i)));
+/// What a state is called.
+fn name_of(reading: Reading, circles: &[circles::Circle], columns: &[String]) -> String {
+    match reading {
+        Reading::Column(column) => columns[column].clone(),
+        Reading::Circle { cosine, .. } => {
+            circles.iter().find(|c| c.cosine == cosine).map_or_else(|| "angle".into(), |c| c.name.clone())
+        }
     }
-    let control = columns.inputs.iter().enumerate().map(|(i, &column)| {
-        let header = &table.columns()[column];
-        Channel::new(&header.name, &header.unit, Kind::Plain, reach(|r| &r.inputs, i))
-    });
-    let control: Vec<Channel> = control.collect();
-    let high: Vec<f64> = control.iter().map(|c| c.scale).collect();
-    Ok(Spec {
-        name: path.file_stem().map_or_else(|| "log".into(), |stem| stem.to_string_lossy().into_owned()),
-        observation: state.clone(),
-        state,
-        action_space: Space::Box { low: high.iter().map(|h| -h).collect(), high },
-        control,
-        precision,
-        noise: 0.0,
-        dt,
-        max_steps: usize::MAX,
-        solved_at: None,
-    })
+}
+
+fn given_circles(pairs: &[(String, String)], states: &[String]) -> Result<Vec<circles::Circle>, Failure> {
+    let mut circles: Vec<circles::Circle> = Vec::new();
+    for (cosine, sine) in pairs {
+        let both = positions(&[cosine.clone(), sine.clone()], states, "--circles")?;
+        let taken = circles.iter().any(|c| [c.cosine, c.sine].iter().any(|k| both.contains(k)));
+        if taken || both[0] == both[1] {
+            return Err(Failure::new(format!(
+                "--circles {cosine}={sine}: a state shows one angle, with one other state"
+            )));
+        }
+        let named = circles::circle(states, both[0], both[1]);
+        circles.push(circles::Circle { cosine: both[0], sine: both[1], ..named });
+    }
+    Ok(circles)
 }
 
 /// The recordings as a data set, and how many of them have no step.
 fn dataset(recordings: &[Recording], spec: &Spec) -> Result<(Dataset, usize), Failure> {
-    let (n, k) = (spec.state_dim(), spec.control_dim());
-    let mut data = Dataset::new(n, k, k, spec.dt);
+    let (m, k) = (spec.observation_dim(), spec.control_dim());
+    let mut data = Dataset::new(m, k, k, spec.dt);
     let mut skipped = 0;
     for recording in recordings {
         let rows = recording.states.nrows();
