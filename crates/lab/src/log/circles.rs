@@ -66,10 +66,10 @@ pub(crate) fn circle(names: &[String], i: usize, j: usize) -> Circle {
 
 /// `cos_th`, `cos(th)` and `costh` are of `th`; of another name it is the angle.
 fn name(cosine: &str, names: &[String]) -> String {
-    let lower = cosine.to_lowercase();
-    let rest = match lower.find("cos") {
-        Some(at) if cosine.is_ascii() => format!("{}{}", &cosine[..at], &cosine[at + 3..]),
-        _ => String::new(),
+    let is_cos = |at: &usize| cosine.get(*at..at + 3).is_some_and(|part| part.eq_ignore_ascii_case("cos"));
+    let rest = match (0..cosine.len()).find(is_cos) {
+        Some(at) => format!("{}{}", &cosine[..at], &cosine[at + 3..]),
+        None => String::new(),
     };
     let rest = rest.trim_matches(|c: char| !c.is_alphanumeric()).to_owned();
     let base = if rest.is_empty() { "angle".to_owned() } else { rest };
@@ -146,9 +146,14 @@ mod tests {
 
     #[test]
     fn names_of_angles() {
-        for (cosine, expected) in
-            [("cos(theta)", "theta"), ("th_cos", "th"), ("cosq1", "q1"), ("a", "angle"), ("cos", "angle")]
-        {
+        for (cosine, expected) in [
+            ("cos(theta)", "theta"),
+            ("th_cos", "th"),
+            ("cosq1", "q1"),
+            ("cos \u{3b8}", "\u{3b8}"),
+            ("a", "angle"),
+            ("cos", "angle"),
+        ] {
             assert_eq!(name(cosine, &names(&[cosine, "sin"])), expected);
         }
         assert_eq!(name("cos_w", &names(&["cos_w", "sin_w", "w"])), "w2");

@@ -115,7 +115,7 @@ impl BestSubset {
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
-        let (columns, problem) = simplest(triangle, target, selection.complexity);
+        let (columns, equal, problem) = simplest(triangle, target, selection.complexity);
         let rows = triangle.n_rows();
         let criterion = Criterion {
             problem: &problem,
@@ -181,7 +181,12 @@ impl BestSubset {
         equals.truncate(TIES + 1);
         let mut equals = equals.into_iter().map(|c| support_of(c, &columns));
         let support = equals.next().unwrap_or_default();
-        let ties = equals.collect();
+        let exchanged = |&(out, kept): &(usize, usize)| {
+            let mut other: Vec<usize> = support.iter().map(|&j| if j == kept { out } else { j }).collect();
+            other.sort_unstable();
+            (other != support).then_some(other)
+        };
+        let ties: Vec<Vec<usize>> = equal.iter().filter_map(exchanged).chain(equals).take(TIES).collect();
         let proved = sizes.get(support.len()).is_some_and(|(_, proved)| *proved);
         let coefficients = triangle.solve(&support, target, 0.0);
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
@@ -201,15 +206,16 @@ fn support_of(candidate: &Candidate, columns: &[usize]) -> Vec<usize> {
 }
 
 /// The columns that differ, the simplest of equal ones and the most promising first, as a problem; with their numbers
-/// in the triangle.
-fn simplest(triangle: &Triangle, target: usize, complexity: &[u32]) -> (Vec<usize>, Problem) {
+/// in the triangle, and the columns left out, each with the one that equals it.
+fn simplest(triangle: &Triangle, target: usize, complexity: &[u32]) -> (Vec<usize>, Vec<(usize, usize)>, Problem) {
     let dim = complexity.len().min(triangle.n_rows());
     let mut order: Vec<usize> = (0..complexity.len()).collect();
     order.sort_by_key(|&j| complexity[j]);
-    let (mut kept, _) = distinct(order.into_iter().filter_map(|j| unit(triangle, j, dim)));
+    let (mut kept, equal) = distinct(order.into_iter().filter_map(|j| unit(triangle, j, dim)));
     let (y, unreachable) = split(triangle, target, dim);
     most_promising_first(&mut kept, &y);
-    problem(dim, kept, y, unreachable)
+    let (columns, problem) = problem(dim, kept, y, unreachable);
+    (columns, equal, problem)
 }
 
 impl Selected {

@@ -127,7 +127,7 @@ pub(crate) fn record(
     seed: u64,
     steps: usize,
     start: fn(&mut Rng) -> Vec<f64>,
-    control: fn(&mut Rng, usize) -> f64,
+    control: impl Fn(&mut Rng, usize) -> f64,
     over: fn(&[f64]) -> bool,
 ) -> Dataset {
     let mut rng = Seed::new(seed).stream("record", 0);

@@ -1,0 +1,146 @@
+//! Equations of motion by the default target, against systems whose equations are written out here.
+
+mod common;
+
+use common::{Truth, record, uniform};
+use sindyna_core::{Channel, Dataset, Kind, Precision, Rng, Space, Spec};
+use sindyna_sindy::{Identified, Identifier};
+
+fn identify(spec: &Spec, data: &Dataset) -> Identified {
+    Identifier::new(spec).identify(data).expect("enough rows")
+}
+
+/// Checks that equation `i` has exactly the terms of `truth`, each coefficient to the relative accuracy `within`.
+fn assert_terms(found: &Identified, i: usize, truth: &[(&str, f64)], within: f64) {
+    let report = &found.report.equations[i];
+    let name = |j: &usize| found.report.features[*j].as_str();
+    let mut terms: Vec<(&str, f64)> =
+        report.support.iter().map(name).zip(report.coefficients.iter().copied()).collect();
+    let mut truth = truth.to_vec();
+    terms.sort_by_key(|t| t.0);
+    truth.sort_by_key(|t| t.0);
+    let names = |list: &[(&str, f64)]| list.iter().map(|t| t.0.to_owned()).collect::<Vec<_>>();
+    assert_eq!(names(&terms), names(&truth), "{}", found.model);
+    for ((term, coefficient), (_, true_one)) in terms.iter().zip(&truth) {
+        assert!((coefficient / true_one - 1.0).abs() < within, "{term}: {coefficient}, not {true_one}");
+    }
+    assert!(report.reached_floor, "{}", found.model);
+}
+
+/// A push to each side for four steps, of a size that changes with every step.
+fn swing(reach: f64) -> impl Fn(&mut Rng, usize) -> f64 {
+    move |rng, i| {
+        if (i / 4).is_multiple_of(2) { uniform(rng, 0.5, 1.0) * reach } else { -uniform(rng, 0.5, 1.0) * reach }
+    }
+}
+
+#[test]
+fn a_cart_with_a_pole_is_found_from_ten_steps() {
+    // (4/3) l ω̇ = g sin θ − cos θ v̇ and (M + m) v̇ = F + m l (ω² sin θ − cos θ ω̇).
+    let per_length = 1.0 / (0.5 * 4.0 / 3.0);
+    for seed in 0..5 {
+        let start = |rng: &mut Rng| (0..4).map(|_| uniform(rng, -0.05, 0.05)).collect();
+        let data = record(&common::cart_pole(), seed, 10, start, |rng, i| swing(10.0)(rng, i), |x| x[2].abs() > 0.2);
+        let found = identify(&common::cart_pole().spec, &data);
+        let push = [("u", 1.0 / 1.1), ("ω²·sin θ", 0.05 / 1.1), ("cos θ·dω/dt", -0.05 / 1.1)];
+        assert_terms(&found, 1, &push, 1e-2);
+        assert_terms(&found, 3, &[("sin θ", 9.8 * per_length), ("cos θ·dv/dt", -per_length)], 1e-4);
+    }
+}
+
+#[test]
+fn an_angle_whose_zero_is_off_is_told_with_its_offset() {
+    const MASSES: f64 = 10.471_975_5 + 5.018_591_6;
+    const MOMENT: f64 = 5.018_591_6 * 0.300_000_42;
+    const INERTIA: f64 = 0.188_749_77 + MOMENT * 0.300_000_42;
+    for seed in 0..5 {
+        let start = |rng: &mut Rng| (0..4).map(|_| uniform(rng, -0.01, 0.01)).collect();
+        let truth = common::inverted_pendulum();
+        let data = record(&truth, seed, 10, start, |rng, i| swing(3.0)(rng, i), |x| x[1].abs() > 0.2);
+        let found = identify(&truth.spec, &data);
+        assert!((found.model.offsets()[1] - 0.001_666_67).abs() < 1e-12, "{}", found.model);
+        let cart = [
+            ("v", -1.0 / MASSES),
+            ("u", 100.0 / MASSES),
+            ("ω²·sin θ", MOMENT / MASSES),
+            ("cos θ·dω/dt", -MOMENT / MASSES),
+        ];
+        let pole = [("ω", -1.0 / INERTIA), ("sin θ", 9.81 * MOMENT / INERTIA), ("cos θ·dv/dt", -MOMENT / INERTIA)];
+        assert_terms(&found, 2, &cart, 1e-9);
+        assert_terms(&found, 3, &pole, 1e-9);
+    }
+}
+
+/// Lorenz's equations with a push on the first, sampled every 0.02 s, float64.
+fn pushed_lorenz() -> Truth {
+    let channel = |name: &str| Channel::new(name, "", Kind::Plain, 20.0);
+    let state = vec![channel("x"), channel("y"), channel("z")];
+    let spec = Spec {
+        name: "lorenz".into(),
+        observation: state.clone(),
+        state,
+        control: vec![Channel::new("u", "", Kind::Plain, 20.0)],
+        action_space: Space::Box { low: vec![-20.0], high: vec![20.0] },
+        precision: Precision::F64,
+        noise: 0.0,
+        dt: 0.02,
+        max_steps: 1000,
+        solved_at: None,
+    };
+    let step = |x: &[f64], u: &[f64]| {
+        let field =
+            |x: &[f64]| [10.0 * (x[1] - x[0]) + u[0], x[0] * (28.0 - x[2]) - x[1], x[0] * x[1] - 8.0 / 3.0 * x[2]];
+        let at = |x: &[f64], k: &[f64; 3], c: f64| x.iter().zip(k).map(|(x, k)| x + c * k).collect::<Vec<_>>();
+        let (mut x, h) = (x.to_vec(), 0.02 / 8.0);
+        for _ in 0..8 {
+            let k1 = field(&x);
+            let k2 = field(&at(&x, &k1, 0.5 * h));
+            let k3 = field(&at(&x, &k2, 0.5 * h));
+            let k4 = field(&at(&x, &k3, h));
+            (0..3).for_each(|i| x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+        x
+    };
+    Truth { spec, step }
+}
+
+#[test]
+fn a_continuous_system_without_declared_rates_is_found_through_the_integrator() {
+    let truth = pushed_lorenz();
+    let data = record(&truth, 1, 100, |_| vec![-8.0, 8.0, 27.0], |rng, _| uniform(rng, -20.0, 20.0), |_| false);
+    let found = identify(&truth.spec, &data);
+    assert_terms(&found, 0, &[("x", -10.0), ("y", 10.0), ("u", 1.0)], 1e-9);
+    assert_terms(&found, 1, &[("x", 28.0), ("y", -1.0), ("x·z", -1.0)], 1e-9);
+    assert_terms(&found, 2, &[("z", -8.0 / 3.0), ("x·y", 1.0)], 1e-9);
+}
+
+#[test]
+fn terms_that_the_data_cannot_tell_apart_are_reported() {
+    // A pendulum that hardly swings, seen as float32: the restoring torque may be any of several waves.
+    let start = |_: &mut Rng| vec![1e-5, 0.0];
+    let mut truth = common::pendulum();
+    truth.step = |x, u| {
+        let rate = x[1] + 0.05 * (-15.0 * x[0].sin() + 3.0 * u[0]);
+        vec![x[0] + 0.05 * rate, rate]
+    };
+    let data = record(&truth, 3, 12, start, |rng, _| uniform(rng, -1e-5, 1e-5), |_| false);
+    let found = identify(&truth.spec, &data);
+    let report = &found.report.equations[1];
+    let name = |j: &usize| found.report.features[*j].as_str();
+    let sets = || std::iter::once(&report.support).chain(&report.ties);
+    let shown = |wanted: &str| sets().any(|set| set.len() == 2 && set.iter().any(|j| name(j) == wanted));
+    assert!(shown("sin θ") && shown("sin 2θ"), "{}: {:?}", found.model, report.ties);
+}
+
+#[test]
+fn noise_does_not_hide_a_declared_limit() {
+    let mut truth = common::pendulum();
+    truth.spec.noise = 0.01;
+    let start = |rng: &mut Rng| vec![uniform(rng, -1.0, 1.0), uniform(rng, 4.0, 7.0)];
+    for seed in 0..5 {
+        let data = record(&truth, seed, 200, start, |rng, i| swing(2.0)(rng, i), |x| x[1].abs() >= 8.0);
+        let found = identify(&truth.spec, &data);
+        assert!(found.report.rows_at_limit > 0);
+        assert_terms(&found, 1, &[("sin θ", 15.0), ("u", 3.0)], 0.05);
+    }
+}
