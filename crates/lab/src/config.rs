@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
-use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
+use sindyna_rl::{Isa, IsaError, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::Identifier;
 
 use crate::failure::Failure;
@@ -28,6 +28,9 @@ pub(crate) struct TrainConfig {
     #[serde(default)]
     pub(crate) noise: f64,
     pub(crate) seed: u64,
+    /// Instructions of the updates, `portable`, `avx2` or `avx512`; none for the widest of whatever machine runs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) isa: Option<String>,
     pub(crate) warmup: Warmup,
     pub(crate) identification: IdentificationConfig,
     pub(crate) imagination: ImaginationConfig,
@@ -109,6 +112,14 @@ impl AnyAgent {
             Self::SacDiscrete(_) => "sac-discrete",
         }
     }
+
+    /// Instructions the updates run with.
+    pub(crate) fn isa(&self) -> Isa {
+        match self {
+            Self::Sac(sac) => sac.isa(),
+            Self::SacDiscrete(sac) => sac.isa(),
+        }
+    }
 }
 
 impl TrainConfig {
@@ -122,6 +133,7 @@ impl TrainConfig {
             simulator: "native".into(),
             noise: 0.0,
             seed: 0,
+            isa: None,
             warmup: Warmup { rollouts: 1, rollout_len: 10, explorer: "swings".into() },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
@@ -238,12 +250,23 @@ impl TrainConfig {
     /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
     pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<AnyAgent, Failure> {
         let (settings, scaling) = (self.sac.clone(), scaling(spec));
+        let isa = self.isa()?;
         Ok(match &spec.action_space {
-            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?),
+            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
             Space::Discrete { controls } => {
-                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?)
+                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
             }
         })
+    }
+
+    /// The instructions asked for, if there are such and this machine has them; else its widest.
+    fn isa(&self) -> Result<Isa, Failure> {
+        let Some(name) = &self.isa else { return Ok(Isa::widest()) };
+        let unusable = |e: IsaError| {
+            let widest = Isa::widest();
+            Failure::from(e).hint(format!("without --isa the widest this machine has is taken: {widest}"))
+        };
+        name.parse::<Isa>().and_then(Isa::checked).map_err(unusable)
     }
 
     /// The schedule these settings describe.

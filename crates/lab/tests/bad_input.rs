@@ -27,6 +27,7 @@ fn unknown_names_are_answered_with_the_known_ones() {
     refuses(&["train", "pendulum", "--library", "papr"], &["papr", "paper", "auto"]);
     refuses(&["train", "pendulum", "--solver", "lasso"], &["lasso", "best-subset", "stlsq"]);
     refuses(&["train", "pendulum", "--target", "x"], &["motion", "increment", "discrete", "continuous"]);
+    refuses(&["train", "pendulum", "--isa", "sse9"], &["sse9", "`portable`", "`avx512`", "without --isa"]);
     refuses(&["train", "pendulum", "--explorer", "alternate"], &["did you mean `alternating`?"]);
     refuses(&["train", "pendulum", "--term", "sin(phi)"], &["phi"]);
     refuses(&["tasks", "walker"], &["no task named `walker`"]);
