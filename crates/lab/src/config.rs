@@ -150,7 +150,7 @@ impl TrainConfig {
                 trial_every: 250,
                 trial_episodes: 100,
                 // Where a mark says what is good enough, waiting for more pays less.
-                patience: if spec.solved_at.is_some() { 4 } else { 20 },
+                patience: if spec.solved_at.is_some() { 5 } else { 20 },
                 tolerance: 0.01,
                 max_updates: 60_000,
             },

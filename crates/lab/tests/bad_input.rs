@@ -100,7 +100,7 @@ fn files_that_are_not_what_they_should_be_are_named() {
     refuses(&["train", "--config", "missing.toml"], &["cannot read missing.toml"]);
 
     let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "pendulum", "--max-updates", "1000", "--out", "run", "--quiet"];
+    let args = ["train", "pendulum", "--max-updates", "250", "--out", "run", "--quiet"];
     assert_eq!(parts(&sindyna(temp.path(), &args)).0, 1);
     let run = temp.path().join("run");
     let policy = fs::read(run.join("policy.safetensors")).unwrap();

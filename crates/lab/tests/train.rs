@@ -89,7 +89,7 @@ fn one_seed_gives_the_same_bytes_with_one_thread_and_with_two() {
 #[test]
 fn a_missed_target_is_a_result_with_exit_code_1() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "mountain-car", "--max-updates", "1000", "--out", "short"];
+    let args = ["train", "mountain-car", "--max-updates", "250", "--out", "short"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 1, "{stdout}{stderr}");
     assert!(stdout.contains("not solved") && stdout.contains("not optimal by the stop rule"), "{stdout}");
