@@ -10,7 +10,7 @@ On cart-pole, which has numbered actions, the peers are PPO; DQN (pipeline.py --
 At equal networks: ours again, once per seed, with the peer's hidden layers and batch size and all else as it is.
 Writes results/whole-job.json. Seeds that were run before are taken from runs/whole-job; delete that folder after a change.
 
-Usage: .venv-peers/bin/python benches/whole_job.py [--tasks ...] [--seeds 0-4] [--cap 60] [--core 1]
+Usage: .venv-peers/bin/python benches/whole_job.py [--tasks ...] [--seeds 0-4] [--cap 45] [--core 1]
 (scripts/peers_install makes .venv-peers)
 """
 import argparse
@@ -109,7 +109,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--tasks", nargs="+", choices=SIZES, default=list(SIZES))
     parser.add_argument("--seeds", type=seeds_of, default=range(5), help="such as 0-4")
-    parser.add_argument("--cap", type=float, default=60.0, help="seconds after which a peer is given up")
+    parser.add_argument("--cap", type=float, default=45.0, help="seconds after which a peer is given up")
     parser.add_argument("--core", type=int, default=1)
     args = parser.parse_args()
     binary = build() / "sindyna"

@@ -148,8 +148,7 @@ impl TrainConfig {
             },
             optimality: OptimalityConfig {
                 trial_every: 250,
-                // A fixed number of steps in the model: what takes long episodes varies less from one to the next.
-                trial_episodes: (20_000 / spec.max_steps.max(1)).clamp(20, 100),
+                trial_episodes: 100,
                 // Where a mark says what is good enough, waiting for more pays less.
                 patience: if spec.solved_at.is_some() { 5 } else { 20 },
                 tolerance: 0.01,
