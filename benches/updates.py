@@ -9,7 +9,7 @@ import argparse
 import re
 import sys
 
-from alternate import ROOT, build, json_lines, ratios, run, say, summary, write
+from alternate import ROOT, build, json_lines, run, say, summary, write
 
 WIDTHS = [64, 256]
 
@@ -36,13 +36,16 @@ def ceiling(examples, width, rounds, core):
 
 def measure(examples, width, rounds, core):
     rates = {"ours": [], "sbx": [], "sb3": []}
-    with_steps = {"sbx": [], "sb3": []}
+    with_steps, factors = {"sbx": [], "sb3": []}, {"sbx": [], "sb3": []}
     shares, ceilings = {"median": [], "best": []}, []
     for round_number in range(rounds):
         for name in ("sbx", "sb3"):
-            # Ours before each peer, so that each ratio is of neighbours.
-            rates["ours"].append(ours(examples, width, core))
+            # Ours before and after each peer, so that each ratio is of neighbours.
+            before = ours(examples, width, core)
             one = peer(name, width, core)
+            after = ours(examples, width, core)
+            rates["ours"] += [before, after]
+            factors[name].append((before + after) / 2 / one["updates_per_s"])
             rates[name].append(one["updates_per_s"])
             with_steps[name].append(one["with_steps_per_s"])
         found, products = ceiling(examples, width, 100, core)
@@ -57,8 +60,7 @@ def measure(examples, width, rounds, core):
         "width": width, "batch": 256, "mflop_per_update": products,
         "updates_per_second": {name: summary(values) for name, values in rates.items()},
         "with_environment_step_per_second": {name: summary(values) for name, values in with_steps.items()},
-        "ours_over_sbx": ratios(rates["ours"][0::2], rates["sbx"]),
-        "ours_over_sb3": ratios(rates["ours"][1::2], rates["sb3"]),
+        "ours_over_sbx": summary(factors["sbx"]), "ours_over_sb3": summary(factors["sb3"]),
         "share_of_fastest_products": {how: summary(values) for how, values in shares.items()},
         "in_turn_in_one_process": {name: summary([c[name]["median"] for c in ceilings]) for name in ceilings[0]},
     }
