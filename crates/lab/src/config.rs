@@ -93,8 +93,15 @@ pub(crate) struct OptimalityConfig {
     pub(crate) trial_every: u64,
     pub(crate) trial_episodes: usize,
     pub(crate) patience: usize,
+    /// The same once every episode of the best trial reached the mark; as many as `patience` in older files.
+    #[serde(default = "no_fewer")]
+    pub(crate) patience_when_sure: usize,
     pub(crate) tolerance: f64,
     pub(crate) max_updates: u64,
+}
+
+fn no_fewer() -> usize {
+    1_000_000
 }
 
 /// An agent for whatever actions there are.
@@ -151,6 +158,8 @@ impl TrainConfig {
                 trial_episodes: 100,
                 // Where a mark says what is good enough, waiting for more pays less.
                 patience: if spec.solved_at.is_some() { 5 } else { 20 },
+                // A hundred episodes of a hundred: one in thirty may still fail, which the mean forgives.
+                patience_when_sure: 2,
                 tolerance: 0.01,
                 max_updates: 60_000,
             },
@@ -292,6 +301,7 @@ impl TrainConfig {
                 trial_every: self.optimality.trial_every,
                 trial_episodes: self.optimality.trial_episodes,
                 patience: self.optimality.patience,
+                patience_when_sure: self.optimality.patience_when_sure,
                 tolerance: self.optimality.tolerance,
                 target: spec.solved_at,
                 max_updates: self.optimality.max_updates,
