@@ -138,7 +138,7 @@ impl<A: Agent> Improvement<'_, A> {
         let mut worlds: Vec<_> = (0..rule.trial_episodes).map(|_| Trial::like(model)).collect();
         let returns = evaluate(&mut worlds, &policy, rule.trial_episodes, seed, "trial in the model")?;
         let mean_return = returns.iter().sum::<f64>() / returns.len() as f64;
-        if self.trials.note(mean_return) {
+        if self.trials.note(&returns) {
             self.best = Some(Best { policy, model_return: mean_return });
         }
         let best_return = self.trials.best().unwrap_or(mean_return);

@@ -131,6 +131,7 @@ fn schedule() -> Schedule {
             trial_every: 10,
             trial_episodes: 5,
             patience: 2,
+            patience_when_sure: 2,
             tolerance: 0.01,
             target: None,
             max_updates: 200,
@@ -255,7 +256,7 @@ fn learned_reach(data: &Dataset) -> f64 {
 fn for_finite_n_a_real_rollout_follows_every_n_imagined() {
     let mut schedule = schedule();
     schedule.imagined_rollouts = Rollouts::Count(12);
-    schedule.optimality.patience = 1000;
+    (schedule.optimality.patience, schedule.optimality.patience_when_sure) = (1000, 1000);
     let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
     let real_after_warmup = learned.data.n_rollouts() as u64 - 2;
     // Up to `worlds` rollouts end in one turn, and the last turn may not have come to its end.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
-use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
+use sindyna_rl::{Isa, IsaError, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::Identifier;
 
 use crate::failure::Failure;
@@ -28,6 +28,9 @@ pub(crate) struct TrainConfig {
     #[serde(default)]
     pub(crate) noise: f64,
     pub(crate) seed: u64,
+    /// Instructions of the updates, `portable`, `avx2` or `avx512`; none for the widest of whatever machine runs it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) isa: Option<String>,
     pub(crate) warmup: Warmup,
     pub(crate) identification: IdentificationConfig,
     pub(crate) imagination: ImaginationConfig,
@@ -90,8 +93,15 @@ pub(crate) struct OptimalityConfig {
     pub(crate) trial_every: u64,
     pub(crate) trial_episodes: usize,
     pub(crate) patience: usize,
+    /// The same once every episode of the best trial reached the mark; as many as `patience` in older files.
+    #[serde(default = "no_fewer")]
+    pub(crate) patience_when_sure: usize,
     pub(crate) tolerance: f64,
     pub(crate) max_updates: u64,
+}
+
+fn no_fewer() -> usize {
+    1_000_000
 }
 
 /// An agent for whatever actions there are.
@@ -109,6 +119,14 @@ impl AnyAgent {
             Self::SacDiscrete(_) => "sac-discrete",
         }
     }
+
+    /// Instructions the updates run with.
+    pub(crate) fn isa(&self) -> Isa {
+        match self {
+            Self::Sac(sac) => sac.isa(),
+            Self::SacDiscrete(sac) => sac.isa(),
+        }
+    }
 }
 
 impl TrainConfig {
@@ -122,6 +140,7 @@ impl TrainConfig {
             simulator: "native".into(),
             noise: 0.0,
             seed: 0,
+            isa: None,
             warmup: Warmup { rollouts: 1, rollout_len: 10, explorer: "swings".into() },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
@@ -135,15 +154,21 @@ impl TrainConfig {
                 replay_capacity: 200_000,
             },
             optimality: OptimalityConfig {
-                trial_every: 1_000,
+                trial_every: 250,
                 trial_episodes: 100,
-                patience: 5,
+                // Where a mark says what is good enough, waiting for more pays less.
+                patience: if spec.solved_at.is_some() { 5 } else { 20 },
+                // A hundred episodes of a hundred: one in thirty may still fail, which the mean forgives.
+                patience_when_sure: 2,
                 tolerance: 0.01,
                 max_updates: 60_000,
             },
             sac: SacConfig {
                 discount: 1.0 - 1.0 / (spec.max_steps as f64).clamp(100.0, 1000.0),
-                learning_rate: 1e-3,
+                // Samples of the model are as many and as clean as one likes: critics may follow their targets fast.
+                learning_rate: 2e-3,
+                polyak: 0.04,
+                batch_size: 128,
                 initial_temperature: 0.1,
                 reward_scale: 0.1,
                 ..SacConfig::default()
@@ -238,12 +263,23 @@ impl TrainConfig {
     /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
     pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<AnyAgent, Failure> {
         let (settings, scaling) = (self.sac.clone(), scaling(spec));
+        let isa = self.isa()?;
         Ok(match &spec.action_space {
-            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?),
+            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
             Space::Discrete { controls } => {
-                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?)
+                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
             }
         })
+    }
+
+    /// The instructions asked for, if there are such and this machine has them; else its widest.
+    fn isa(&self) -> Result<Isa, Failure> {
+        let Some(name) = &self.isa else { return Ok(Isa::widest()) };
+        let unusable = |e: IsaError| {
+            let widest = Isa::widest();
+            Failure::from(e).hint(format!("without --isa the widest this machine has is taken: {widest}"))
+        };
+        name.parse::<Isa>().and_then(Isa::checked).map_err(unusable)
     }
 
     /// The schedule these settings describe.
@@ -265,6 +301,7 @@ impl TrainConfig {
                 trial_every: self.optimality.trial_every,
                 trial_episodes: self.optimality.trial_episodes,
                 patience: self.optimality.patience,
+                patience_when_sure: self.optimality.patience_when_sure,
                 tolerance: self.optimality.tolerance,
                 target: spec.solved_at,
                 max_updates: self.optimality.max_updates,

@@ -27,6 +27,7 @@ fn unknown_names_are_answered_with_the_known_ones() {
     refuses(&["train", "pendulum", "--library", "papr"], &["papr", "paper", "auto"]);
     refuses(&["train", "pendulum", "--solver", "lasso"], &["lasso", "best-subset", "stlsq"]);
     refuses(&["train", "pendulum", "--target", "x"], &["motion", "increment", "discrete", "continuous"]);
+    refuses(&["train", "pendulum", "--isa", "sse9"], &["sse9", "`portable`", "`avx512`", "without --isa"]);
     refuses(&["train", "pendulum", "--explorer", "alternate"], &["did you mean `alternating`?"]);
     refuses(&["train", "pendulum", "--term", "sin(phi)"], &["phi"]);
     refuses(&["tasks", "walker"], &["no task named `walker`"]);
@@ -99,7 +100,7 @@ fn files_that_are_not_what_they_should_be_are_named() {
     refuses(&["train", "--config", "missing.toml"], &["cannot read missing.toml"]);
 
     let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "pendulum", "--max-updates", "1000", "--out", "run", "--quiet"];
+    let args = ["train", "pendulum", "--max-updates", "250", "--out", "run", "--quiet"];
     assert_eq!(parts(&sindyna(temp.path(), &args)).0, 1);
     let run = temp.path().join("run");
     let policy = fs::read(run.join("policy.safetensors")).unwrap();

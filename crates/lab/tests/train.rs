@@ -8,6 +8,7 @@ use std::fs;
 use std::path::Path;
 
 use common::{json, parts, sindyna};
+use sindyna_rl::Isa;
 
 const RECORD: [&str; 6] =
     ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "summary.json"];
@@ -87,7 +88,7 @@ fn one_seed_gives_the_same_bytes_with_one_thread_and_with_two() {
 #[test]
 fn a_missed_target_is_a_result_with_exit_code_1() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "mountain-car", "--max-updates", "1000", "--out", "short"];
+    let args = ["train", "mountain-car", "--max-updates", "250", "--out", "short"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 1, "{stdout}{stderr}");
     assert!(stdout.contains("not solved") && stdout.contains("not optimal by the stop rule"), "{stdout}");
@@ -159,6 +160,28 @@ fn noise_is_on_every_observation_and_in_the_record() {
     assert_ne!(returns(temp.path(), &["--noise", "0"]), recorded);
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run", "--noise", "-1"]));
     assert!(code == 2 && stderr.contains("--noise must be between 0 and 1, got -1"), "{stderr}");
+}
+
+#[test]
+fn instructions_can_be_pinned_and_are_in_the_record() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut policies = Vec::new();
+    for isa in Isa::ALL {
+        let name = isa.name();
+        let args = ["train", "pendulum", "--isa", name, "--max-updates", "1000", "--out", name, "--quiet"];
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+        if isa.checked().is_err() {
+            assert!(code == 2 && stderr.contains(&format!("this machine has no {name}")), "{stderr}");
+            continue;
+        }
+        assert!(code == 0 || code == 1, "{stdout}{stderr}");
+        let run = temp.path().join(name);
+        assert_eq!(json(&run.join("summary.json"))["training"]["isa"], name);
+        assert!(fs::read_to_string(run.join("config.toml")).unwrap().contains(&format!("isa = \"{name}\"")));
+        policies.push((isa, fs::read(run.join("policy.safetensors")).unwrap()));
+    }
+    let fused: Vec<_> = policies.iter().filter(|(isa, _)| *isa != Isa::Portable).map(|(_, policy)| policy).collect();
+    assert!(fused.windows(2).all(|pair| pair[0] == pair[1]), "AVX2 and AVX-512 differ");
 }
 
 fn same_record(a: &Path, b: &Path) {

@@ -3,7 +3,7 @@
 use rand::RngExt as _;
 use sindyna_core::Rng;
 
-use crate::{affine::affine_row, simd::vectorized};
+use crate::{affine::affine_rows, simd::vectorized};
 
 /// A fully connected network with ReLU after every layer but the last.
 ///
@@ -92,25 +92,39 @@ impl Mlp {
     /// Every sum starts at the bias and runs over the inputs in order, so a row's result depends neither on the rows
     /// beside it nor on the machine: what acts in a controller is what was evaluated.
     pub(crate) fn evaluate_rows(&self, inputs: &[f32], outputs: &mut [f32]) {
-        let widest = self.sizes.iter().copied().max().unwrap_or(0);
-        let (mut x, mut y) = (vec![0.0; widest], vec![0.0; widest]);
+        // As many rows at once as keep the adders busy while each waits for its own sums.
+        const ABREAST: usize = 4;
+        let abreast = inputs.len() / self.inputs() / ABREAST * ABREAST;
+        let (inputs, last_inputs) = inputs.split_at(abreast * self.inputs());
+        let (outputs, last_outputs) = outputs.split_at_mut(abreast * self.outputs());
         vectorized(
             #[inline(always)]
             || {
-                let rows = inputs.chunks_exact(self.inputs()).zip(outputs.chunks_exact_mut(self.outputs()));
-                for (input, output) in rows {
-                    x[..input.len()].copy_from_slice(input);
-                    for l in 0..self.depth() {
-                        let layer = self.layer(l);
-                        let (weights, biases) = layer.of(&self.params);
-                        let hidden = l + 1 < self.depth();
-                        affine_row(&x[..layer.inputs], weights, biases, hidden, &mut y[..layer.outputs]);
-                        std::mem::swap(&mut x, &mut y);
-                    }
-                    output.copy_from_slice(&x[..self.outputs()]);
-                }
+                self.evaluate_abreast::<ABREAST>(inputs, outputs);
+                self.evaluate_abreast::<1>(last_inputs, last_outputs);
             },
         );
+    }
+
+    /// [`Self::evaluate_rows`] for R rows at once, of which there must be a multiple.
+    #[inline(always)]
+    fn evaluate_abreast<const R: usize>(&self, inputs: &[f32], outputs: &mut [f32]) {
+        let widest = self.sizes.iter().copied().max().unwrap_or(0);
+        let (mut x, mut y) = (vec![0.0; R * widest], vec![0.0; R * widest]);
+        let groups = inputs.chunks_exact(R * self.inputs()).zip(outputs.chunks_exact_mut(R * self.outputs()));
+        for (inputs, outputs) in groups {
+            for (x, input) in x.chunks_exact_mut(widest).zip(inputs.chunks_exact(self.inputs())) {
+                x[..input.len()].copy_from_slice(input);
+            }
+            for l in 0..self.depth() {
+                let hidden = l + 1 < self.depth();
+                affine_rows::<R>(&x, widest, self.layer(l).of(&self.params), hidden, &mut y);
+                std::mem::swap(&mut x, &mut y);
+            }
+            for (x, output) in x.chunks_exact(widest).zip(outputs.chunks_exact_mut(self.outputs())) {
+                output.copy_from_slice(&x[..output.len()]);
+            }
+        }
     }
 }
 

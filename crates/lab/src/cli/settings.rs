@@ -66,15 +66,19 @@ pub(crate) struct Settings {
     /// Updates after which training stops, optimal or not [default: 60000]
     #[arg(long, value_name = "N", help_heading = "Training")]
     max_updates: Option<u64>,
-    /// Learning rate of actor, critics and temperature [default: 0.001]
+    /// Learning rate of actor, critics and temperature [default: 0.002]
     #[arg(long, value_name = "X", help_heading = "Training")]
     learning_rate: Option<f64>,
     /// Discount γ [default: 1 − 1/max_steps of the task]
     #[arg(long, value_name = "X", help_heading = "Training")]
     discount: Option<f64>,
-    /// Transitions per update [default: 256]
+    /// Transitions per update [default: 128]
     #[arg(long, value_name = "N", help_heading = "Training")]
     batch_size: Option<usize>,
+    /// Instructions of the updates: `portable`, `avx2` or `avx512`; the last two give the same bytes [default: the widest
+    /// this machine has]
+    #[arg(long, value_name = "NAME", help_heading = "Training")]
+    isa: Option<String>,
 
     /// Episodes of the evaluation on the real system [default: 100]
     #[arg(long, value_name = "N", help_heading = "Evaluation")]
@@ -160,6 +164,9 @@ impl Settings {
         set(&mut config.sac.learning_rate, &self.learning_rate);
         set(&mut config.sac.discount, &self.discount);
         set(&mut config.sac.batch_size, &self.batch_size);
+        if self.isa.is_some() {
+            config.isa.clone_from(&self.isa);
+        }
         set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
-use sindyna_rl::SavedPolicy;
+use sindyna_rl::{Isa, SavedPolicy};
 
 use super::evaluate::{on_real_system, report, verdict};
 use super::{Common, Verdict, print};
@@ -102,7 +102,7 @@ impl Run<'_> {
             clock: Clock::default(),
             start,
         };
-        let (real, algorithm) = (plan.real.clone(), plan.agent.algorithm());
+        let (real, algorithm, isa) = (plan.real.clone(), plan.agent.algorithm(), plan.agent.isa());
         let learned = self.learn(plan, seed, &mut recorder);
         self.progress.finish();
         let learned = learned?;
@@ -124,7 +124,7 @@ impl Run<'_> {
             threads: rayon::current_num_threads(),
         };
         let log = recorder.log;
-        let summary = summary(config, algorithm, spec, &learned, evaluation.clone());
+        let summary = summary(config, algorithm, isa, spec, &learned, evaluation.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
@@ -239,6 +239,7 @@ fn explain(error: DynaError) -> Failure {
 fn summary(
     config: &TrainConfig,
     algorithm: &str,
+    isa: Isa,
     spec: &Spec,
     learned: &Learned<Fitted, SavedPolicy>,
     evaluation: Option<Evaluation>,
@@ -274,6 +275,7 @@ fn summary(
         identification,
         training: Training {
             algorithm: algorithm.into(),
+            isa: isa.name().into(),
             updates: learned.updates,
             model_steps: learned.model_steps,
             model_rollouts: learned.model_rollouts,

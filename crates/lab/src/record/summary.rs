@@ -77,6 +77,8 @@ pub(crate) struct Identification {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Training {
     pub(crate) algorithm: String,
+    /// Instructions the updates ran with: the same seed gives the same bytes with the same ones.
+    pub(crate) isa: String,
     pub(crate) updates: u64,
     pub(crate) model_steps: u64,
     pub(crate) model_rollouts: u64,
