@@ -87,7 +87,7 @@ def measure(binary, task, seeds, cap, core):
     runs = [one_seed(binary, task, seed, cap, core) for seed in seeds]
     own, equal = [o for r in runs for o in r["ours"]], [r["equal"] for r in runs]
     theirs = {backend: [r["peers"][backend] for r in runs] for backend in BACKENDS}
-    better = min(theirs, key=lambda backend: median(theirs[backend]))
+    better = min(theirs, key=lambda backend: (median(theirs[backend]), sum(min(t, cap) for t in theirs[backend])))
     hidden, batch = SIZES[task]
     seconds, equal_seconds = [o["seconds"] for o in own], [o["seconds"] for o in equal]
 
