@@ -40,12 +40,12 @@ impl<'a> Trials<'a> {
         Self { rule, best: None, sure: false, reference: None, without_gain: 0 }
     }
 
-    /// Notes a trial's returns; `true` if their mean is the best so far.
+    /// Notes a trial's returns; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer.
     pub(crate) fn note(&mut self, returns: &[f64]) -> bool {
         let mean_return = returns.iter().sum::<f64>() / returns.len() as f64;
         // A return that is no number is no gain.
         let mean_return = if mean_return.is_nan() { f64::NEG_INFINITY } else { mean_return };
-        let is_best = self.best.is_none_or(|best| mean_return > best);
+        let is_best = self.best.is_none_or(|best| mean_return >= best);
         if is_best {
             self.best = Some(mean_return);
             self.sure = self.rule.target.is_some_and(|target| returns.iter().all(|r| *r >= target));
@@ -114,6 +114,13 @@ mod tests {
         assert_eq!(trials.best(), Some(-199.5));
         assert!(trials.note(&[-150.0]));
         assert!(!trials.optimal(), "a real gain renews patience");
+    }
+
+    #[test]
+    fn of_equal_trials_the_later_is_kept() {
+        let rule = rule(Some(90.0));
+        let mut trials = Trials::new(&rule);
+        assert!(trials.note(&[100.0]) && trials.note(&[100.0]) && !trials.note(&[99.0]));
     }
 
     #[test]

@@ -118,6 +118,7 @@ impl Settings {
             config = config.with(text)?;
         }
         self.settle_coordinates(&mut config);
+        self.settle_patience(&mut config);
         if config.task != problem.name() {
             return Err(Failure::new("`task` cannot be set; name the task itself"));
         }
@@ -138,6 +139,14 @@ impl Settings {
         let coordinates = self.coordinates.is_some() || overridden("identification.coordinates");
         if library && !coordinates && config.identification.library.starts_with("paper") {
             config.identification.coordinates = "raw".into();
+        }
+    }
+
+    /// A model of noisy data is an approximation: to reach the mark in every episode there is no reason to stop sooner.
+    fn settle_patience(&self, config: &mut TrainConfig) {
+        let overridden = self.overrides.iter().any(|text| overrides::key(text) == "optimality.patience_when_sure");
+        if self.config.is_none() && !overridden && config.noise > 0.0 {
+            config.optimality.patience_when_sure = config.optimality.patience;
         }
     }
 
