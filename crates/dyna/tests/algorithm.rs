@@ -7,9 +7,7 @@ use std::io;
 use std::sync::Arc;
 
 use common::{Given, Line, Push, Student};
-use sindyna_core::{
-    Dataset, Dynamics, DynamicsLearner, Event, FitError, NoModel, Observer, Rng, Seed, Sensors, Simulated, Spec, Task,
-};
+use sindyna_core::{Dataset, DynamicsLearner, Event, NoModel, Observer, Rng, Seed, Sensors, Simulated, Spec, Task};
 use sindyna_dyna::{Dyna, Learned, Optimality, Refit, Rollouts, Schedule, Uniform, evaluate};
 
 struct Silent;
