@@ -4,7 +4,7 @@
 One core each, in turn: ours, a peer, ours, the other peer, for every seed. Ours is the whole process, from its start to its
 end, with an evaluation of 100 real episodes; a peer's seconds leave out its imports and its evaluations on the real system,
 and end at the first of those evaluations (10 episodes) at or above the threshold. A peer that takes longer than --cap counts
-as infinite, a run of ours that does not solve as well. The bar is judged against the peer with the lesser median.
+as infinite (as the cap in ratios), a run of ours that does not solve as well. The bar is judged against the peer with the lesser median.
 On cart-pole, which has numbered actions, the peers are PPO; DQN (pipeline.py --backend sb3-dqn) took longer when tried.
 
 At equal networks: ours again, once per seed, with the peer's hidden layers and batch size and all else as it is.
@@ -87,16 +87,18 @@ def measure(binary, task, seeds, cap, core):
     runs = [one_seed(binary, task, seed, cap, core) for seed in seeds]
     own, equal = [o for r in runs for o in r["ours"]], [r["equal"] for r in runs]
     theirs = {backend: [r["peers"][backend] for r in runs] for backend in BACKENDS}
-    better = min(theirs, key=lambda backend: median(theirs[backend]))
+    better = min(theirs, key=lambda backend: (median(theirs[backend]), sum(min(t, cap) for t in theirs[backend])))
     hidden, batch = SIZES[task]
     seconds, equal_seconds = [o["seconds"] for o in own], [o["seconds"] for o in equal]
 
     def ratio(mine):
-        return digits(min(median(theirs[better]), cap) / median(mine))
+        """Over seeds, each of runs that were neighbours: what else the machine does differs more than seeds do."""
+        return summary([min(peer, cap) / own for peer, own in zip(theirs[better], mine)])
 
+    place = BACKENDS.index(better)
     return {
         "task": task, "ours": described(seconds, None), "peers": {b: described(t, cap) for b, t in theirs.items()},
-        "better_peer": better, "ratio": ratio(seconds), "ratio_is_at_least": not math.isfinite(median(theirs[better])),
+        "better_peer": better, "ratio": ratio([r["ours"][place]["seconds"] for r in runs]), "ratio_is_at_least": not math.isfinite(median(theirs[better])),
         "parts_of_ours": {part: summary([o[part] for o in own]) for part in ("identify", "train", "evaluate")},
         "updates_of_ours": summary([o["updates"] for o in own]),
         "mean_returns_of_ours": [digits(r["ours"][0]["mean_return"]) for r in runs],
