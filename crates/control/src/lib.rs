@@ -4,14 +4,18 @@
 //! under quadratic costs, and [`Lqr`] acts by that gain: a [`Policy`](sindyna_core::Policy) like every other, for the true
 //! system and the learned one alike.
 //!
-//! Not here: anything trained, any reward, any knowledge of a particular system.
+//! [`ByHand`] holds feedback laws that people wrote for the tasks: the marks of what is attainable.
+//!
+//! Not here: anything trained, any reward; any knowledge of a particular system but in `by_hand`.
 
+mod by_hand;
 mod error;
 mod linear;
 mod lqr;
 mod matrix;
 mod riccati;
 
+pub use by_hand::ByHand;
 pub use error::ControlError;
 pub use linear::Linear;
 pub use lqr::Lqr;

@@ -1,5 +1,7 @@
 //! Transitions kept for replay.
 
+use std::ops::Range;
+
 use ndarray::{Array1, Array2};
 use rand::RngExt as _;
 
@@ -114,13 +116,30 @@ impl Replay {
         self.pushed == 0
     }
 
+    /// The observation (m) before a transition drawn uniformly; `None` when nothing is kept.
+    pub fn sample_observation(&self, rng: &mut Rng) -> Option<&[f64]> {
+        if self.is_empty() {
+            return None;
+        }
+        let slot = rng.random_range(0..self.len()) * self.width;
+        Some(&self.rows[slot..slot + self.observation_dim])
+    }
+
     /// Fills `batch` with transitions drawn uniformly, with replacement. Leaves it as it is when nothing is kept.
     pub fn sample_into(&self, batch: &mut Batch, rng: &mut Rng) {
+        self.sample_rows_into(batch, 0..batch.len(), rng);
+    }
+
+    /// The same for some `rows` of the batch, so that batches can be mixed.
+    ///
+    /// # Panics
+    /// If the batch has fewer rows.
+    pub fn sample_rows_into(&self, batch: &mut Batch, rows: Range<usize>, rng: &mut Rng) {
         if self.is_empty() {
             return;
         }
         let (m, k) = (self.observation_dim, self.action_dim);
-        for b in 0..batch.len() {
+        for b in rows {
             let slot = rng.random_range(0..self.len()) * self.width;
             let row = &self.rows[slot..slot + self.width];
             fill(&mut batch.observations, b, &row[..m]);

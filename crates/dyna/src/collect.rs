@@ -9,7 +9,7 @@ pub(crate) enum Actor<'a> {
 }
 
 impl Actor<'_> {
-    fn act(&mut self, observation: &[f64], so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
+    pub(crate) fn act(&mut self, observation: &[f64], so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
         match self {
             Self::Explorer(explorer) => explorer.next(so_far, rng, action),
             Self::Policy(policy, mode) => policy.act(observation, *mode, rng, action),

@@ -262,14 +262,7 @@ impl TrainConfig {
 
     /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
     pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<AnyAgent, Failure> {
-        let (settings, scaling) = (self.sac.clone(), scaling(spec));
-        let isa = self.isa()?;
-        Ok(match &spec.action_space {
-            Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
-            Space::Discrete { controls } => {
-                AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
-            }
-        })
+        agent(self.sac.clone(), spec, self.isa()?, rng)
     }
 
     /// The instructions asked for, if there are such and this machine has them; else its widest.
@@ -308,6 +301,17 @@ impl TrainConfig {
             },
         })
     }
+}
+
+/// An agent of the kind the actions of `spec` ask for.
+pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -> Result<AnyAgent, Failure> {
+    let scaling = scaling(spec);
+    Ok(match &spec.action_space {
+        Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
+        Space::Discrete { controls } => {
+            AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
+        }
+    })
 }
 
 /// Refuses a number of evaluation episodes there cannot be.

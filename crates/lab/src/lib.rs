@@ -4,6 +4,7 @@
 //! nothing of identification, learning or physics is written here.
 
 mod cli;
+mod compare;
 mod config;
 mod failure;
 mod identification;

@@ -35,6 +35,16 @@ fn below(first: (&str, &[String]), second: (&str, &[String])) -> String {
     block(first) + &block(second)
 }
 
+/// Rows of cells, the columns lined up.
+pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+    let widths: Vec<usize> = (0..N).map(|i| rows.iter().map(|row| columns_of(&row[i])).max().unwrap_or(0)).collect();
+    let line = |row: &[String; N]| {
+        let cells = row.iter().zip(&widths).map(|(cell, width)| cell.clone() + &" ".repeat(width - columns_of(cell)));
+        cells.collect::<Vec<_>>().join("   ").trim_end().to_owned() + "\n"
+    };
+    rows.iter().map(line).collect()
+}
+
 /// Places `text` takes on a terminal: marks over letters take none.
 pub(crate) fn columns_of(text: &str) -> usize {
     text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
@@ -47,6 +57,12 @@ mod tests {
         let found = ["θ̈ = 15·sin θ".to_owned(), "x".to_owned()];
         let text = super::beside(("found", &found), ("true", &["same".to_owned()]));
         assert_eq!(text, "found           true\nθ̈ = 15·sin θ    same\nx\n");
+    }
+
+    #[test]
+    fn cells_line_up() {
+        let rows = [["a", "bcd"], ["long", "e"]].map(|row| row.map(str::to_owned));
+        assert_eq!(super::aligned(&rows), "a      bcd\nlong   e\n");
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod compare;
 mod evaluate;
 mod export;
 mod identification;
@@ -37,6 +38,7 @@ enum Command {
     Identify(Box<identify::Args>),
     Export(export::Args),
     Evaluate(evaluate::Args),
+    Compare(compare::Args),
     Tasks(tasks::Args),
 }
 
@@ -56,6 +58,7 @@ pub fn main() -> ExitCode {
         Command::Identify(args) => identify::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
+        Command::Compare(args) => compare::run(&args),
         Command::Tasks(args) => tasks::run(&args),
     };
     match result {

@@ -1,0 +1,51 @@
+//! How much of what is done by those who learn while they act.
+
+/// The hyper-parameters of learning on the real system, with a model's help or without.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OnlineSchedule {
+    /// Real steps, at most.
+    pub real_steps: usize,
+    /// Real steps of the explorer, before the agent acts and learns.
+    pub first_steps: usize,
+    /// Real steps for which an action is held while the agent explores: 1 for none, more where a single push does nothing.
+    pub held_steps: usize,
+    /// Updates after every real step: the update-to-data ratio.
+    pub updates_per_step: usize,
+    /// Transitions in one update.
+    pub batch_size: usize,
+    /// Real transitions remembered.
+    pub replay_capacity: usize,
+    /// What a model is used for; nothing where the learner makes none.
+    pub branches: Option<Branches>,
+    /// When the policy is looked at.
+    pub checks: Checks,
+}
+
+/// Short rollouts in a model, branched off from real states (Janner et al. 2019).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Branches {
+    /// Real steps after which the model is fitted anew and rollouts branch off.
+    pub every: usize,
+    /// Rollouts branched off for each real step.
+    pub per_step: usize,
+    /// Steps of each, at most.
+    pub length: usize,
+    /// Rounds of branching whose transitions are remembered.
+    pub rounds_kept: usize,
+    /// Share of real transitions in a batch.
+    pub real_share: f64,
+}
+
+/// When the deterministic policy is looked at, on systems of its own: these steps are not counted, and nothing is learned
+/// from them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Checks {
+    /// Real steps between two checks.
+    pub every: usize,
+    /// Episodes of a check.
+    pub episodes: usize,
+    /// Mean return that solves the task; without one, a run takes all its steps.
+    pub mark: Option<f64>,
+    /// Checks in a row that reach the mark before a run ends; 0 for none that does.
+    pub enough: usize,
+}

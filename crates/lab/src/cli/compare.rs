@@ -1,0 +1,150 @@
+//! `sindyna compare`: methods side by side.
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use sindyna_rl::Isa;
+
+use super::{Common, Verdict, print};
+use crate::compare::{Group, Job, Method, Outcome, Store, groups, markdown};
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::progress::Progress;
+use crate::record::json;
+use crate::registry;
+
+/// Compares methods: how many real steps each needs until it solves each task
+///
+/// Every run of a method on a task with a seed leaves a file. A comparison that was cut off goes on where it stopped when the
+/// same command is given again; what is there is not done twice. Runs share the cores, each on one; what comes out does not
+/// depend on how many there are.
+#[derive(Debug, clap::Args)]
+#[command(after_help = METHODS)]
+pub(crate) struct Args {
+    /// Tasks, `sindyna tasks` lists them
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum"
+    )]
+    tasks: Vec<String>,
+    /// Methods, those below
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "sindy,sac,lqr,hand,random")]
+    methods: Vec<String>,
+    /// Seeds 0 to N−1
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+    /// Directory of the comparison, new or to go on with
+    #[arg(long, value_name = "DIR", default_value = "runs/compare")]
+    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+const METHODS: &str = "\
+Methods:
+  sindy    equations from ten real steps, soft actor-critic inside them: `sindyna train`
+  sac      soft actor-critic on the real system, one update a step
+  sac20    the same with twenty updates a step
+  truth    soft actor-critic inside the true equations: what the best of models could give
+  lqr      least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
+  hand     a controller written by somebody who knows the equations
+  random   uniformly random actions";
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let interrupt = Interrupt::listen()?;
+    let jobs = args.jobs()?;
+    let store = Store::open(&args.out, &settings()?)?;
+    let progress = Progress::new(args.common.quiet);
+    let (start, done) = (Instant::now(), AtomicUsize::new(0));
+    let kept: Vec<Option<Outcome>> = jobs.iter().map(|job| store.done(job)).collect();
+    let left: Vec<&Job> = jobs.iter().zip(&kept).filter(|(_, kept)| kept.is_none()).map(|(job, _)| job).collect();
+    progress.say(&format!("{} runs, {} of them done before", jobs.len(), jobs.len() - left.len()));
+    let stop = || interrupt.pressed();
+    let fresh: Result<Vec<Option<Outcome>>, Failure> = args.common.pool()?.install(|| {
+        // One job after the other goes to whichever core is free.
+        left.par_iter()
+            .with_max_len(1)
+            .map(|job| {
+                let begun = Instant::now();
+                let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(None) };
+                store.keep(job, &outcome, begun.elapsed().as_secs_f64())?;
+                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+                progress.say(&line(&outcome, count, left.len(), start));
+                Ok(Some(outcome))
+            })
+            .collect()
+    });
+    let mut fresh = fresh?.into_iter();
+    let outcomes: Vec<Outcome> = kept.into_iter().filter_map(|kept| kept.or_else(|| fresh.next().flatten())).collect();
+    let groups = groups(&outcomes);
+    store.write("summary.json", &json(&groups)?)?;
+    store.write("table.md", markdown(&groups).as_bytes())?;
+    print(&format!("{}\nrecord: {}\n", table(&groups), args.out.display()))?;
+    Ok(if interrupt.pressed() { Verdict::Interrupted } else { Verdict::Done })
+}
+
+impl Args {
+    fn jobs(&self) -> Result<Vec<Job>, Failure> {
+        let mut jobs = Vec::new();
+        let methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
+        for task in &self.tasks {
+            let system = registry::system(task)?;
+            for &method in methods.iter().filter(|m| m.fits(task)) {
+                jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed }));
+            }
+        }
+        if jobs.is_empty() {
+            return Err(Failure::new("none of these methods fits any of these tasks")
+                .hint("`lqr` is for tasks to balance, `hand` for those that somebody has written a controller for"));
+        }
+        Ok(jobs)
+    }
+}
+
+/// What runs depend on besides task, method and seed.
+#[derive(Serialize)]
+struct Settings {
+    version: &'static str,
+    commit: &'static str,
+    isa: &'static str,
+}
+
+fn settings() -> Result<String, Failure> {
+    let isa = Isa::widest();
+    let settings = Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name() };
+    Ok(toml::to_string(&settings)?)
+}
+
+/// How one run came out, and how long the rest will take.
+fn line(outcome: &Outcome, count: usize, total: usize, start: Instant) -> String {
+    let result = match (&outcome.failure, outcome.solved_after) {
+        (Some(failure), _) => format!("failed: {failure}"),
+        (None, Some(steps)) => format!("solved after {steps} real steps"),
+        (None, None) => "not solved".into(),
+    };
+    let seconds = start.elapsed().as_secs_f64() / count as f64 * (total - count) as f64;
+    let left = if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) };
+    format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
+}
+
+/// The table for the terminal.
+fn table(groups: &[Group]) -> String {
+    let mut lines = vec![["task", "method", "solved", "real steps", "return", "lowest"].map(str::to_owned)];
+    for group in groups {
+        let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".into(), |v| format!("{v:.digits$}"));
+        lines.push([
+            group.task.clone(),
+            group.method.clone(),
+            format!("{} of {}", group.solved, group.runs),
+            number(group.steps_median, 0),
+            number(group.mean_return, 1),
+            number(group.lowest_return, 1),
+        ]);
+    }
+    crate::table::aligned(&lines)
+}

@@ -1,0 +1,57 @@
+//! The methods that are compared.
+
+use crate::failure::Failure;
+use crate::registry::unknown;
+
+/// A way from nothing to a policy.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Method {
+    /// What `sindyna train` does.
+    Sindy,
+    /// Soft actor-critic on the real system, one update a step.
+    Sac,
+    /// The same with twenty.
+    Sac20,
+    /// Soft actor-critic inside the true equations, known beforehand: what the best of models could give.
+    Truth,
+    /// A linear-quadratic regulator of a linear model, fitted by least squares to the data that `sindy` has.
+    Lqr,
+    /// A controller that somebody wrote who knows the equations.
+    Hand,
+    /// Uniformly random actions.
+    Random,
+}
+
+impl Method {
+    pub(crate) const ALL: [Self; 7] =
+        [Self::Sindy, Self::Sac, Self::Sac20, Self::Truth, Self::Lqr, Self::Hand, Self::Random];
+
+    /// What the user calls it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Sindy => "sindy",
+            Self::Sac => "sac",
+            Self::Sac20 => "sac20",
+            Self::Truth => "truth",
+            Self::Lqr => "lqr",
+            Self::Hand => "hand",
+            Self::Random => "random",
+        }
+    }
+
+    /// The method called `name`.
+    pub(crate) fn named(name: &str) -> Result<Self, Failure> {
+        let known = Self::ALL.map(Self::name);
+        Self::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| unknown("method", name, &known))
+    }
+
+    /// Whether the method can be used on the task called `task`: a regulator needs something to balance, and not everybody
+    /// has written a controller for everything.
+    pub(crate) fn fits(self, task: &str) -> bool {
+        match self {
+            Self::Lqr => ["cart-pole", "inverted-pendulum"].contains(&task),
+            Self::Hand => sindyna_control::ByHand::new(task).is_some(),
+            _ => true,
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! One run of one method on one task.
+
+use std::sync::Arc;
+
+use sindyna_control::{ByHand, Costs, Lqr};
+use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observer, Policy, Rng, Seed, Space};
+use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
+use sindyna_envs::System;
+use sindyna_rl::{Isa, SacConfig, SavedPolicy};
+use sindyna_sindy::{Identifier, LibraryChoice, Model, SolverChoice, Target};
+
+use super::method::Method;
+use super::outcome::{Outcome, Point, mean};
+use super::presets::{Preset, sac};
+use crate::config::{AnyAgent, TrainConfig, agent};
+use crate::failure::Failure;
+use crate::registry;
+
+/// Episodes of the last evaluation.
+const EPISODES: usize = 100;
+
+/// What has to be done.
+#[derive(Clone)]
+pub(crate) struct Job {
+    pub(crate) system: System,
+    pub(crate) method: Method,
+    pub(crate) seed: u64,
+}
+
+impl Job {
+    /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
+    pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
+        let mut outcome = Outcome::new(self.system.name(), self.method.name(), self.seed);
+        match self.attempt(&mut outcome, interrupted) {
+            Ok(Ended::Whole) => Some(outcome),
+            Ok(Ended::Interrupted) => None,
+            Err(failure) => {
+                let text = failure.to_string();
+                outcome.failure = Some(text.strip_prefix("error: ").unwrap_or(&text).to_owned());
+                Some(outcome)
+            }
+        }
+    }
+
+    fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        match self.method {
+            Method::Sindy => self.inside(&Identifier::new(spec), outcome, interrupted, |model: &Model, outcome| {
+                outcome.model_parameters = Some(model.nonzero());
+                outcome.equations = model.equations();
+            }),
+            Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
+            Method::Sac => self.outside(&sac(spec, 1), outcome, interrupted),
+            Method::Sac20 => self.outside(&sac(spec, 20), outcome, interrupted),
+            Method::Lqr => self.regulate(outcome),
+            Method::Hand => {
+                let law = ByHand::new(self.system.name());
+                let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
+                self.judge(&law, outcome)?;
+                Ok(Ended::Whole)
+            }
+            Method::Random => {
+                self.judge(&AtRandom(spec.action_space.clone()), outcome)?;
+                Ok(Ended::Whole)
+            }
+        }
+    }
+
+    /// Algorithm 1 with the models of `learner`.
+    fn inside<L: DynamicsLearner>(
+        &self,
+        learner: &L,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+        tell: fn(&L::Model, &mut Outcome),
+    ) -> Result<Ended, Failure> {
+        let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
+        let config = TrainConfig { seed: self.seed, ..TrainConfig::defaults(spec) };
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
+        let mut env = self.system.environment();
+        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+        let learned = match self.agent(config.sac.clone())? {
+            AnyAgent::Sac(sac) => dyna
+                .run(&mut env, &mut *explorer, sac, &mut Silent, interrupted)
+                .map(|l| l.map_policy(SavedPolicy::from)),
+            AnyAgent::SacDiscrete(sac) => dyna
+                .run(&mut env, &mut *explorer, sac, &mut Silent, interrupted)
+                .map(|l| l.map_policy(SavedPolicy::from)),
+        };
+        let learned: Learned<L::Model, SavedPolicy> = learned?;
+        if learned.interrupted {
+            return Ok(Ended::Interrupted);
+        }
+        (outcome.real_steps, outcome.real_episodes) = (learned.data.n_steps(), learned.data.n_rollouts());
+        (outcome.updates, outcome.model_steps) = (learned.updates, learned.model_steps);
+        if let Some(model) = &learned.model {
+            tell(model, outcome);
+        }
+        outcome.failure = learned.failure.as_ref().map(ToString::to_string);
+        if let Some(policy) = &learned.policy {
+            self.judge(policy, outcome)?;
+            // The paper's protocol looks at ten episodes; they are of the same start states as the checks of the others.
+            let returns = self.returns(policy, 10, "check")?;
+            outcome.curve.push(Point { real_steps: outcome.real_steps, updates: outcome.updates, returns });
+        }
+        Ok(Ended::Whole)
+    }
+
+    /// Learning on the real system.
+    fn outside(
+        &self,
+        preset: &Preset,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Ended, Failure> {
+        let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
+        let (task, sensors) = (self.system.task(), self.system.sensors());
+        let online = Online { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &preset.schedule, seed };
+        let mut env = self.system.environment();
+        let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
+        let mut explorer = Uniform::new(spec);
+        match self.agent(preset.sac.clone())? {
+            AnyAgent::Sac(sac) => {
+                let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
+                self.account(left, preset, outcome)
+            }
+            AnyAgent::SacDiscrete(sac) => {
+                let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
+                self.account(left, preset, outcome)
+            }
+        }
+    }
+
+    fn account<M, P: Policy>(
+        &self,
+        left: Practised<M, P>,
+        preset: &Preset,
+        outcome: &mut Outcome,
+    ) -> Result<Ended, Failure> {
+        if left.interrupted {
+            return Ok(Ended::Interrupted);
+        }
+        (outcome.real_steps, outcome.real_episodes) = (left.real_steps, left.real_episodes);
+        (outcome.updates, outcome.model_steps) = (left.updates, left.model_steps);
+        outcome.failure = left.failure.as_ref().map(ToString::to_string);
+        let points = left.checks.into_iter();
+        outcome.curve =
+            points.map(|c| Point { real_steps: c.real_steps, updates: c.updates, returns: c.returns }).collect();
+        self.judge(&left.policy, outcome)?;
+        // A task is solved where the checks that ended the run began.
+        let enough = preset.schedule.checks.enough;
+        outcome.solved_after = match outcome.curve.len() {
+            n if left.enough && n >= enough => Some(outcome.curve[n - enough].real_steps),
+            _ => None,
+        };
+        Ok(Ended::Whole)
+    }
+
+    /// A regulator of a linear model of the warm-up's data.
+    fn regulate(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        let data = self.warm_up()?;
+        (outcome.real_steps, outcome.real_episodes) = (data.n_steps(), data.n_rollouts());
+        let identifier = Identifier::new(spec);
+        let variables: Vec<String> = identifier.inputs().into_iter().map(|input| input.name).collect();
+        let identifier =
+            identifier.with_target(Target::Increment).with_solver(SolverChoice::LeastSquares { ridge: 0.0 });
+        let model = identifier.with_library(LibraryChoice::Terms(variables))?.identify(&data)?.model;
+        outcome.model_parameters = Some(model.nonzero());
+        let (x, u) = (vec![0.0; spec.state_dim()], vec![0.0; spec.control_dim()]);
+        let mut rng = Seed::new(self.seed).stream("differences", 0);
+        let lqr = Lqr::around(&model, spec, (&x, &u), &Costs::of_scales(spec), &mut rng)?;
+        self.judge(&lqr, outcome)?;
+        Ok(Ended::Whole)
+    }
+
+    /// The real data that `sindyna train` begins with, for the same seed.
+    fn warm_up(&self) -> Result<Dataset, Failure> {
+        let spec = self.system.spec();
+        let config = TrainConfig { seed: self.seed, ..TrainConfig::defaults(spec) };
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
+        let seed = Seed::new(self.seed);
+        // A learner that makes no model ends after the warm-up.
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
+        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+        let mut env = self.system.environment();
+        let none = || false;
+        Ok(match self.agent(config.sac)? {
+            AnyAgent::Sac(sac) => dyna.run(&mut env, &mut *explorer, sac, &mut Silent, &none)?.data,
+            AnyAgent::SacDiscrete(sac) => dyna.run(&mut env, &mut *explorer, sac, &mut Silent, &none)?.data,
+        })
+    }
+
+    fn agent(&self, settings: SacConfig) -> Result<AnyAgent, Failure> {
+        let mut weights = Seed::new(self.seed).stream("initial weights", 0);
+        agent(settings, self.system.spec(), Isa::widest(), &mut weights)
+    }
+
+    /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.
+    fn judge(&self, policy: &dyn Policy, outcome: &mut Outcome) -> Result<(), Failure> {
+        outcome.returns = self.returns(policy, EPISODES, "evaluation")?;
+        let solved = self.system.spec().solved_at.is_some_and(|mark| mean(&outcome.returns) >= mark);
+        outcome.solved_after = solved.then_some(outcome.real_steps);
+        Ok(())
+    }
+
+    fn returns(&self, policy: &dyn Policy, episodes: usize, stream: &str) -> Result<Vec<f64>, Failure> {
+        let mut envs: Vec<_> = (0..episodes).map(|_| self.system.environment()).collect();
+        Ok(evaluate(&mut envs, policy, episodes, Seed::new(self.seed), stream)?)
+    }
+}
+
+/// Whether a run came to its end.
+enum Ended {
+    Whole,
+    Interrupted,
+}
+
+/// Who knows the true dynamics.
+struct Known(Arc<dyn Dynamics>);
+
+impl DynamicsLearner for Known {
+    type Model = Arc<dyn Dynamics>;
+
+    fn fit(&self, _: &Dataset, _: Option<&Self::Model>, _: &mut Rng) -> Result<Option<Self::Model>, FitError> {
+        Ok(Some(self.0.clone()))
+    }
+}
+
+/// Uniformly random actions, drawn anew for every observation but alike in every run.
+struct AtRandom(Space);
+
+impl Policy for AtRandom {
+    fn act_batch(
+        &self,
+        observations: ndarray::ArrayView2<'_, f64>,
+        _mode: sindyna_core::Mode,
+        rng: &mut Rng,
+        mut actions: ndarray::ArrayViewMut2<'_, f64>,
+    ) {
+        use rand::RngExt as _;
+        for (_, mut action) in observations.rows().into_iter().zip(actions.rows_mut()) {
+            match &self.0 {
+                Space::Box { low, high } => {
+                    for ((a, &low), &high) in action.iter_mut().zip(low).zip(high) {
+                        *a = rng.random_range(low..=high);
+                    }
+                }
+                Space::Discrete { controls } => action[0] = rng.random_range(0..controls.nrows()) as f64,
+            }
+        }
+    }
+}
+
+/// Who does not watch.
+struct Silent;
+
+impl Observer for Silent {
+    fn on(&mut self, _event: &sindyna_core::Event<'_>) -> std::io::Result<()> {
+        Ok(())
+    }
+}
