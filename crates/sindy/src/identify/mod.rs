@@ -281,11 +281,11 @@ impl Identifier {
             (found, kept, strays) = (explained, Some(runs), count);
         }
         let runs = kept.as_deref().unwrap_or(&runs);
-        let residuals = motion::Search { runs, ..search }.residuals(&found);
-        let (model, errors) = match motion::polish(&found.model, runs) {
+        let (model, errors) = match motion::polished(&found, runs) {
             Some(polished) => (polished.model, polished.errors),
             None => (found.model.clone(), Vec::new()),
         };
+        let residuals = motion::Search { runs, ..search }.residuals(&found, &model);
         let counts = (rows - strays, at_limits, strays);
         let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })

@@ -121,24 +121,25 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// The averages of the terms of `found` along its own way, run by run.
-    pub(super) fn averages_of(&self, found: &Found) -> Vec<Array2<f64>> {
+    /// The averages of the terms of `found` along the way of `model`, run by run.
+    pub(super) fn averages_of(&self, found: &Found, model: &Model) -> Vec<Array2<f64>> {
         let used: Vec<usize> = found.fits.iter().flat_map(|f| f.support.iter().copied()).collect();
         let averages =
-            |run| self.system.averages(run, found.stepping, Some(&found.model), found.model.offsets(), &used);
+            |run| self.system.averages(run, found.stepping, Some(model), model.offsets(), &used);
         self.runs.iter().map(averages).collect()
     }
 
-    /// Per state: RMS of Δx/Δt − Σ c θ̄, and what of it the errors of the samples explain, in the unit of the rate.
-    pub(crate) fn residuals(&self, found: &Found) -> Vec<(f64, f64)> {
+    /// Per state: RMS of Δx/Δt − Σ c θ̄ for the equations of `found` with the coefficients of `model`, and what of it the errors of
+    /// the samples explain, in the unit of the rate.
+    pub(crate) fn residuals(&self, found: &Found, model: &Model) -> Vec<(f64, f64)> {
         let rows = self.runs.iter().map(Run::len).sum::<usize>().max(1) as f64;
         let mut sums = vec![(0.0, 0.0); found.fits.len()];
-        for (run, theta) in self.runs.iter().zip(self.averages_of(found)) {
-            let extra = unseen(&found.model, found.stepping, run, self.system.dt, true);
+        for (run, theta) in self.runs.iter().zip(self.averages_of(found, model)) {
+            let extra = unseen(model, found.stepping, run, self.system.dt, true);
             for (i, fit) in found.fits.iter().enumerate() {
                 for t in 0..run.len() {
                     let explained: f64 =
-                        fit.support.iter().zip(&fit.coefficients).map(|(&j, c)| c * theta[[t, j]]).sum();
+                        fit.support.iter().zip(model.coefficients(i)).map(|(&j, e)| e.coefficient * theta[[t, j]]).sum();
                     let left = (run.x[[t + 1, i]] - run.x[[t, i]]) / self.system.dt - explained;
                     let seen = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]) / self.system.dt;
                     sums[i].0 += left * left;

@@ -20,7 +20,7 @@ mod untangle;
 mod whiten;
 
 pub(crate) use averages::System;
-pub(crate) use polish::polish;
+pub(crate) use polish::polished;
 pub(crate) use runs::{Run, at_limit, runs};
 pub(crate) use search::{Found, Search};
 pub(crate) use stepping::Stepping;

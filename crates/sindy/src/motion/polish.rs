@@ -5,7 +5,8 @@ use faer::linalg::solvers::Solve as _;
 use ndarray::{Array2, ArrayView2, s};
 use sindyna_core::{Dynamics as _, Seed};
 
-use super::Run;
+use super::stepping::FINEST;
+use super::{Found, Run, Stepping};
 use crate::{Model, Triangle};
 
 /// A model with polished coefficients.
@@ -32,6 +33,20 @@ const RUNAWAY: f64 = 3.0;
 /// Relative change by which derivatives are taken.
 const NUDGE: f64 = 1e-6;
 
+/// The polished equations of `found`. Where they are followed by as many Runge–Kutta steps as there are, nature takes more: by
+/// how far coefficients move when the steps are halved is part of their standard errors.
+pub(crate) fn polished(found: &Found, runs: &[Run]) -> Option<Polished> {
+    let Polished { model, mut errors } = polish(&found.model, runs)?;
+    if found.stepping == (Stepping::Continuous { substeps: FINEST }) {
+        let finer = model.with_form(Stepping::Continuous { substeps: 2 * FINEST }.form());
+        let finer = polish(&finer, runs)?.model.fitted();
+        for ((error, here), there) in errors.iter_mut().zip(model.fitted()).zip(finer) {
+            *error = error.hypot(here - there);
+        }
+    }
+    Some(Polished { model, errors })
+}
+
 /// A piece of trajectory: observed states, controls, errors; and the start that is being fitted.
 struct Piece<'a> {
     x: ArrayView2<'a, f64>,
@@ -48,7 +63,7 @@ struct Piece<'a> {
 ///
 /// # References
 /// Bock (1983), multiple shooting for parameter estimation; here the pieces need not meet.
-pub(crate) fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
+fn polish(model: &Model, runs: &[Run]) -> Option<Polished> {
     let mut pieces: Vec<Piece<'_>> = runs.iter().flat_map(pieces).collect();
     let mut model = model.clone();
     let mut xi = model.fitted();

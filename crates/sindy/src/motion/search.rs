@@ -66,8 +66,12 @@ impl Search<'_> {
             Some(Stepping::Continuous { .. }) => self.continuous(),
             Some(stepping) => self.discrete(stepping),
             None => {
-                let euler = self.discrete(Stepping::Euler)?;
                 let continuous = self.continuous()?;
+                if continuous.explains() {
+                    // Samples of a linear system follow from one another by Euler steps too: that says nothing.
+                    return Ok(continuous);
+                }
+                let euler = self.discrete(Stepping::Euler)?;
                 Ok(if euler.misfit < continuous.misfit { euler } else { continuous })
             }
         }
@@ -85,7 +89,7 @@ impl Search<'_> {
 
     /// Equations in continuous time, with as few Runge–Kutta steps as explain the data.
     fn continuous(&self) -> Result<Found, ModelError> {
-        self.widening(|choices, before| {
+        let found = self.widening(|choices, before| {
             let Some(before) = before else { return self.first(choices) };
             let fresh = self.first(choices);
             if let Ok(found) = &fresh
@@ -96,7 +100,8 @@ impl Search<'_> {
             let offsets = before.model.offsets().to_vec();
             let start = self.fit(before.stepping, &offsets, Some(&before.model), &Terms::Best(choices))?;
             self.settle(self.refine(start.clone()).unwrap_or(start), choices)
-        })
+        })?;
+        Ok(self.followed_closely(found))
     }
 
     /// What is found before anything else is: with angles as they are, or with other zeros where that explains more.

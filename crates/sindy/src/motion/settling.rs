@@ -55,6 +55,20 @@ impl Search<'_> {
         self.judged(self.finest(|stepping| self.agree(&start, stepping))?)
     }
 
+    /// `found` with as many substeps as there are, unless fewer are clearly better: then the system itself is stepped so. Where
+    /// data cannot tell, as those of a linear system, they come from nature, and few substeps only falsify coefficients.
+    pub(super) fn followed_closely(&self, found: Found) -> Found {
+        let finest = Stepping::Continuous { substeps: FINEST };
+        if !found.explains() || found.stepping == finest {
+            return found;
+        }
+        let closely = self.agree(&found, finest).and_then(|closely| self.judged(closely));
+        let rows = self.runs.iter().map(Run::len).sum::<usize>() as f64;
+        // What rounding leaves differs by chance.
+        let as_good = |closely: &Found| closely.misfit <= FINER * found.misfit.max(rows);
+        closely.ok().filter(|closely| closely.explains() && as_good(closely)).unwrap_or(found)
+    }
+
     /// What `find` finds with as many substeps as are clearly better than fewer.
     fn finest(&self, find: impl Fn(Stepping) -> Result<Found, ModelError>) -> Result<Found, ModelError> {
         let [first, rest @ ..] = SUBSTEPS.map(|substeps| Stepping::Continuous { substeps });

@@ -21,6 +21,9 @@ impl Search<'_> {
     /// The same equations with each p·(a sin mθ + b cos mθ) told as p·c sin m(θ + δ); `None` if there is no such sum, if
     /// the sums do not agree on δ, or if the data do not.
     pub(super) fn untangled(&self, found: &Found) -> Result<Option<Found>, ModelError> {
+        if !found.explains() {
+            return Ok(None);
+        }
         let mut offsets = found.model.offsets().to_vec();
         let mut fits = found.fits.clone();
         for &angle in self.system.angles {
@@ -45,7 +48,7 @@ impl Search<'_> {
         }
         let start = self.fit(found.stepping, &offsets, Some(&found.model), &Terms::Same(&fits))?;
         let untangled = self.refine(start)?;
-        Ok((untangled.explains() || !found.explains()).then_some(untangled))
+        Ok(untangled.explains().then_some(untangled))
     }
 
     /// `found` without the terms that took up what its offsets now do: while they were not right, no few terms explained
@@ -67,7 +70,7 @@ impl Search<'_> {
             return None;
         }
         let offsets = found.model.offsets();
-        let theta = self.averages_of(found);
+        let theta = self.averages_of(found, &found.model);
         let moves = |at: &usize| {
             let (j, c) = (found.fits[i].support[*at], found.fits[i].coefficients[*at]);
             theta.iter().flat_map(|t| t.column(j).to_vec()).map(|v| (c * v).powi(2)).sum::<f64>()
