@@ -169,6 +169,30 @@ fn an_angle_given_as_cosine_and_sine_is_recognised() {
 }
 
 #[test]
+fn noise_that_is_given_and_digits_that_are_missing_are_taken_as_errors() {
+    let temp = tempfile::tempdir().unwrap();
+    let rounded = |line: &str, digits: usize| {
+        let cells: Vec<f64> = line.split(',').map(|c| c.parse().unwrap()).collect();
+        format!("{},{:.digits$},{:.digits$},{}\n", cells[0], cells[1], cells[2], cells[3])
+    };
+    let header = "t,th,w,u\n".to_owned();
+    let coarse = rows(2.0, 200, |i| 0.05 * i as f64).lines().map(|l| rounded(l, 3)).collect::<String>();
+    let args = [&COLUMNS[..], &["--angles", "th"]].concat();
+    let (code, stdout, stderr) = identify(temp.path(), &(header.clone() + &coarse), &args);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let equation = stdout.lines().find(|l| l.starts_with("  w\u{307} = ")).unwrap();
+    assert!(equation.contains("sin th + ") && equation.ends_with(" u") && equation.split(' ').count() < 10, "{stdout}");
+    assert!(stdout.contains("note: th is written in steps of 0.001"), "{stdout}");
+    // The same steps, unknown to the program.
+    let (_, stdout, _) =
+        identify(temp.path(), &(header.clone() + &coarse), &[&args[..], &["--precision", "f64"]].concat());
+    assert!(stdout.contains("what may help: --noise"), "{stdout}");
+    let given = [&args[..], &["--precision", "f64", "--noise", "th=0.0003,w=0.0003"]].concat();
+    let (_, stdout, _) = identify(temp.path(), &(header + &coarse), &given);
+    assert!(stdout.contains("as small as noise explains"), "{stdout}");
+}
+
+#[test]
 fn steps_that_end_at_a_given_limit_are_left_out() {
     let temp = tempfile::tempdir().unwrap();
     let mut log = String::from("t,x,v,u\n");
@@ -304,6 +328,8 @@ fn bad_options_are_named() {
     refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
     refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
     refuses(&log, &with(&["--circles", "th=th"]), &["th=th"]);
+    refuses(&log, &with(&["--noise", "th=-1"]), &["SIGMA above 0", "th=-1"]);
+    refuses(&log, &with(&["--noise", "v=1"]), &["no state for --noise named `v`"]);
     refuses(&log, &with(&["--limits", "w=8:-8"]), &["LOW below HIGH", "w=8:-8"]);
     refuses(&log, &with(&["--limits", "v=0:1"]), &["no state for --limits named `v`"]);
     refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);

@@ -115,6 +115,25 @@ fn a_continuous_system_without_declared_rates_is_found_through_the_integrator() 
 }
 
 #[test]
+fn samples_of_a_linear_system_are_not_taken_for_euler_steps() {
+    // ẋ = −x + u, sampled every 0.1 s: x⁺ = a x + (1 − a) u with a = exp(−0.1), which Euler steps of other coefficients give too.
+    let mut truth = pushed_lorenz();
+    truth.spec.state.truncate(1);
+    truth.spec.observation.truncate(1);
+    truth.spec.dt = 0.1;
+    truth.step = |x, u| {
+        let a = (-0.1_f64).exp();
+        vec![a * x[0] + (1.0 - a) * u[0]]
+    };
+    let data = record(&truth, 1, 60, |_| vec![1.0], |rng, _| uniform(rng, -1.0, 1.0), |_| false);
+    let found = identify(&truth.spec, &data);
+    assert_terms(&found, 0, &[("x", -1.0), ("u", 1.0)], 1e-8);
+    for (coefficient, error) in found.report.equations[0].coefficients.iter().zip(&found.report.equations[0].standard_errors) {
+        assert!((coefficient.abs() - 1.0).abs() < 5.0 * error, "{coefficient} ± {error}");
+    }
+}
+
+#[test]
 fn terms_that_the_data_cannot_tell_apart_are_reported() {
     // A pendulum that hardly swings, seen as float32: the restoring torque may be any of several waves.
     let start = |_: &mut Rng| vec![1e-5, 0.0];

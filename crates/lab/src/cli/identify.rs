@@ -44,6 +44,9 @@ pub(crate) struct Args {
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
+    /// Standard deviation of the noise on states, in their units, such as `th=0.001,w=0.01` [default: what rounding leaves]
+    #[arg(long, value_name = "STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
+    noise: Vec<String>,
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
@@ -64,6 +67,12 @@ pub(crate) struct Args {
     #[command(flatten)]
     common: Common,
 }
+
+/// What to do about residuals that nothing explains.
+const HELP: &str = "\
+what may help: --noise STATE=SIGMA where sensors are noisy, --limits STATE=LOW:HIGH where something stops or clips,
+               --term FORMULA for a term that is missing, such as v*abs(v) or x^3
+";
 
 const EXAMPLE: &str = "\
 Example:  sindyna identify examples/logs/pendulum.csv --states th,w --inputs u --angles th";
@@ -108,6 +117,9 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let record = Record::new(&args.log, &log.spec, settings);
     let written = write(args.out.as_deref(), &record, &found, &account);
     let mut text = heading(&args.log, &log) + "\n" + &account.text();
+    if account.explained == Some(false) {
+        text += HELP;
+    }
     if let Ok(dir) = &written {
         let dir = dir.path().display();
         let _ = writeln!(text, "record: {dir} (model.json, identify.json, config.toml)");
@@ -125,6 +137,7 @@ impl Args {
         let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
         let hint = "--circles c=s says that c and s are cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
+        let noise = names(&self.noise).iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
             states: names(&self.states),
@@ -132,6 +145,7 @@ impl Args {
             angles: names(&self.angles),
             rates,
             circles,
+            noise,
             limits,
             clock: match (self.dt, self.resample) {
                 (Some(dt), _) => Clock::Given(dt),
@@ -154,6 +168,16 @@ fn pairs(option: &str, form: &str, hint: &str, list: &[String]) -> Result<Option
         [only] if only == "none" => Ok(Some(Vec::new())),
         given => given.iter().map(pair).collect::<Result<_, _>>().map(Some),
     }
+}
+
+/// `th=0.001`.
+fn deviation(text: &str) -> Result<(String, f64), Failure> {
+    let parts =
+        text.split_once('=').and_then(|(name, sigma)| Some((name.trim().to_owned(), sigma.trim().parse().ok()?)));
+    parts.filter(|(_, sigma): &(String, f64)| sigma.is_finite() && *sigma > 0.0).ok_or_else(|| {
+        Failure::new(format!("--noise takes STATE=SIGMA with SIGMA above 0, got `{text}`"))
+            .hint("--noise th=0.001 says that the sensor of th is off by 0.001 as a standard deviation")
+    })
 }
 
 /// `x=-2.4:2.4`.

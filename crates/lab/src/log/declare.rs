@@ -10,6 +10,7 @@ use super::positions;
 use super::recording::{Recording, Selected};
 use super::table::Table;
 use crate::failure::Failure;
+use crate::number::significant;
 
 /// The system as its columns show it, each a state of its own.
 pub(super) fn spec(path: &Path, table: &Table, columns: &Selected, recordings: &[Recording]) -> Spec {
@@ -111,4 +112,34 @@ pub(super) fn limit(spec: &mut Spec, limits: &[(String, f64, f64)]) -> Result<()
         }
     }
     Ok(())
+}
+
+/// Declares what the columns called `columns` show wrongly: the noise that was given, and the `steps` to which they were rounded. A
+/// note for every rounded one.
+pub(super) fn errors(
+    spec: &mut Spec,
+    columns: &[String],
+    steps: &[Option<f64>],
+    noise: &[(String, f64)],
+) -> Result<Vec<String>, Failure> {
+    let mut deviations: Vec<f64> = steps.iter().map(|step| step.map_or(0.0, |step| step / 12_f64.sqrt())).collect();
+    for (name, sigma) in noise {
+        let at = positions(std::slice::from_ref(name), columns, "--noise")?[0];
+        deviations[at] = deviations[at].hypot(*sigma);
+    }
+    if deviations.iter().all(|d| *d == 0.0) {
+        return Ok(Vec::new());
+    }
+    // Noise is declared as a part of each channel's scale: here of one, so that the scales are the deviations.
+    spec.noise = 1.0;
+    for (channel, deviation) in spec.observation.iter_mut().zip(&deviations) {
+        channel.scale = *deviation;
+    }
+    let note = |(name, step): (&String, &Option<f64>)| {
+        let step = significant((*step)?, 3);
+        Some(format!(
+            "{name} is written in steps of {step}, which is taken as its error; say --precision f64 to stop this"
+        ))
+    };
+    Ok(columns.iter().zip(steps).filter_map(note).collect())
 }

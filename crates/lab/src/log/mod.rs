@@ -6,6 +6,7 @@ mod declare;
 mod jumps;
 mod rates;
 mod recording;
+mod resolution;
 mod table;
 
 use std::path::Path;
@@ -30,6 +31,8 @@ pub(crate) struct LogOptions {
     pub(crate) rates: Option<Vec<(String, String)>>,
     /// Pairs of states that are cosine and sine of one angle; none given: what the data show.
     pub(crate) circles: Option<Vec<(String, String)>>,
+    /// Standard deviations of the noise on states, in their units.
+    pub(crate) noise: Vec<(String, f64)>,
     /// States with their lowest and highest value.
     pub(crate) limits: Vec<(String, f64, f64)>,
     pub(crate) clock: Clock,
@@ -136,6 +139,12 @@ impl Log {
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
         declare::show(&mut spec, &readings);
         declare::limit(&mut spec, &options.limits)?;
+        let steps = if matches!(options.clock, Clock::Resampled(_)) || options.precision.is_some() {
+            vec![None; options.states.len()]
+        } else {
+            digits.steps.clone()
+        };
+        notes.extend(declare::errors(&mut spec, &options.states, &steps, &options.noise)?);
         let (data, skipped) = dataset(&recordings, &spec)?;
         notes.extend((skipped > 0).then(|| format!("{skipped} trajectories of one row have no step and are left out")));
         Ok(Self { spec, data, rows, notes })

@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 
+use super::resolution::Resolution;
 use super::table::Table;
 use crate::failure::Failure;
 
@@ -26,12 +27,14 @@ pub(crate) struct Recording {
 }
 
 /// What the text of the numbers tells about where they came from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Digits {
     /// Most decimals of a time stamp.
     pub(crate) time_decimals: usize,
     /// Whether every state is a float32, as far as the text tells.
     pub(crate) float32: bool,
+    /// Per state: the step to which it was rounded, where it was.
+    pub(crate) steps: Vec<Option<f64>>,
 }
 
 /// Numbers of the columns to read.
@@ -47,6 +50,7 @@ pub(crate) struct Selected {
 pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recording>, Digits), Failure> {
     let mut rollouts: Vec<Rollout> = Vec::new();
     let mut float32 = Float32::default();
+    let mut resolutions = vec![Resolution::default(); columns.states.len()];
     let mut time_decimals = 0;
     // A missing input is forgiven where no row of the same rollout follows.
     let mut missing: Option<Failure> = None;
@@ -73,9 +77,10 @@ pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recor
             rollout.times.push(table.number(line, column, &cells[column])?);
             time_decimals = time_decimals.max(decimals(&cells[column]));
         }
-        for &column in &columns.states {
+        for (&column, resolution) in columns.states.iter().zip(&mut resolutions) {
             let value = table.number(line, column, &cells[column])?;
             float32.see(&cells[column], value);
+            resolution.see(&cells[column], value);
             rollout.states.push(value);
         }
         for &column in &columns.inputs {
@@ -90,7 +95,8 @@ pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recor
         }
     }
     let rollouts = rollouts.into_iter().map(|r| r.finish(columns.states.len(), columns.inputs.len())).collect();
-    Ok((rollouts, Digits { time_decimals, float32: float32.holds() }))
+    let steps = resolutions.iter().map(Resolution::step).collect();
+    Ok((rollouts, Digits { time_decimals, float32: float32.holds(), steps }))
 }
 
 #[derive(Default)]

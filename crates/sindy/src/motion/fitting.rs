@@ -124,8 +124,7 @@ impl Search<'_> {
     /// The averages of the terms of `found` along the way of `model`, run by run.
     pub(super) fn averages_of(&self, found: &Found, model: &Model) -> Vec<Array2<f64>> {
         let used: Vec<usize> = found.fits.iter().flat_map(|f| f.support.iter().copied()).collect();
-        let averages =
-            |run| self.system.averages(run, found.stepping, Some(model), model.offsets(), &used);
+        let averages = |run| self.system.averages(run, found.stepping, Some(model), model.offsets(), &used);
         self.runs.iter().map(averages).collect()
     }
 
@@ -138,8 +137,12 @@ impl Search<'_> {
             let extra = unseen(model, found.stepping, run, self.system.dt, true);
             for (i, fit) in found.fits.iter().enumerate() {
                 for t in 0..run.len() {
-                    let explained: f64 =
-                        fit.support.iter().zip(model.coefficients(i)).map(|(&j, e)| e.coefficient * theta[[t, j]]).sum();
+                    let explained: f64 = fit
+                        .support
+                        .iter()
+                        .zip(model.coefficients(i))
+                        .map(|(&j, e)| e.coefficient * theta[[t, j]])
+                        .sum();
                     let left = (run.x[[t + 1, i]] - run.x[[t, i]]) / self.system.dt - explained;
                     let seen = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]) / self.system.dt;
                     sums[i].0 += left * left;
