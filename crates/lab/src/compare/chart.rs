@@ -18,6 +18,9 @@ const HEIGHT: f64 = 340.0;
 /// Left, right, top, bottom.
 const MARGIN: (f64, f64, f64, f64) = (62.0, 96.0, 14.0, 40.0);
 
+/// Real steps the axis goes to at least.
+const LEAST_STEPS: usize = 1_000;
+
 /// Colours that people who see colours otherwise can tell apart too (Okabe, Ito 2008); the page names them.
 const COLOURS: usize = 7;
 
@@ -26,7 +29,7 @@ pub(crate) fn svg(title: &str, lines: &[Line], mark: Option<f64>) -> String {
     let scores = lines.iter().flat_map(|l| l.points.iter().flat_map(|q| [q.low, q.high]).chain(l.level)).chain(mark);
     let (low, high) = scores.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
     let (low, high) = if low < high { (low, high) } else { (low - 1.0, low + 1.0) };
-    let most = lines.iter().flat_map(|l| l.points.iter().map(|q| q.real_steps)).max().unwrap_or(10).max(10);
+    let most = lines.iter().flat_map(|l| l.points.iter().map(|q| q.real_steps)).max().unwrap_or(0).max(LEAST_STEPS);
     let axes = Axes { steps: (5.0, most as f64), scores: (low, high + 0.04 * (high - low)) };
     let mut text = format!(
         "<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{title}: return against real steps\" \

@@ -41,7 +41,7 @@ const ANCHORS: [&str; 3] = ["truth", "hand", "random"];
 fn table(groups: &[Group], task: &str) -> String {
     let mut text = String::from(
         "<div class=\"scroll\"><table>\n<thead><tr><th>method</th><th>solved</th><th>real steps until solved</th><th>least – most</th>\
-         <th>over sindy</th><th>return</th><th>lowest</th><th>parameters of the model</th></tr></thead>\n<tbody>\n",
+         <th>over sindy</th><th>return</th><th>lowest</th><th>parameters</th></tr></thead>\n<tbody>\n",
     );
     let ours = groups.iter().find(|g| g.task == task && g.method == "sindy").and_then(|g| g.steps_median);
     for group in groups.iter().filter(|g| g.task == task) {
@@ -105,7 +105,7 @@ svg text { font: 12px system-ui, sans-serif; fill: var(--soft); }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-variant-numeric: tabular-nums; white-space: nowrap; }
 th, td { padding: .2rem .7rem .2rem 0; text-align: right; border-bottom: 1px solid var(--faint); font-weight: 400; }
-thead th { color: var(--soft); } tbody th { text-align: left; font-weight: 600; }
+thead th { color: var(--soft); } tr th:first-child { text-align: left; } tbody th { font-weight: 600; }
 pre { overflow-x: auto; padding: .6rem; border: 1px solid var(--faint); border-radius: 4px; font-size: .85rem; }
 .c0 { stroke: var(--c0); } .c1 { stroke: var(--c1); } .c2 { stroke: var(--c2); } .c3 { stroke: var(--c3); }
 .c4 { stroke: var(--c4); } .c5 { stroke: var(--c5); } .c6 { stroke: var(--c6); }
@@ -119,7 +119,7 @@ polygon.c6, circle.c6, svg text.c6 { fill: var(--c6); } .name { stroke: none; }
 <main>
 <h1>Real steps until solved</h1>
 <p>Lines: median over seeds of the mean return of ten episodes; bands: the middle half of the seeds. A run that has ended keeps its
-last score. Dashed: methods whose real steps say nothing. Dotted: the return that solves the task.</p>
+last score. Dashed: methods whose real steps say nothing. Dotted: the return that solves the task. Parameters: numbers in the model.</p>
 "#;
 
 #[cfg(test)]
