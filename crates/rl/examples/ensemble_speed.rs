@@ -13,7 +13,7 @@ use sindyna_core::Seed;
 use sindyna_rl::{EnsembleConfig, EnsembleTrainer, Isa};
 
 const ROWS: usize = 5121;
-const EPOCHS: usize = 4;
+const EPOCHS: usize = 10;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

@@ -47,84 +47,81 @@ pub(super) fn deviation(raw: f32, low: f32, high: f32) -> f64 {
     real::exp(0.5 * bound(f64::from(raw), f64::from(low), f64::from(high)).log_var)
 }
 
-/// Negative log-likelihood of rows of targets, and its gradients. Memory is kept from call to call.
+/// Numbers of one target handled at once: in arrays of known length, which the compiler turns into vectors.
+const ABREAST: usize = 64;
+
+/// What is found about [`ABREAST`] rows of a target.
+struct Slopes {
+    loss: [f64; ABREAST],
+    mean: [f64; ABREAST],
+    raw: [f64; ABREAST],
+    high: [f64; ABREAST],
+    low: [f64; ABREAST],
+}
+
+/// Losses e²/σ² + log σ² and their slopes, from errors e and unbounded log σ².
+fn slopes(error: &[f64; ABREAST], raw: &[f64; ABREAST], low: f64, high: f64) -> Slopes {
+    vectorized(
+        #[inline(always)]
+        || {
+            let none = [0.0; ABREAST];
+            let mut slopes = Slopes { loss: none, mean: none, raw: none, high: none, low: none };
+            for i in 0..ABREAST {
+                let bounded = bound(raw[i], low, high);
+                let precision = real::exp(-bounded.log_var);
+                let surprise = error[i] * error[i] * precision;
+                let d_log_var = 1.0 - surprise;
+                slopes.loss[i] = surprise + bounded.log_var;
+                slopes.mean[i] = 2.0 * error[i] * precision;
+                slopes.raw[i] = d_log_var * bounded.d_raw;
+                slopes.high[i] = d_log_var * bounded.d_high;
+                slopes.low[i] = d_log_var * bounded.d_low;
+            }
+            slopes
+        },
+    )
+}
+
+/// Negative log-likelihood of rows of targets, and its gradients.
 ///
-/// A row of outputs is (μ₁…μ_q, raw₁…raw_q). The loss is the mean over rows and targets of (μ - y)²/σ² + log σ², twice
-/// the negative log-likelihood but for a constant.
+/// A row of `outputs` (rows, 2q) is (μ₁…μ_q, raw₁…raw_q), to which belongs one of `targets` (rows, q). The loss, which is
+/// returned, is the mean over rows and targets of (μ - y)²/σ² + log σ²: twice the negative log-likelihood but for a
+/// constant. `d_outputs` (rows, 2q) is overwritten with its gradient; that by the `bounds` (2q, upper ones first) is added
+/// to `d_bounds` (2q).
 ///
 /// # References
 /// Chua et al. (2018), arXiv:1805.12114, §4 and appendix A.1 (the bounds).
-#[derive(Debug, Default)]
-pub(super) struct Likelihood {
-    /// ∂loss/∂outputs (rows, 2q).
-    pub(super) d_outputs: Vec<f32>,
-    error: Vec<f64>,
-    raw: Vec<f64>,
-    loss: Vec<f64>,
-    d_mean: Vec<f64>,
-    d_raw: Vec<f64>,
-    d_high: Vec<f64>,
-    d_low: Vec<f64>,
-}
-
-impl Likelihood {
-    /// The loss of `outputs` (rows, 2q) for `targets` (rows, q) under `bounds` (2q, upper ones first). Adds its gradient
-    /// by the bounds to `d_bounds` (2q), and leaves that by the outputs in [`Self::d_outputs`].
-    pub(super) fn of(&mut self, outputs: &[f32], targets: &[f32], bounds: &[f32], d_bounds: &mut [f64]) -> f64 {
-        let q = bounds.len() / 2;
-        let rows = targets.len() / q;
-        self.d_outputs.resize(outputs.len(), 0.0);
-        let mut sum = 0.0;
+pub(super) fn likelihood(
+    outputs: &[f32],
+    targets: &[f32],
+    bounds: &[f32],
+    d_outputs: &mut [f32],
+    d_bounds: &mut [f64],
+) -> f64 {
+    let q = bounds.len() / 2;
+    let share = 1.0 / targets.len() as f64;
+    let mut sum = 0.0;
+    let blocks = outputs.chunks(2 * q * ABREAST).zip(targets.chunks(q * ABREAST));
+    for ((outputs, targets), d_outputs) in blocks.zip(d_outputs.chunks_mut(2 * q * ABREAST)) {
         for j in 0..q {
-            self.take_column(outputs, targets, q, j);
-            self.run(f64::from(bounds[q + j]), f64::from(bounds[j]), 1.0 / (rows * q) as f64);
-            sum += self.loss.iter().sum::<f64>();
-            d_bounds[j] += self.d_high.iter().sum::<f64>();
-            d_bounds[q + j] += self.d_low.iter().sum::<f64>();
-            for (d, (mean, raw)) in self.d_outputs.chunks_exact_mut(2 * q).zip(self.d_mean.iter().zip(&self.d_raw)) {
-                d[j] = *mean as f32;
-                d[q + j] = *raw as f32;
+            // Rows that are missing in the last block stay 0 and are left out of the sums.
+            let (mut error, mut raw, rows) = ([0.0; ABREAST], [0.0; ABREAST], targets.len() / q);
+            for row in 0..rows {
+                let output = &outputs[2 * q * row..2 * q * (row + 1)];
+                error[row] = f64::from(output[j]) - f64::from(targets[q * row + j]);
+                raw[row] = f64::from(output[q + j]);
+            }
+            let slopes = slopes(&error, &raw, f64::from(bounds[q + j]), f64::from(bounds[j]));
+            sum += slopes.loss[..rows].iter().sum::<f64>();
+            d_bounds[j] += share * slopes.high[..rows].iter().sum::<f64>();
+            d_bounds[q + j] += share * slopes.low[..rows].iter().sum::<f64>();
+            for (row, d) in d_outputs.chunks_exact_mut(2 * q).enumerate() {
+                d[j] = (share * slopes.mean[row]) as f32;
+                d[q + j] = (share * slopes.raw[row]) as f32;
             }
         }
-        sum
     }
-
-    /// The errors and unbounded log σ² of target `j`.
-    fn take_column(&mut self, outputs: &[f32], targets: &[f32], q: usize, j: usize) {
-        self.error.clear();
-        self.raw.clear();
-        for (outputs, targets) in outputs.chunks_exact(2 * q).zip(targets.chunks_exact(q)) {
-            self.error.push(f64::from(outputs[j]) - f64::from(targets[j]));
-            self.raw.push(f64::from(outputs[q + j]));
-        }
-    }
-
-    /// Losses and slopes of a column, each row's counting `share`.
-    fn run(&mut self, low: f64, high: f64, share: f64) {
-        let n = self.error.len();
-        for values in [&mut self.loss, &mut self.d_mean, &mut self.d_raw, &mut self.d_high, &mut self.d_low] {
-            values.resize(n, 0.0);
-        }
-        let (error, raw) = (&self.error[..n], &self.raw[..n]);
-        let (loss, d_mean) = (&mut self.loss[..n], &mut self.d_mean[..n]);
-        let (d_raw, d_high, d_low) = (&mut self.d_raw[..n], &mut self.d_high[..n], &mut self.d_low[..n]);
-        vectorized(
-            #[inline(always)]
-            || {
-                for i in 0..n {
-                    let bounded = bound(raw[i], low, high);
-                    let precision = real::exp(-bounded.log_var);
-                    let surprise = error[i] * error[i] * precision;
-                    let d_log_var = share * (1.0 - surprise);
-                    loss[i] = share * (surprise + bounded.log_var);
-                    d_mean[i] = share * 2.0 * error[i] * precision;
-                    d_raw[i] = d_log_var * bounded.d_raw;
-                    d_high[i] = d_log_var * bounded.d_high;
-                    d_low[i] = d_log_var * bounded.d_low;
-                }
-            },
-        );
-    }
+    share * sum
 }
 
 #[cfg(test)]
@@ -144,8 +141,7 @@ mod tests {
 
     #[test]
     fn the_loss_of_one_row_is_that_of_the_formula() {
-        let mut likelihood = Likelihood::default();
-        let loss = likelihood.of(&[1.0, -2.0], &[0.5], &first_bounds(1), &mut [0.0; 2]);
+        let loss = likelihood(&[1.0, -2.0], &[0.5], &first_bounds(1), &mut [0.0; 2], &mut [0.0; 2]);
         let softplus = |x: f64| x.exp().ln_1p();
         let log_var = -10.0 + softplus(0.5 - softplus(2.5) + 10.0);
         assert!((loss - (0.25 * (-log_var).exp() + log_var)).abs() < 1e-12, "{loss}");

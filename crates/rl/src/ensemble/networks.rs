@@ -8,11 +8,12 @@ use sindyna_core::Rng;
 use super::{EnsembleConfig, FitReport, likelihood::deviation, pass::infer, standard::Standard};
 use crate::{Isa, adam::Adam, mlp::Mlp};
 
-/// One network and its optimiser, which a later fit goes on with.
+/// One network, its optimiser, which a later fit goes on with, and the bounds of log σ² it predicts under.
 #[derive(Debug, Clone)]
 pub(super) struct Member {
     pub(super) net: Mlp,
     pub(super) adam: Adam,
+    pub(super) bounds: Vec<f32>,
 }
 
 /// Networks that each predict a Gaussian of some targets (q) from some inputs (d): what
@@ -22,7 +23,7 @@ pub struct Ensemble {
     pub(super) config: EnsembleConfig,
     pub(super) isa: Isa,
     pub(super) members: Vec<Member>,
-    /// Bounds of log σ², upper ones of all targets first.
+    /// Bounds of log σ² that all members train under, upper ones of all targets first.
     pub(super) bounds: Vec<f32>,
     pub(super) bounds_adam: Adam,
     pub(super) input_scale: Standard,
@@ -91,9 +92,10 @@ impl Ensemble {
     pub fn predict(&self, member: usize, inputs: ArrayView2<'_, f64>) -> Prediction {
         assert_eq!(inputs.ncols(), self.n_inputs(), "inputs of a row");
         let x = inputs.rows().into_iter().flat_map(|row| self.input_scale.apply(row).collect::<Vec<_>>()).collect();
-        let outputs = infer(self.isa, self.config.activation, &self.members[member].net, x);
+        let member = &self.members[member];
+        let outputs = infer(self.isa, self.config.activation, &member.net, x);
         let q = self.n_targets();
-        let at = |row: usize, j: usize| self.target(&outputs[2 * q * row..2 * q * (row + 1)], j);
+        let at = |row: usize, j: usize| self.target(&outputs[2 * q * row..2 * q * (row + 1)], &member.bounds, j);
         Prediction {
             mean: Array2::from_shape_fn((inputs.nrows(), q), |(row, j)| at(row, j).0),
             deviation: Array2::from_shape_fn((inputs.nrows(), q), |(row, j)| at(row, j).1),
@@ -108,21 +110,30 @@ impl Ensemble {
     pub fn sample(&self, inputs: &[f64], rng: &mut Rng, targets: &mut [f64]) {
         assert_eq!(inputs.len(), self.n_inputs(), "inputs");
         assert!(targets.len() <= self.n_targets(), "targets");
-        let elite = self.elites[rng.random_range(0..self.elites.len())];
+        let elite = &self.members[self.elites[rng.random_range(0..self.elites.len())]];
         let x = self.input_scale.apply(inputs).collect();
-        let outputs = infer(self.isa, self.config.activation, &self.members[elite].net, x);
+        let outputs = infer(self.isa, self.config.activation, &elite.net, x);
         for (j, target) in targets.iter_mut().enumerate() {
-            let (mean, deviation) = self.target(&outputs, j);
+            let (mean, deviation) = self.target(&outputs, &elite.bounds, j);
             let normal: f64 = StandardNormal.sample(rng);
             *target = mean + deviation * normal;
         }
     }
 
-    /// Mean and standard deviation of target `j`, in its unit, from one row of a network's outputs (2q).
-    fn target(&self, outputs: &[f32], j: usize) -> (f64, f64) {
+    /// Sets the bounds that all members train under to the mean of those they predict under.
+    pub(super) fn meet_bounds(&mut self) {
+        let count = self.members.len() as f32;
+        for (j, bound) in self.bounds.iter_mut().enumerate() {
+            *bound = self.members.iter().map(|m| m.bounds[j]).sum::<f32>() / count;
+        }
+    }
+
+    /// Mean and standard deviation of target `j`, in its unit, from one row of a network's outputs (2q) under
+    /// `bounds` (2q).
+    fn target(&self, outputs: &[f32], bounds: &[f32], j: usize) -> (f64, f64) {
         let q = self.n_targets();
         let (center, spread) = (self.target_scale.center[j], self.target_scale.spread[j]);
-        let deviation = deviation(outputs[q + j], self.bounds[q + j], self.bounds[j]);
+        let deviation = deviation(outputs[q + j], bounds[q + j], bounds[j]);
         (center + spread * f64::from(outputs[j]), spread * deviation)
     }
 }

@@ -7,6 +7,7 @@ use crate::{
     buffer::Buffer,
     kernel::{Finish, Matrix, matmul},
     mlp::Mlp,
+    thin::Thin,
 };
 
 /// What a network remembers of a batch between its passes. Memory is kept from call to call and serves every member in
@@ -23,11 +24,19 @@ pub(super) struct Pass {
     slopes: Vec<Buffer>,
     /// ∂L/∂(output of a layer) and ∂L/∂(input of that layer), taking turns.
     deltas: [Buffer; 2],
+    thin: Thin,
 }
 
 impl Pass {
     pub(super) fn new(isa: Isa, activation: Activation) -> Self {
-        Self { isa, activation, outputs: Vec::new(), slopes: Vec::new(), deltas: Default::default() }
+        Self {
+            isa,
+            activation,
+            outputs: Vec::new(),
+            slopes: Vec::new(),
+            deltas: Default::default(),
+            thin: Thin::default(),
+        }
     }
 
     /// Runs `net` on the rows of `inputs` (rows, inputs); returns the outputs (rows, outputs).
@@ -65,7 +74,12 @@ impl Pass {
             let (d_weights, d_biases) = layer.of_mut(gradients);
             let [delta, d_inputs] = &mut self.deltas;
             let d_sums = Matrix::new(delta, rows, layer.outputs);
-            matmul(self.isa, d_weights, Matrix::new(x, rows, layer.inputs).t(), d_sums, Finish::Plain);
+            if l + 1 == net.depth() {
+                // Its few outputs fill vectors badly, its inputs well.
+                self.thin.weight_gradients(self.isa, x, delta, layer.outputs, d_weights);
+            } else {
+                matmul(self.isa, d_weights, Matrix::new(x, rows, layer.inputs).t(), d_sums, Finish::Plain);
+            }
             sum_rows(delta, d_biases);
             if l > 0 {
                 let (weights, _) = layer.of(&net.params);

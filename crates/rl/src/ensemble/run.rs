@@ -61,12 +61,17 @@ impl<'a> Run<'a> {
         while idle <= patience && most.is_none_or(|most| self.report.history.len() < most) {
             self.epoch()?;
             let errors = self.holdout_errors();
-            idle = self.stopping.note(&errors, self.ensemble.members.iter().map(|m| &*m.net.params));
+            idle = self.stopping.note(
+                &errors,
+                self.ensemble.members.iter().map(|m| &*m.net.params),
+                &self.ensemble.bounds,
+            );
             self.report.history.push(errors);
         }
         for (i, member) in self.ensemble.members.iter_mut().enumerate() {
-            member.net.params.copy_from_slice(self.stopping.best_weights(i));
+            self.stopping.restore(i, &mut member.net.params, &mut member.bounds);
         }
+        self.ensemble.meet_bounds();
         self.report.holdout_mse = self.holdout_errors();
         let errors = &self.report.holdout_mse;
         let mut order: Vec<usize> = (0..errors.len()).collect();

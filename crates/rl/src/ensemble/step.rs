@@ -1,13 +1,14 @@
 //! One step of training: the loss of a batch, its gradient, and a move against it.
 
-use super::{Ensemble, likelihood::Likelihood, pass::Pass, rows::Table};
+use super::{Ensemble, likelihood::likelihood, pass::Pass, rows::Table};
 use crate::simd::vectorized;
 
 /// The memory of one step of all members.
 pub(super) struct Step {
     pub(super) pass: Pass,
     batch: Table,
-    likelihood: Likelihood,
+    /// ∂loss/∂outputs of the network at hand.
+    d_outputs: Vec<f32>,
     pub(super) gradients: Vec<f32>,
     pub(super) d_bounds: Vec<f64>,
     bound_gradients: Vec<f32>,
@@ -18,7 +19,7 @@ impl Step {
         Self {
             pass: Pass::new(ensemble.isa, ensemble.config.activation),
             batch: Table::default(),
-            likelihood: Likelihood::default(),
+            d_outputs: Vec::new(),
             gradients: vec![0.0; ensemble.members.first().map_or(0, |m| m.net.params.len())],
             d_bounds: vec![0.0; ensemble.bounds.len()],
             bound_gradients: Vec::new(),
@@ -66,8 +67,9 @@ impl Step {
     pub(super) fn gradient(&mut self, ensemble: &Ensemble, i: usize, batch: &Table) -> f64 {
         let net = &ensemble.members[i].net;
         let outputs = self.pass.forward(net, &batch.inputs);
-        let loss = self.likelihood.of(outputs, &batch.targets, &ensemble.bounds, &mut self.d_bounds);
-        self.pass.backward(net, &batch.inputs, &self.likelihood.d_outputs, &mut self.gradients);
+        self.d_outputs.resize(outputs.len(), 0.0);
+        let loss = likelihood(outputs, &batch.targets, &ensemble.bounds, &mut self.d_outputs, &mut self.d_bounds);
+        self.pass.backward(net, &batch.inputs, &self.d_outputs, &mut self.gradients);
         for (l, decay) in ensemble.config.weight_decay.iter().enumerate() {
             let layer = net.layer(l);
             add_scaled(layer.of_mut(&mut self.gradients).0, *decay as f32, layer.of(&net.params).0);

@@ -21,7 +21,8 @@ pub struct FitReport {
 pub(super) struct Stopping {
     best: Vec<f64>,
     pub(super) best_epoch: Vec<usize>,
-    weights: Vec<Vec<f32>>,
+    /// Weights, and after them the bounds.
+    states: Vec<Vec<f32>>,
     min_improvement: f64,
     idle: usize,
     epoch: usize,
@@ -32,24 +33,30 @@ impl Stopping {
         Self {
             best: vec![f64::INFINITY; members],
             best_epoch: vec![0; members],
-            weights: vec![Vec::new(); members],
+            states: vec![Vec::new(); members],
             min_improvement,
             idle: 0,
             epoch: 0,
         }
     }
 
-    /// Takes note of an epoch: `errors` of the members, whose weights are `weights`. Returns for how many epochs now none
-    /// improved.
-    pub(super) fn note<'a>(&mut self, errors: &[f64], weights: impl Iterator<Item = &'a [f32]>) -> usize {
+    /// Takes note of an epoch: `errors` of the members, whose weights are `weights` under the `bounds` of all. Returns for
+    /// how many epochs now none improved.
+    pub(super) fn note<'a>(
+        &mut self,
+        errors: &[f64],
+        weights: impl Iterator<Item = &'a [f32]>,
+        bounds: &[f32],
+    ) -> usize {
         self.idle += 1;
         for (i, (&error, weights)) in errors.iter().zip(weights).enumerate() {
             // The first epoch counts whatever it brought; a best of 0 cannot be improved.
             if self.epoch == 0 || error < self.best[i] * (1.0 - self.min_improvement) {
                 self.best[i] = error;
                 self.best_epoch[i] = self.epoch;
-                self.weights[i].clear();
-                self.weights[i].extend_from_slice(weights);
+                self.states[i].clear();
+                self.states[i].extend_from_slice(weights);
+                self.states[i].extend_from_slice(bounds);
                 self.idle = 0;
             }
         }
@@ -57,9 +64,11 @@ impl Stopping {
         self.idle
     }
 
-    /// The weights with which member `i` was best.
-    pub(super) fn best_weights(&self, i: usize) -> &[f32] {
-        &self.weights[i]
+    /// Brings back the weights and the bounds with which member `i` was best.
+    pub(super) fn restore(&self, i: usize, weights: &mut [f32], bounds: &mut [f32]) {
+        let (best_weights, best_bounds) = self.states[i].split_at(weights.len());
+        weights.copy_from_slice(best_weights);
+        bounds.copy_from_slice(best_bounds);
     }
 }
 
@@ -70,7 +79,9 @@ mod tests {
     #[test]
     fn a_member_counts_as_improved_only_by_more_than_the_margin_below_its_best() {
         let mut stopping = Stopping::new(0.01, 2);
-        let mut note = |errors: [f64; 2], mark: f32| stopping.note(&errors, [[mark].as_slice(), &[-mark]].into_iter());
+        let mut note = |errors: [f64; 2], mark: f32| {
+            stopping.note(&errors, [[mark].as_slice(), &[-mark]].into_iter(), &[10.0 * mark])
+        };
         assert_eq!(note([1.0, 1.0], 0.0), 0);
         assert_eq!(note([0.995, 1.2], 1.0), 1);
         assert_eq!(note([0.995, 0.98], 2.0), 0);
@@ -78,6 +89,10 @@ mod tests {
         assert_eq!(note([0.9899, 0.98], 4.0), 0);
         assert_eq!(note([f64::NAN, 0.98], 5.0), 1);
         assert_eq!(stopping.best_epoch, [4, 2]);
-        assert_eq!((stopping.best_weights(0), stopping.best_weights(1)), (&[4.0][..], &[-2.0][..]));
+        let (mut weights, mut bounds) = ([0.0], [0.0]);
+        for (i, expected) in [(0, (4.0, 40.0)), (1, (-2.0, 20.0))] {
+            stopping.restore(i, &mut weights, &mut bounds);
+            assert_eq!((weights[0], bounds[0]), expected);
+        }
     }
 }
