@@ -47,13 +47,15 @@ pub(crate) struct Args {
 
 const METHODS: &str = "\
 Methods:
-  sindy    equations from ten real steps, soft actor-critic inside them: `sindyna train`
-  sac      soft actor-critic on the real system, one update a step
-  sac20    the same with twenty updates a step
-  truth    soft actor-critic inside the true equations: what the best of models could give
-  lqr      least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
-  hand     a controller written by somebody who knows the equations
-  random   uniformly random actions";
+  sindy       equations from ten real steps, soft actor-critic inside them: `sindyna train`
+  mbpo        soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
+  mbpo-paper  the same with the ensemble whose size the SINDy paper gives
+  sac         soft actor-critic on the real system, one update a step
+  sac20       the same with twenty updates a step
+  truth       soft actor-critic inside the true equations: what the best of models could give
+  lqr         least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
+  hand        a controller written by somebody who knows the equations
+  random      uniformly random actions";
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
