@@ -67,8 +67,8 @@ impl Step {
         low.fill(-ensemble.config.bound_weight);
     }
 
-    /// Leaves the gradient of the loss of member `i` on `batch`, but for the weights' decay, in `gradients` and adds its part to the bounds'; returns
-    /// the loss without the terms of weights and bounds.
+    /// Leaves the gradient of the loss of member `i` on `batch`, but for the weights' decay, in `gradients` and adds its
+    /// part to the bounds'; returns the loss without the terms of weights and bounds.
     pub(super) fn gradient(&mut self, ensemble: &Ensemble, i: usize, batch: &Table) -> f64 {
         let net = &ensemble.members[i].net;
         let outputs = self.pass.forward(net, &batch.inputs);
