@@ -1,4 +1,4 @@
-//! Training examples per second of an ensemble, one thread, beside `benches/ensemble_torch.py`:
+//! Training examples per second of an ensemble, one thread, beside `benches/ensemble_torch.py`, and the time of a step:
 //! `cargo run --release -p sindyna-rl --example ensemble_speed [paper|janner] [isa]`.
 //!
 //! An example is a row of one batch, of which every member sees one of its own; what is timed is a whole fit but for its
@@ -46,5 +46,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         examples * flops as f64 / 1e9,
         ensemble.n_parameters()
     );
+    let (mut next, row, draws) = ([0.0; 3], [0.1, 0.2, 0.3, 0.4], 20_000);
+    let clock = Instant::now();
+    (0..draws).for_each(|_| ensemble.sample(&row, &mut rng, &mut next));
+    println!("{preset}: {:.1} µs per imagined step", 1e6 * clock.elapsed().as_secs_f64() / f64::from(draws));
     Ok(())
 }

@@ -16,17 +16,16 @@ pub(super) struct Split {
 impl Split {
     /// Holds out a `share` (at most a half) of `n` rows at random, at most `most`.
     pub(super) fn draw(n: usize, share: f64, most: usize, rng: &mut Rng) -> Result<Self, FitError> {
-        let held_out = |n: usize| ((n as f64 * share) as usize).min(most);
+        let held_out = ((n as f64 * share) as usize).min(most);
         // At least one row to judge by and two whose spread is something.
-        let least = (1.0 / share) as usize;
-        let needed = (least..).find(|n| held_out(*n) >= 1 && n - held_out(*n) >= 2).unwrap_or(usize::MAX);
-        if n < needed {
+        if held_out == 0 || n < held_out + 2 {
+            let needed = 3.max((1.0 / share).ceil() as usize).max(n + 1);
             let unknowns = format!("an ensemble of networks with {share} of the rows held out");
             return Err(FitError::TooFewRows { got: n, needed, unknowns });
         }
         let mut holdout: Vec<usize> = (0..n).collect();
         shuffle(&mut holdout, rng);
-        let training = holdout.split_off(held_out(n));
+        let training = holdout.split_off(held_out);
         Ok(Self { training, holdout })
     }
 }

@@ -1,11 +1,12 @@
 //! One step of training: the loss of a batch, its gradient, and a move against it.
 
 use super::{Ensemble, likelihood::likelihood, pass::Pass, rows::Table};
-use crate::simd::vectorized;
 
 /// The memory of one step of all members.
 pub(super) struct Step {
     pub(super) pass: Pass,
+    /// Widths of the networks from the inputs to the outputs.
+    layers: Vec<usize>,
     batch: Table,
     /// ∂loss/∂outputs of the network at hand.
     d_outputs: Vec<f32>,
@@ -18,6 +19,7 @@ impl Step {
     pub(super) fn new(ensemble: &Ensemble) -> Self {
         Self {
             pass: Pass::new(ensemble.isa, ensemble.config.activation),
+            layers: ensemble.config.widths(ensemble.n_inputs(), ensemble.n_targets()),
             batch: Table::default(),
             d_outputs: Vec::new(),
             gradients: vec![0.0; ensemble.members.first().map_or(0, |m| m.net.params.len())],
@@ -47,7 +49,10 @@ impl Step {
                 return Err((i, loss));
             }
             let member = &mut ensemble.members[i];
-            member.adam.step(&mut member.net.params, &self.gradients);
+            // Weights decay, biases do not.
+            let layers = self.layers.windows(2).zip(&ensemble.config.weight_decay);
+            let parts = layers.flat_map(|(w, decay)| [(w[0] * w[1], *decay), (w[1], 0.0)]);
+            member.adam.step_decaying(&mut member.net.params, &self.gradients, parts);
         }
         self.bound_gradients.clear();
         self.bound_gradients.extend(self.d_bounds.iter().map(|d| *d as f32));
@@ -62,26 +67,14 @@ impl Step {
         low.fill(-ensemble.config.bound_weight);
     }
 
-    /// Leaves the gradient of the loss of member `i` on `batch` in `gradients` and adds its part to the bounds'; returns
-    /// the loss without the terms of weights and bounds.
+    /// Leaves the gradient of the loss of member `i` on `batch`, but for the weights' decay, in `gradients` and adds its
+    /// part to the bounds'; returns the loss without the terms of weights and bounds.
     pub(super) fn gradient(&mut self, ensemble: &Ensemble, i: usize, batch: &Table) -> f64 {
         let net = &ensemble.members[i].net;
         let outputs = self.pass.forward(net, &batch.inputs);
         self.d_outputs.resize(outputs.len(), 0.0);
         let loss = likelihood(outputs, &batch.targets, &ensemble.bounds, &mut self.d_outputs, &mut self.d_bounds);
         self.pass.backward(net, &batch.inputs, &self.d_outputs, &mut self.gradients);
-        for (l, decay) in ensemble.config.weight_decay.iter().enumerate() {
-            let layer = net.layer(l);
-            add_scaled(layer.of_mut(&mut self.gradients).0, *decay as f32, layer.of(&net.params).0);
-        }
         loss
     }
-}
-
-/// y ← y + a x.
-fn add_scaled(y: &mut [f32], a: f32, x: &[f32]) {
-    vectorized(
-        #[inline(always)]
-        || y.iter_mut().zip(x).for_each(|(y, x)| *y += a * x),
-    );
 }

@@ -23,14 +23,16 @@ use crate::{Isa, IsaError, adam::Adam, mlp::Mlp};
 /// + w (Σ max - Σ min),
 ///
 /// where max and min softly bound log σ² and belong to all members. When for more than `patience` epochs no member's
-/// squared error on the holdout rows fell below its best by `min_improvement`, every member gets its best weights back, and predicts
-/// under the bounds it had then; a later fit begins with the mean of those.
-/// Elites are those with the least error then. One seed and one instruction set give the same bytes; one thread.
+/// squared error on the holdout rows fell below its best by `min_improvement`, every member gets its best weights back,
+/// and predicts under the bounds it had then; a later fit begins with the mean of those. Elites are the members with the
+/// least error then. One seed and one instruction set give the same bytes; everything is done on one thread.
+///
+/// Squared errors stand still before variances are learned: deviations much smaller than those of other targets come out
+/// too large where training ends early.
 ///
 /// # Deviations
-/// 1. In Janner's program restored members predict under the bounds of the last epoch, which rise and fall for as long
-///    as training lasts: predicted deviations are then off, on a linear system by a seventh, and from fit to fit the bounds
-///    run away from the weights.
+/// 1. In Janner's program restored members predict under the bounds of the last epoch. Those close in on each other for as
+///    long as training lasts, which makes predicted deviations wrong, and from fit to fit they run away from the weights.
 ///
 /// # References
 /// Chua et al. (2018), arXiv:1805.12114. Janner et al. (2019), arXiv:1906.08253, and their program `jannerm/mbpo`.
