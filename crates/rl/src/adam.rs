@@ -68,6 +68,33 @@ impl Adam {
         );
     }
 
+    /// [`Self::step`] for the gradient of a loss to which c/2 ‖p‖² is added, part by part: `parts` says how many parameters
+    /// come next and their c.
+    pub(crate) fn step_decaying(
+        &mut self,
+        params: &mut [f32],
+        gradients: &[f32],
+        parts: impl Iterator<Item = (usize, f64)>,
+    ) {
+        let step = self.advance();
+        let mut at = 0;
+        for (len, decay) in parts {
+            let (part, decay) = (at..at + len, decay as f32);
+            let (params, gradients) = (&mut params[part.clone()], &gradients[part.clone()]);
+            let (mean, square) = (&mut self.mean[part.clone()], &mut self.square[part]);
+            vectorized(
+                #[inline(always)]
+                || {
+                    for ((p, g), (m, v)) in params.iter_mut().zip(gradients).zip(mean.iter_mut().zip(square)) {
+                        *p = step.moved(*p, *g + decay * *p, m, v);
+                    }
+                },
+            );
+            at += len;
+        }
+        debug_assert_eq!(at, params.len(), "the parts are all there is");
+    }
+
     fn advance(&mut self) -> Step {
         self.step += 1;
         let (mean, square) = bias_corrections(self.step);
@@ -157,6 +184,18 @@ mod tests {
         tracked.step_and_track(&mut q, &[2.0], &mut target, 0.25);
         assert_eq!(p, q);
         assert!((target[0] - (0.75 * 3.0 + 0.25 * p[0])).abs() < 1e-6);
+    }
+
+    #[test]
+    fn decay_adds_to_the_gradient_of_its_part() {
+        let (mut plain, mut decaying) = (Adam::new(3, 0.1), Adam::new(3, 0.1));
+        let (mut p, mut q) = ([1.0, -2.0, 3.0], [1.0, -2.0, 3.0]);
+        for _ in 0..3 {
+            let gradients = [0.5 + 2.0 * p[0], 0.5 + 2.0 * p[1], 0.5];
+            plain.step(&mut p, &gradients);
+            decaying.step_decaying(&mut q, &[0.5; 3], [(2, 2.0), (1, 0.0)].into_iter());
+            assert_eq!(p, q);
+        }
     }
 
     #[test]

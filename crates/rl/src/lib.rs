@@ -5,6 +5,8 @@
 //! [`SavedPolicy`] reads either. Networks are f32 inside and f64 at the border; an update is
 //! single-threaded and after the first allocates nothing, so independent runs scale with the cores.
 //!
+//! [`EnsembleLearner`] learns the model of MBPO on the same kernels: probabilistic networks in observation space.
+//!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
 
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "where tests compare exactly, the bits are the claim"))]
@@ -16,6 +18,7 @@ mod categorical;
 mod categorical_policy;
 mod config;
 mod critic;
+mod ensemble;
 mod gaussian;
 mod interface;
 mod isa;
@@ -38,6 +41,10 @@ mod thin;
 
 pub use categorical_policy::CategoricalPolicy;
 pub use config::{SacConfig, SacError};
+pub use ensemble::{
+    Activation, Ensemble, EnsembleConfig, EnsembleError, EnsembleLearner, EnsembleModel, EnsembleTrainer, FitReport,
+    Prediction, RewardHead, TargetScale,
+};
 pub use interface::Scaling;
 pub use isa::{Isa, IsaError};
 pub use policy::GaussianPolicy;

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Group, Job, Method, Outcome, Store, groups, markdown};
+use crate::compare::{Group, Job, Method, Outcome, Store, groups, markdown, page};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -18,7 +18,7 @@ use crate::registry;
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
-/// Every run of a method on a task with a seed leaves a file. A comparison that was cut off goes on where it stopped when the
+/// Every run of a method on a task with a seed leaves a file, all of them a page to look at. A comparison that was cut off goes on where it stopped when the
 /// same command is given again; what is there is not done twice. Runs share the cores, each on one; what comes out does not
 /// depend on how many there are.
 #[derive(Debug, clap::Args)]
@@ -47,18 +47,21 @@ pub(crate) struct Args {
 
 const METHODS: &str = "\
 Methods:
-  sindy    equations from ten real steps, soft actor-critic inside them: `sindyna train`
-  sac      soft actor-critic on the real system, one update a step
-  sac20    the same with twenty updates a step
-  truth    soft actor-critic inside the true equations: what the best of models could give
-  lqr      least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
-  hand     a controller written by somebody who knows the equations
-  random   uniformly random actions";
+  sindy       equations from ten real steps, soft actor-critic inside them: `sindyna train`
+  mbpo        soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
+  mbpo-paper  the same with the ensemble whose size the SINDy paper gives
+  sac         soft actor-critic on the real system, one update a step
+  sac20       the same with twenty updates a step
+  truth       soft actor-critic inside the true equations: what the best of models could give
+  lqr         least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
+  hand        a controller written by somebody who knows the equations
+  random      uniformly random actions";
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
     let jobs = args.jobs()?;
-    let store = Store::open(&args.out, &settings()?)?;
+    let settings = settings()?;
+    let store = Store::open(&args.out, &settings)?;
     let progress = Progress::new(args.common.quiet);
     let (start, done) = (Instant::now(), AtomicUsize::new(0));
     let kept: Vec<Option<Outcome>> = jobs.iter().map(|job| store.done(job)).collect();
@@ -84,7 +87,12 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let groups = groups(&outcomes);
     store.write("summary.json", &json(&groups)?)?;
     store.write("table.md", markdown(&groups).as_bytes())?;
-    print(&format!("{}\nrecord: {}\n", table(&groups), args.out.display()))?;
+    store.write("report.html", page(&outcomes, &groups, &marks(&jobs), &settings).as_bytes())?;
+    print(&format!(
+        "{}\nrecord: {out} (report.html to look at, table.md, summary.json, runs)\n",
+        table(&groups),
+        out = args.out.display()
+    ))?;
     Ok(if interrupt.pressed() { Verdict::Interrupted } else { Verdict::Done })
 }
 
@@ -104,6 +112,18 @@ impl Args {
         }
         Ok(jobs)
     }
+}
+
+/// The tasks, each once, with the return that solves it.
+fn marks(jobs: &[Job]) -> Vec<(String, Option<f64>)> {
+    let mut marks: Vec<(String, Option<f64>)> = Vec::new();
+    for job in jobs {
+        let spec = job.system.spec();
+        if !marks.iter().any(|(task, _)| *task == spec.name) {
+            marks.push((spec.name.clone(), spec.solved_at));
+        }
+    }
+    marks
 }
 
 /// What runs depend on besides task, method and seed.

@@ -12,6 +12,10 @@ pub(crate) enum Method {
     Sac,
     /// The same with twenty.
     Sac20,
+    /// Soft actor-critic that adds to its real data what an ensemble of neural networks imagines, with Janner's settings.
+    Mbpo,
+    /// The same with the ensemble whose size the paper gives.
+    MbpoPaper,
     /// Soft actor-critic inside the true equations, known beforehand: what the best of models could give.
     Truth,
     /// A linear-quadratic regulator of a linear model, fitted by least squares to the data that `sindy` has.
@@ -23,13 +27,24 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 7] =
-        [Self::Sindy, Self::Sac, Self::Sac20, Self::Truth, Self::Lqr, Self::Hand, Self::Random];
+    pub(crate) const ALL: [Self; 9] = [
+        Self::Sindy,
+        Self::Mbpo,
+        Self::MbpoPaper,
+        Self::Sac,
+        Self::Sac20,
+        Self::Truth,
+        Self::Lqr,
+        Self::Hand,
+        Self::Random,
+    ];
 
     /// What the user calls it.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Sindy => "sindy",
+            Self::Mbpo => "mbpo",
+            Self::MbpoPaper => "mbpo-paper",
             Self::Sac => "sac",
             Self::Sac20 => "sac20",
             Self::Truth => "truth",

@@ -1,7 +1,7 @@
 //! Settings of those who learn on the real system, per task.
 
 use sindyna_core::Spec;
-use sindyna_dyna::{Checks, OnlineSchedule};
+use sindyna_dyna::{Branches, Checks, OnlineSchedule};
 use sindyna_rl::SacConfig;
 
 /// What one run on the real system is put together from.
@@ -47,6 +47,17 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
         checks: Checks { every, episodes: EPISODES, mark: spec.solved_at, enough: ENOUGH },
     };
     Preset { schedule, sac }
+}
+
+/// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of the model
+/// from states the real system was in, newly imagined after every 250 real steps.
+///
+/// These are Janner's settings for the inverted pendulum, but for a quarter of his 400 rollouts a step and 250 random steps instead
+/// of 500, since with 10 updates a step and batches of 256 the rest would hardly be drawn.
+pub(crate) fn mbpo(spec: &Spec) -> Preset {
+    let Preset { schedule, sac } = sac(spec, 10);
+    let branches = Branches { every: 250, per_step: 100, length: 1, rounds_kept: 1, real_share: 0.05 };
+    Preset { schedule: OnlineSchedule { first_steps: 250, branches: Some(branches), ..schedule }, sac }
 }
 
 /// Real steps at most (Arora et al. 2022), and from check to check.

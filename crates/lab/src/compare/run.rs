@@ -6,12 +6,12 @@ use sindyna_control::{ByHand, Costs, Lqr};
 use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observer, Policy, Rng, Seed, Space};
 use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
 use sindyna_envs::System;
-use sindyna_rl::{Isa, SacConfig, SavedPolicy};
+use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
 use sindyna_sindy::{Identifier, LibraryChoice, Model, SolverChoice, Target};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
-use super::presets::{Preset, sac};
+use super::presets::{Preset, mbpo, sac};
 use crate::config::{AnyAgent, TrainConfig, agent};
 use crate::failure::Failure;
 use crate::registry;
@@ -50,8 +50,10 @@ impl Job {
                 outcome.equations = model.equations();
             }),
             Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
-            Method::Sac => self.outside(&sac(spec, 1), outcome, interrupted),
-            Method::Sac20 => self.outside(&sac(spec, 20), outcome, interrupted),
+            Method::Sac => self.outside(&NoModel, &sac(spec, 1), outcome, interrupted),
+            Method::Sac20 => self.outside(&NoModel, &sac(spec, 20), outcome, interrupted),
+            Method::Mbpo => self.with_ensemble(EnsembleConfig::janner(), outcome, interrupted),
+            Method::MbpoPaper => self.with_ensemble(EnsembleConfig::paper(), outcome, interrupted),
             Method::Lqr => self.regulate(outcome),
             Method::Hand => {
                 let law = ByHand::new(self.system.name());
@@ -107,16 +109,30 @@ impl Job {
         Ok(Ended::Whole)
     }
 
-    /// Learning on the real system.
-    fn outside(
+    /// Model-based policy optimisation with an ensemble of neural networks.
+    fn with_ensemble(
         &self,
+        config: EnsembleConfig,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        let learner = EnsembleLearner::new(config, spec)?;
+        outcome.model_parameters = Some(learner.n_parameters());
+        self.outside(&learner, &mbpo(spec), outcome, interrupted)
+    }
+
+    /// Learning on the real system, with what `learner` makes of its data.
+    fn outside<L: DynamicsLearner>(
+        &self,
+        learner: &L,
         preset: &Preset,
         outcome: &mut Outcome,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let (task, sensors) = (self.system.task(), self.system.sensors());
-        let online = Online { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &preset.schedule, seed };
+        let online = Online { task: &*task, sensors: &sensors, learner, schedule: &preset.schedule, seed };
         let mut env = self.system.environment();
         let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
         let mut explorer = Uniform::new(spec);
