@@ -128,7 +128,9 @@ fn samples_of_a_linear_system_are_not_taken_for_euler_steps() {
     let data = record(&truth, 1, 60, |_| vec![1.0], |rng, _| uniform(rng, -1.0, 1.0), |_| false);
     let found = identify(&truth.spec, &data);
     assert_terms(&found, 0, &[("x", -1.0), ("u", 1.0)], 1e-8);
-    for (coefficient, error) in found.report.equations[0].coefficients.iter().zip(&found.report.equations[0].standard_errors) {
+    for (coefficient, error) in
+        found.report.equations[0].coefficients.iter().zip(&found.report.equations[0].standard_errors)
+    {
         assert!((coefficient.abs() - 1.0).abs() < 5.0 * error, "{coefficient} ± {error}");
     }
 }

@@ -93,14 +93,21 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         table(&groups),
         out = args.out.display()
     ))?;
-    Ok(if interrupt.pressed() { Verdict::Interrupted } else { Verdict::Done })
+    if interrupt.pressed() {
+        progress.say("stopped; give the same command again to go on");
+        return Ok(Verdict::Interrupted);
+    }
+    Ok(Verdict::Done)
 }
 
 impl Args {
     fn jobs(&self) -> Result<Vec<Job>, Failure> {
         let mut jobs = Vec::new();
-        let methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
-        for task in &self.tasks {
+        let mut methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut tasks = self.tasks.clone();
+        unique(&mut methods);
+        unique(&mut tasks);
+        for task in &tasks {
             let system = registry::system(task)?;
             for &method in methods.iter().filter(|m| m.fits(task)) {
                 jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed }));
@@ -112,6 +119,17 @@ impl Args {
         }
         Ok(jobs)
     }
+}
+
+/// Keeps the first of equal ones.
+fn unique<T: PartialEq + Clone>(list: &mut Vec<T>) {
+    let mut seen: Vec<T> = Vec::new();
+    list.retain(|item| {
+        !seen.contains(item) && {
+            seen.push(item.clone());
+            true
+        }
+    });
 }
 
 /// The tasks, each once, with the return that solves it.

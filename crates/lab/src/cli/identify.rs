@@ -282,10 +282,20 @@ struct Named {
     rate_of: Option<String>,
     /// Largest magnitude in the log.
     scale: f64,
+    /// Lowest and highest value it may have, where such were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<(f64, f64)>,
+    /// Standard deviation of its error, as given and as its digits show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
 }
 
 impl Record {
     fn new(path: &Path, spec: &Spec, identification: IdentificationConfig) -> Self {
+        let error = |name: &str| {
+            let mut shown = spec.observation.iter().zip(spec.noise_deviations());
+            shown.find(|(o, deviation)| o.name == name && *deviation > 0.0).map(|(_, deviation)| deviation)
+        };
         let named = |channel: &Channel| Named {
             name: channel.name.clone(),
             unit: channel.unit.clone(),
@@ -295,6 +305,8 @@ impl Record {
                 _ => None,
             },
             scale: channel.scale,
+            limits: (channel.bounds.0.is_finite() || channel.bounds.1.is_finite()).then_some(channel.bounds),
+            error: error(&channel.name),
         };
         Self {
             version: env!("CARGO_PKG_VERSION"),

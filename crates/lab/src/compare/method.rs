@@ -70,3 +70,8 @@ impl Method {
         }
     }
 }
+
+/// Whether real steps say nothing of the method called `name`: it knows what others have to learn, or learns nothing.
+pub(crate) fn is_anchor(name: &str) -> bool {
+    [Method::Truth, Method::Hand, Method::Random].iter().any(|m| m.name() == name)
+}

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::chart::{Line, svg};
 use super::curve::curve;
+use super::method::is_anchor;
 use super::{Group, Outcome};
 
 /// The page of `outcomes`, whose `groups` are their numbers; `marks` are the returns that solve the tasks.
@@ -28,15 +29,12 @@ pub(crate) fn page(outcomes: &[Outcome], groups: &[Group], marks: &[(String, Opt
 fn lines(outcomes: &[Outcome], groups: &[Group], task: &str) -> Vec<Line> {
     let line = |group: &Group| {
         let runs: Vec<&Outcome> = outcomes.iter().filter(|o| o.task == task && o.method == group.method).collect();
-        let points = if ANCHORS.contains(&group.method.as_str()) { Vec::new() } else { curve(&runs) };
+        let points = if is_anchor(&group.method) { Vec::new() } else { curve(&runs) };
         let level = if points.is_empty() { group.mean_return } else { None };
         Line { name: group.method.clone(), points, level }
     };
     groups.iter().filter(|g| g.task == task).map(line).collect()
 }
-
-/// Methods whose real steps say nothing: they know what others have to learn, or learn nothing.
-const ANCHORS: [&str; 3] = ["truth", "hand", "random"];
 
 fn table(groups: &[Group], task: &str) -> String {
     let mut text = String::from(
@@ -45,7 +43,7 @@ fn table(groups: &[Group], task: &str) -> String {
     );
     let ours = groups.iter().find(|g| g.task == task && g.method == "sindy").and_then(|g| g.steps_median);
     for group in groups.iter().filter(|g| g.task == task) {
-        let anchor = ANCHORS.contains(&group.method.as_str());
+        let anchor = is_anchor(&group.method);
         let steps = if anchor { None } else { group.steps_median };
         let ratio = steps.zip(ours).map(|(steps, ours)| steps / ours);
         let range = group.steps_range.filter(|_| !anchor);

@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::Outcome;
+use super::method::is_anchor;
 use super::outcome::mean;
 
 /// All seeds of one method on one task.
@@ -12,7 +13,8 @@ pub(crate) struct Group {
     pub(crate) method: String,
     pub(crate) runs: usize,
     pub(crate) solved: usize,
-    /// Median of the real steps until solved; those that never solve it count as infinite.
+    /// Median of the real steps until solved; those that never solve it count as infinite. None for methods of which real steps
+    /// say nothing.
     pub(crate) steps_median: Option<f64>,
     /// Least and most of those that solved it.
     pub(crate) steps_range: Option<(usize, usize)>,
@@ -52,8 +54,8 @@ fn group(task: &str, method: &str, runs: &[&Outcome]) -> Group {
         method: method.into(),
         runs: runs.len(),
         solved: steps.len(),
-        steps_median: median(with_infinite).filter(|m| m.is_finite()),
-        steps_range: steps.iter().min().copied().zip(steps.iter().max().copied()),
+        steps_median: median(with_infinite).filter(|m| m.is_finite() && !is_anchor(method)),
+        steps_range: steps.iter().min().copied().zip(steps.iter().max().copied()).filter(|_| !is_anchor(method)),
         mean_return: (!means.is_empty()).then(|| mean(&means)),
         interquartile_mean: interquartile_mean(all),
         lowest_return: means.iter().copied().min_by(f64::total_cmp),
@@ -81,7 +83,7 @@ fn interquartile_mean(mut values: Vec<f64>) -> Option<f64> {
 /// The groups as a table, with the factor by which each method needs more real steps than `sindy`.
 pub(crate) fn markdown(groups: &[Group]) -> String {
     let mut text = String::from(
-        "| task | method | solved | real steps until solved, median (least–most) | over sindy | return, mean of seeds (lowest) | interquartile mean |\n\
+        "| task | method | solved | real steps until solved, median (least–most) | times those of sindy | return, mean of seeds (lowest) | interquartile mean |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for group in groups {
@@ -90,6 +92,7 @@ pub(crate) fn markdown(groups: &[Group]) -> String {
         let steps = match (group.steps_median, group.steps_range) {
             (Some(median), Some((least, most))) => format!("{median:.0} ({least}–{most})"),
             (None, Some((least, most))) => format!("never for half of them ({least}–{most})"),
+            _ if is_anchor(&group.method) => "–".into(),
             _ => "never".into(),
         };
         text += &format!(

@@ -1,0 +1,87 @@
+//! Comparisons as the user meets them: what is left, what is refused, and that it goes on where it was cut off.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use common::{json, parts, sindyna};
+
+const QUICK: [&str; 6] = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "lqr,hand,random", "--quiet"];
+
+fn compare(directory: &Path, more: &[&str]) -> (i32, String, String) {
+    parts(&sindyna(directory, &[&QUICK[..], more].concat()))
+}
+
+/// Every file below `root` but the times, with its contents.
+fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut open = vec![root.to_owned()];
+    while let Some(directory) = open.pop() {
+        for entry in fs::read_dir(directory).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else if !path.to_string_lossy().ends_with("timing.json") {
+                let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
+                found.insert(name, fs::read(path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, stdout, stderr) = compare(temp.path(), &["--seeds", "2", "--out", "whole"]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let whole = files(&temp.path().join("whole"));
+    // A controller for both tasks, a regulator for one, random actions for both: two seeds each, and four files of all.
+    assert_eq!(whole.len(), 2 * 5 + 4, "{:?}", whole.keys());
+    let summary = json(&temp.path().join("whole/summary.json"));
+    let hand = summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "hand").unwrap();
+    assert_eq!(
+        (&hand["solved"], &hand["runs"], &hand["steps_median"]),
+        (&2.into(), &2.into(), &serde_json::Value::Null)
+    );
+
+    let (code, _, stderr) = compare(temp.path(), &["--seeds", "2", "--out", "cut", "--threads", "1"]);
+    assert_eq!(code, 0, "{stderr}");
+    fs::remove_file(temp.path().join("cut/runs/pendulum/hand/seed-1.json")).unwrap();
+    fs::write(temp.path().join("cut/runs/cart-pole/lqr/seed-0.json"), "{\"task\": ").unwrap();
+    assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "cut"]).0, 0);
+    assert_eq!(files(&temp.path().join("cut")), whole);
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let temp = tempfile::tempdir().unwrap();
+    for (args, says) in [
+        (&["--methods", "magic"][..], "no method named `magic`"),
+        (&["--tasks", "pendulums"], "did you mean `pendulum`?"),
+        (&["--tasks", "pendulum", "--methods", "lqr"], "none of these methods fits"),
+        (&["--seeds", "0"], "--seeds"),
+    ] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["compare", "--out", "new"], args].concat()));
+        assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");
+    }
+    assert!(!temp.path().join("new").exists());
+    // A directory of something else stays as it is.
+    fs::create_dir(temp.path().join("run")).unwrap();
+    fs::write(temp.path().join("run/summary.json"), "mine").unwrap();
+    let (code, _, stderr) = compare(temp.path(), &["--out", "run"]);
+    assert!(code == 2 && stderr.contains("no comparison"), "{stderr}");
+    assert_eq!(fs::read(temp.path().join("run/summary.json")).unwrap(), b"mine");
+}
+
+#[test]
+fn a_task_or_method_named_twice_counts_once() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["compare", "--tasks", "pendulum,pendulum", "--methods", "hand,hand", "--seeds", "1", "--quiet"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 && stdout.contains("1 of 1"), "{stdout}{stderr}");
+}
