@@ -135,6 +135,10 @@ def page(groups, command, stem):
             "", "`sindyna train TASK --noise F --real-steps R`. *As good as clean*: the task's mark is reached on the tasks to"
             f" balance, and on the others the return is at most {100 * SHORTFALL:g} % below that of the same seed"
             f" without noise from {CLEAN_STEPS} steps.",
+            "",
+            "Under noise the simplest equations that explain what is left win. Where terms matter little on the data (the pole's"
+            " centrifugal force on the cart) others may take their place: errors of accelerations then stop falling with more steps,"
+            " although controllers hardly notice.",
         ]
     text += [
         "", "## Equations", "",

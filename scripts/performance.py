@@ -97,7 +97,7 @@ def updates(document):
         "",
         *table(["networks", "ours", "median (least–largest)", "bar", ""], rows),
         "",
-        "The ceiling: the matrix products of one update whose results are used, in the same order and on the same shapes, by"
+        "The mark: the matrix products of one update whose results are used, in the same order and on the same shapes, by"
         " other libraries, in turn with whole updates in one process (`product_ceiling`):",
         "",
         *table(["networks", "what", "per second", "GFLOP/s"], detail),
@@ -216,7 +216,7 @@ def main():
     text = [
         "# Performance",
         "",
-        "Written by `scripts/performance.py` from `results/`. Every figure is of one run in which all that is compared took turns;"
+        "Written by `scripts/performance.py` from `results/`. Every table is of one run in which all that is compared took turns;"
         " medians, with the least and the largest of the repeats. The machine was shared with other work, so only ratios mean"
         " anything. `scripts/peers_install` installs the peers.",
         "",

@@ -214,6 +214,14 @@ fn steps_that_end_at_a_given_limit_are_left_out() {
 }
 
 #[test]
+fn a_rate_that_is_none_is_doubted() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = [&COLUMNS[..], &["--rates", "th=w"]].concat();
+    let (code, stdout, stderr) = identify(temp.path(), &example(), &args);
+    assert!(code == 0 && stdout.contains("because --rates says so; w changes otherwise"), "{stdout}{stderr}");
+}
+
+#[test]
 fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
     let temp = tempfile::tempdir().unwrap();
     let header = "t,th,w,u\n";
@@ -331,6 +339,7 @@ fn bad_options_are_named() {
     refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
     refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
     refuses(&log, &with(&["--circles", "th=th"]), &["th=th"]);
+    refuses(&log, &with(&["--circles", "th=w"]), &["th=w", "do not add up to 1"]);
     refuses(&log, &with(&["--noise", "th=-1"]), &["SIGMA above 0", "th=-1"]);
     refuses(&log, &with(&["--noise", "v=1"]), &["no state for --noise named `v`"]);
     refuses(&log, &with(&["--limits", "w=8:-8"]), &["LOW below HIGH", "w=8:-8"]);

@@ -42,7 +42,8 @@ pub(crate) fn recognised(recordings: &[Recording], names: &[String]) -> Vec<Circ
     circles
 }
 
-fn on_circle(recordings: &[Recording], i: usize, j: usize) -> bool {
+/// Whether columns `i` and `j` go about on the unit circle.
+pub(crate) fn on_circle(recordings: &[Recording], i: usize, j: usize) -> bool {
     let (mut off, mut count) = (0.0, 0);
     let mut reach = [(f64::INFINITY, f64::NEG_INFINITY); 2];
     for recording in recordings {

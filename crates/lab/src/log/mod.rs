@@ -100,7 +100,14 @@ impl Log {
             }
         };
         let circles = match &options.circles {
-            Some(given) => given_circles(given, &options.states)?,
+            Some(given) => {
+                let circles = given_circles(given, &options.states)?;
+                if let Some(c) = circles.iter().find(|c| !circles::on_circle(&recordings, c.cosine, c.sine)) {
+                    let (cosine, sine) = (&options.states[c.cosine], &options.states[c.sine]);
+                    return Err(Failure::new(format!("--circles {cosine}={sine}: their squares do not add up to 1")));
+                }
+                circles
+            }
             None => {
                 let circles = circles::recognised(&recordings, &options.states);
                 notes.extend(circles.iter().map(|c| {
@@ -116,7 +123,11 @@ impl Log {
         let mut angles = positions(&options.angles, &names, "--angles")?;
         angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
         let rates = match &options.rates {
-            Some(given) => given_rates(given, &names)?,
+            Some(given) => {
+                let rates = given_rates(given, &names)?;
+                notes.extend(rates.iter().filter_map(|&(rate, of)| doubted(&states, dt, &names, rate, of)));
+                rates
+            }
             None => rates::recognised(&states, dt)
                 .into_iter()
                 .map(|seen| {
@@ -254,6 +265,18 @@ fn given_rates(pairs: &[(String, String)], states: &[String]) -> Result<Vec<(usi
         rates.push((rate_idx, of_idx));
     }
     Ok(rates)
+}
+
+/// A note where a state hardly changes by what was declared to be its rate.
+fn doubted(states: &[Recording], dt: f64, names: &[String], rate: usize, of: usize) -> Option<String> {
+    /// Difference, as a share of the change, from which nothing speaks for it.
+    const DOUBTFUL: f64 = 0.5;
+    let off_by = rates::off_by(states, dt, rate, of).filter(|off| *off > DOUBTFUL)?;
+    let (rate, of) = (&names[rate], &names[of]);
+    Some(format!(
+        "{rate} is taken as the rate of {of} because --rates says so; {of} changes otherwise, by {:.0} %",
+        100.0 * off_by
+    ))
 }
 
 /// Joins angles that were folded into one turn.

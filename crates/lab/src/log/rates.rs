@@ -51,7 +51,7 @@ const NEW: [f64; 3] = [0.5, 1.0, 0.0];
 
 /// RMS of (change of `of` − integral of `rate`), over the RMS of the change, by the sum that fits best; `None` where
 /// nothing changes.
-fn off_by(recordings: &[Recording], dt: f64, rate: usize, of: usize) -> Option<f64> {
+pub(crate) fn off_by(recordings: &[Recording], dt: f64, rate: usize, of: usize) -> Option<f64> {
     let (mut difference, mut change, mut count) = ([0.0; 3], 0.0, 0);
     for recording in recordings {
         let (x, v) = (recording.states.column(of), recording.states.column(rate));
