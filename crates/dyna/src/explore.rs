@@ -66,7 +66,7 @@ impl Explorer for Alternating {
 /// What tells one equation from another is a state that goes far: a push that stays on one side for some steps drives it
 /// there, sizes that change with every step tell the push itself apart from everything that changes slowly. A system that
 /// falls under this (an episode that ends by itself) is pushed in alternating directions from then on, which keeps it up
-/// longer. Every input keeps its own time; numbered actions are held and exchanged alike.
+/// longer. Every input keeps its own time; numbered actions are held and exchanged alike, the first one more briefly.
 #[derive(Debug, Clone)]
 pub struct Swings {
     space: Space,

@@ -87,7 +87,7 @@ impl Search<'_> {
         })
     }
 
-    /// Equations in continuous time, with as few Runge–Kutta steps as explain the data.
+    /// Equations in continuous time, in as many Runge–Kutta steps as there are unless fewer are clearly better.
     fn continuous(&self) -> Result<Found, ModelError> {
         let found = self.widening(|choices, before| {
             let Some(before) = before else { return self.first(choices) };
