@@ -7,8 +7,13 @@ mod common;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
 
-use common::{json, parts, sindyna};
+use common::{command, json, parts, sindyna};
+use rand::RngExt as _;
+use sindyna_core::Seed;
 
 const QUICK: [&str; 6] = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "lqr,hand,random", "--quiet"];
 
@@ -40,8 +45,9 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
     let (code, stdout, stderr) = compare(temp.path(), &["--seeds", "2", "--out", "whole"]);
     assert_eq!(code, 0, "{stdout}{stderr}");
     let whole = files(&temp.path().join("whole"));
-    // A controller for both tasks, a regulator for one, random actions for both: two seeds each, and four files of all.
-    assert_eq!(whole.len(), 2 * 5 + 4, "{:?}", whole.keys());
+    // A controller for both tasks, a regulator for one, random actions for both: two seeds each; settings of the regulator's
+    // data, and four files of all.
+    assert_eq!(whole.len(), 2 * 5 + 1 + 4, "{:?}", whole.keys());
     let summary = json(&temp.path().join("whole/summary.json"));
     let hand = summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "hand").unwrap();
     assert_eq!(
@@ -55,6 +61,26 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
     fs::write(temp.path().join("cut/runs/cart-pole/lqr/seed-0.json"), "{\"task\": ").unwrap();
     assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "cut"]).0, 0);
     assert_eq!(files(&temp.path().join("cut")), whole);
+}
+
+#[test]
+fn a_comparison_killed_ten_times_leaves_the_same_bytes() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "sindy,lqr,hand,random", "--seeds", "2"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["--out", "whole"]].concat()));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let broken = [&args[..], &["--out", "broken"]].concat();
+    let mut rng = Seed::new(0).stream("kills", 0);
+    for _ in 0..10 {
+        let mut process = command(temp.path(), &broken).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        sleep(Duration::from_millis(rng.random_range(0..700)));
+        // Unix sends SIGKILL: nothing can be tidied up.
+        process.kill().unwrap();
+        process.wait().unwrap();
+    }
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &broken));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert_eq!(files(&temp.path().join("broken")), files(&temp.path().join("whole")));
 }
 
 #[test]

@@ -6,8 +6,13 @@ mod common;
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
 
-use common::{json, parts, sindyna};
+use common::{command, json, parts, sindyna};
+use rand::RngExt as _;
+use sindyna_core::Seed;
 use sindyna_rl::Isa;
 
 const RECORD: [&str; 6] =
@@ -83,6 +88,62 @@ fn one_seed_gives_the_same_bytes_with_one_thread_and_with_two() {
         }
         same_record(&temp.path().join(one), &temp.path().join(two));
     }
+}
+
+#[test]
+fn a_run_killed_ten_times_and_resumed_leaves_the_same_bytes() {
+    let temp = tempfile::tempdir().unwrap();
+    let (whole, broken) = (temp.path().join("whole"), temp.path().join("broken"));
+    // Real rollouts while it learns, too: they are the same again.
+    let begin = ["train", "cart-pole", "--imagined-rollouts", "300", "--max-updates", "2000", "--quiet", "--out"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&begin[..], &["whole"]].concat()));
+    assert!(code == 0 || code == 1, "{stdout}{stderr}");
+    let resume = ["train", "--resume", "broken", "--quiet"];
+    let mut rng = Seed::new(0).stream("kills", 0);
+    let mut args = [&begin[..], &["broken"]].concat();
+    for _ in 0..10 {
+        let mut process = command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+        sleep(Duration::from_millis(rng.random_range(50..600)));
+        // Unix sends SIGKILL: nothing can be tidied up.
+        process.kill().unwrap();
+        process.wait().unwrap();
+        if broken.join("config.toml").exists() {
+            args = resume.to_vec();
+        } else if broken.exists() {
+            fs::remove_dir_all(&broken).unwrap();
+        }
+    }
+    let (again, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(again, code, "{stdout}{stderr}");
+    same_record(&whole, &broken);
+    let names = |path: &Path| {
+        let mut names: Vec<_> = fs::read_dir(path).unwrap().map(|e| e.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    assert_eq!(names(&broken), names(&whole), "nothing half written is left");
+    // What is finished stays as it is, and says how it ended.
+    assert_eq!(parts(&sindyna(temp.path(), &resume)).0, code);
+}
+
+#[test]
+fn only_a_run_that_answers_as_before_is_resumed() {
+    let temp = tempfile::tempdir().unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "nothing"]));
+    assert!(code == 2 && stderr.contains("holds no run"), "{stderr}");
+    let begin = ["train", "pendulum", "--max-updates", "250", "--quiet", "--out", "run"];
+    assert!(parts(&sindyna(temp.path(), &begin)).0 < 2);
+    let run = temp.path().join("run");
+    fs::remove_file(run.join("summary.json")).unwrap();
+    let data = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    let other = data.replacen("0.05,", "0.06,", 1);
+    assert_ne!(data, other);
+    fs::write(run.join("rollout.csv"), &other).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
+    assert!(code == 2 && stderr.contains("did not answer as it did before"), "{stderr}");
+    assert_eq!(fs::read_to_string(run.join("rollout.csv")).unwrap(), other, "data are never lost");
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--seed", "1"]));
+    assert!(code == 2 && stderr.contains("cannot be changed"), "{stderr}");
 }
 
 #[test]

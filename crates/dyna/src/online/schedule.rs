@@ -1,7 +1,9 @@
 //! How much of what is done by those who learn while they act.
 
+use serde::Serialize;
+
 /// The hyper-parameters of learning on the real system, with a model's help or without.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OnlineSchedule {
     /// Real steps, at most.
     pub real_steps: usize,
@@ -22,7 +24,7 @@ pub struct OnlineSchedule {
 }
 
 /// Short rollouts in a model, branched off from real states (Janner et al. 2019).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Branches {
     /// Real steps after which the model is fitted anew and rollouts branch off.
     pub every: usize,
@@ -38,7 +40,7 @@ pub struct Branches {
 
 /// When the deterministic policy is looked at, on systems of its own: these steps are not counted, and nothing is learned
 /// from them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Checks {
     /// Real steps between two checks.
     pub every: usize,

@@ -6,7 +6,7 @@ use super::settings::set;
 use crate::identification::IdentificationConfig;
 
 /// Options that change how equations are found.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 pub(crate) struct IdentificationOptions {
     /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2` [default: auto]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]

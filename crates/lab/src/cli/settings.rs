@@ -13,7 +13,7 @@ use crate::problem::Problem;
 use crate::task_file::RECORDED_TASK;
 
 /// Options that change the defaults of a run, or of the configuration it repeats.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, PartialEq, Args)]
 pub(crate) struct Settings {
     /// Seed of everything random: same seed, same record [default: 0]
     #[arg(long, value_name = "N")]
@@ -86,17 +86,17 @@ pub(crate) struct Settings {
 }
 
 impl Settings {
+    /// The configuration of the run in `directory`, as it was.
+    pub(super) fn of_run(directory: &Path) -> Result<(TrainConfig, Problem), Failure> {
+        recorded(&directory.join("config.toml"))
+    }
+
     /// The configuration these options ask for, for `task` or the task of `--task-file` or `--config`.
     pub(crate) fn config(&self, task: Option<&str>) -> Result<(TrainConfig, Problem), Failure> {
         let (mut config, problem) = match (&self.config, &self.task_file, task) {
             (Some(path), _, _) => {
-                let text = std::fs::read_to_string(path)
-                    .with_context(|| format!("cannot read {}", path.display()))
-                    .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
-                let config = TrainConfig::parse(&text)
-                    .with_context(|| format!("{} is not a run's configuration", path.display()))?;
+                let (config, problem) = recorded(path)?;
                 same_task(task, &config.task, path)?;
-                let problem = Problem::of(&config, path.parent().unwrap_or(Path::new("")))?;
                 (config, problem)
             }
             (None, Some(path), _) => {
@@ -179,6 +179,17 @@ impl Settings {
         set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
+}
+
+/// The configuration in the file `path`, and what it is about.
+fn recorded(path: &Path) -> Result<(TrainConfig, Problem), Failure> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read {}", path.display()))
+        .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
+    let config =
+        TrainConfig::parse(&text).with_context(|| format!("{} is not a run's configuration", path.display()))?;
+    let problem = Problem::of(&config, path.parent().unwrap_or(Path::new("")))?;
+    Ok((config, problem))
 }
 
 /// Refuses a file that is for another task than the one named.

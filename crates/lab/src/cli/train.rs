@@ -9,6 +9,7 @@ use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_rl::{Isa, SavedPolicy};
 
 use super::evaluate::{on_real_system, report, verdict};
+use super::settings::Settings;
 use super::{Common, Verdict, print};
 use crate::config::{AnyAgent, TrainConfig};
 use crate::failure::Failure;
@@ -30,19 +31,26 @@ use crate::{machine, registry, table};
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Task to learn, such as `pendulum`; `sindyna tasks` lists them
-    #[arg(value_name = "TASK", required_unless_present_any = ["config", "task_file"])]
+    #[arg(value_name = "TASK", required_unless_present_any = ["config", "task_file", "resume"])]
     task: Option<String>,
     #[command(flatten)]
-    settings: super::settings::Settings,
+    settings: Settings,
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Finish the run in this directory that was killed or stopped: the record becomes what it would have been, byte for byte. A
+    /// simulator is run from its start again, and has to answer as it did
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
+    resume: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
+    if let Some(path) = &args.resume {
+        return resume(path, args, interrupt);
+    }
     let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &problem)?;
@@ -54,6 +62,29 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
     problem.record(&run_dir)?;
     let progress = Progress::new(args.common.quiet);
+    let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    pool.install(|| run.go(plan))
+}
+
+/// Does what is left of the run in `path`. All of it follows from its configuration, so it is done from the start; what the
+/// record holds has to come out again.
+fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Failure> {
+    if args.settings != Settings::default() {
+        return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
+            .hint("`--config RUN/config.toml` with other options begins a changed one"));
+    }
+    let run_dir = RunDir::reopen(path)?;
+    let progress = Progress::new(args.common.quiet);
+    let (config, problem) = Settings::of_run(run_dir.path())?;
+    let finished = run_dir.read("summary.json").and_then(|text| serde_json::from_str::<Summary>(&text).ok());
+    if let Some(Summary { interrupted: false, evaluation, .. }) = finished {
+        progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
+        return Ok(evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+    }
+    if config.commit != env!("SINDYNA_COMMIT") {
+        progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
+    }
+    let (plan, pool) = (Plan::new(&config, &problem)?, args.common.pool()?);
     let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
 }
@@ -98,6 +129,7 @@ impl Run<'_> {
             spec,
             run_dir: self.run_dir,
             progress: &self.progress,
+            kept: self.run_dir.read("rollout.csv").unwrap_or_default(),
             log: EventLog::default(),
             clock: Clock::default(),
             start,
@@ -175,9 +207,10 @@ impl Run<'_> {
         let files = [
             ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
             ("events.jsonl", Some(log.as_bytes().to_vec())),
-            ("summary.json", Some(summary)),
             ("timing.json", Some(timing)),
             ("policy.safetensors", policy),
+            // Where this is, the run is whole.
+            ("summary.json", Some(summary)),
         ];
         // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
         let mut written = Ok(());
@@ -303,6 +336,8 @@ struct Recorder<'a> {
     spec: &'a Spec,
     run_dir: &'a RunDir,
     progress: &'a Progress,
+    /// Real data that were there when the run began: of the same run, cut off.
+    kept: String,
     log: EventLog,
     clock: Clock,
     start: Instant,
@@ -316,7 +351,13 @@ impl Observer for Recorder<'_> {
         match event {
             Event::Collected { data } => {
                 // Real data are what cannot be had again: on the disk before anything else happens.
-                self.run_dir.write("rollout.csv", rollout_csv(self.spec, data).as_bytes())?;
+                let text = rollout_csv(self.spec, data);
+                if !text.starts_with(&self.kept) && !self.kept.starts_with(&text) {
+                    return Err(io::Error::other("the real system did not answer as it did before; its data are kept"));
+                }
+                if text.len() > self.kept.len() {
+                    self.run_dir.write("rollout.csv", text.as_bytes())?;
+                }
                 self.clock.collected = now;
             }
             Event::Fitted { .. } => self.clock.identified += now - self.clock.collected,

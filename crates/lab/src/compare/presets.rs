@@ -1,14 +1,18 @@
 //! Settings of those who learn on the real system, per task.
 
+use serde::Serialize;
 use sindyna_core::Spec;
 use sindyna_dyna::{Branches, Checks, OnlineSchedule};
-use sindyna_rl::SacConfig;
+use sindyna_rl::{EnsembleConfig, SacConfig};
 
 /// What one run on the real system is put together from.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Preset {
     pub(crate) schedule: OnlineSchedule,
     pub(crate) sac: SacConfig,
+    /// The networks that imagine, where something is imagined.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) ensemble: Option<EnsembleConfig>,
 }
 
 /// Episodes of a check, as in the paper.
@@ -21,7 +25,9 @@ const ENOUGH: usize = 3;
 ///
 /// Settings are those of Stable-Baselines3 (two layers of 256, batch 256, learning rate 3e-4, γ 0.99, τ 0.005), but for what
 /// RL-Baselines3-Zoo found better: pendulum's learning rate of 1e-3. On mountain-car actions are held, since single random pushes
-/// never leave the valley (the zoo has state-dependent noise for that), and γ is 0.999. The budgets are the paper's.
+/// never leave the valley (the zoo has state-dependent noise for that), and γ is 0.999. Cart-pole's actions are numbered, for
+/// which neither has settings: networks are as small as Christodoulou's, and what else differs solved it with the fewest steps of what
+/// was tried on other seeds than those of a comparison (docs/notes/2026-11-21-baselines.md). The budgets are the paper's.
 pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
     let (real_steps, every) = budget(&spec.name);
     let mut sac = SacConfig { hidden: vec![256, 256], ..SacConfig::default() };
@@ -33,6 +39,18 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
             sac.discount = 0.999;
             sac.polyak = 0.01;
             sac.initial_temperature = 0.1;
+        }
+        "cart-pole" => {
+            sac = SacConfig {
+                hidden: vec![64, 64],
+                learning_rate: 1e-3,
+                polyak: 0.01,
+                batch_size: 128,
+                initial_temperature: 0.1,
+                target_entropy: Some(0.3),
+                reward_scale: 0.1,
+                ..sac
+            }
         }
         _ => {}
     }
@@ -46,18 +64,19 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
         branches: None,
         checks: Checks { every, episodes: EPISODES, mark: spec.solved_at, enough: ENOUGH },
     };
-    Preset { schedule, sac }
+    Preset { schedule, sac, ensemble: None }
 }
 
-/// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of the model
+/// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of `ensemble`
 /// from states the real system was in, newly imagined after every 250 real steps.
 ///
 /// These are Janner's settings for the inverted pendulum, but for a quarter of his 400 rollouts a step and 250 random steps instead
 /// of 500, since with 10 updates a step and batches of 256 the rest would hardly be drawn.
-pub(crate) fn mbpo(spec: &Spec) -> Preset {
-    let Preset { schedule, sac } = sac(spec, 10);
+pub(crate) fn mbpo(spec: &Spec, ensemble: EnsembleConfig) -> Preset {
+    let Preset { schedule, sac, .. } = sac(spec, 10);
     let branches = Branches { every: 250, per_step: 100, length: 1, rounds_kept: 1, real_share: 0.05 };
-    Preset { schedule: OnlineSchedule { first_steps: 250, branches: Some(branches), ..schedule }, sac }
+    let schedule = OnlineSchedule { first_steps: 250, branches: Some(branches), ..schedule };
+    Preset { schedule, sac, ensemble: Some(ensemble) }
 }
 
 /// Real steps at most (Arora et al. 2022), and from check to check.

@@ -50,10 +50,10 @@ impl Job {
                 outcome.equations = model.equations();
             }),
             Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
-            Method::Sac => self.outside(&NoModel, &sac(spec, 1), outcome, interrupted),
-            Method::Sac20 => self.outside(&NoModel, &sac(spec, 20), outcome, interrupted),
-            Method::Mbpo => self.with_ensemble(EnsembleConfig::janner(), outcome, interrupted),
-            Method::MbpoPaper => self.with_ensemble(EnsembleConfig::paper(), outcome, interrupted),
+            Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper => {
+                let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
+                self.outside(&preset, outcome, interrupted)
+            }
             Method::Lqr => self.regulate(outcome),
             Method::Hand => {
                 let law = ByHand::new(self.system.name());
@@ -68,6 +68,33 @@ impl Job {
         }
     }
 
+    /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
+    pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
+        Ok(match self.method {
+            Method::Sindy | Method::Truth | Method::Lqr => {
+                Some(TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
+            }
+            _ => self.preset().as_ref().map(toml::to_string).transpose()?,
+        })
+    }
+
+    /// What those learn with who learn on the real system.
+    fn preset(&self) -> Option<Preset> {
+        let spec = self.system.spec();
+        match self.method {
+            Method::Sac => Some(sac(spec, 1)),
+            Method::Sac20 => Some(sac(spec, 20)),
+            Method::Mbpo => Some(mbpo(spec, EnsembleConfig::janner())),
+            Method::MbpoPaper => Some(mbpo(spec, EnsembleConfig::paper())),
+            _ => None,
+        }
+    }
+
+    /// The settings of `sindyna train`.
+    fn inner_settings(&self) -> TrainConfig {
+        TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) }
+    }
+
     /// Algorithm 1 with the models of `learner`.
     fn inside<L: DynamicsLearner>(
         &self,
@@ -77,7 +104,7 @@ impl Job {
         tell: fn(&L::Model, &mut Outcome),
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
-        let config = TrainConfig { seed: self.seed, ..TrainConfig::defaults(spec) };
+        let config = self.inner_settings();
         let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment();
@@ -109,21 +136,22 @@ impl Job {
         Ok(Ended::Whole)
     }
 
-    /// Model-based policy optimisation with an ensemble of neural networks.
-    fn with_ensemble(
+    /// Learning on the real system, with what the ensemble of `preset` makes of its data, if it has one.
+    fn outside(
         &self,
-        config: EnsembleConfig,
+        preset: &Preset,
         outcome: &mut Outcome,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Ended, Failure> {
-        let spec = self.system.spec();
-        let learner = EnsembleLearner::new(config, spec)?;
+        let Some(ensemble) = preset.ensemble.clone() else {
+            return self.online(&NoModel, preset, outcome, interrupted);
+        };
+        let learner = EnsembleLearner::new(ensemble, self.system.spec())?;
         outcome.model_parameters = Some(learner.n_parameters());
-        self.outside(&learner, &mbpo(spec), outcome, interrupted)
+        self.online(&learner, preset, outcome, interrupted)
     }
 
-    /// Learning on the real system, with what `learner` makes of its data.
-    fn outside<L: DynamicsLearner>(
+    fn online<L: DynamicsLearner>(
         &self,
         learner: &L,
         preset: &Preset,
@@ -194,7 +222,7 @@ impl Job {
     /// The real data that `sindyna train` begins with, for the same seed.
     fn warm_up(&self) -> Result<Dataset, Failure> {
         let spec = self.system.spec();
-        let config = TrainConfig { seed: self.seed, ..TrainConfig::defaults(spec) };
+        let config = self.inner_settings();
         let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
         let seed = Seed::new(self.seed);
         // A learner that makes no model ends after the warm-up.

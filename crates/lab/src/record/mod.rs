@@ -9,7 +9,7 @@ use crate::failure::Failure;
 
 pub(crate) use events::EventLog;
 pub(crate) use rollout_csv::rollout_csv;
-pub(crate) use run_dir::{RunDir, write_atomic};
+pub(crate) use run_dir::{RunDir, sweep, write_atomic};
 pub(crate) use summary::{Evaluation, Identification, Summary, Timing, Training};
 
 /// `value` as the JSON of a record.

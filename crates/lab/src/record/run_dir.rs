@@ -46,6 +46,21 @@ impl RunDir {
         Err(Failure::new(format!("no number is left for {}", stem.display())))
     }
 
+    /// The directory `path` of a run that was cut off, without what a killed process was writing.
+    pub(crate) fn reopen(path: &Path) -> Result<Self, Failure> {
+        if !path.join("config.toml").is_file() {
+            return Err(Failure::new(format!("{} holds no run: there is no config.toml in it", path.display()))
+                .hint("`sindyna train TASK` prints the directory of its run"));
+        }
+        sweep(path).with_context(|| format!("cannot tidy {}", path.display()))?;
+        Ok(Self { path: path.to_owned() })
+    }
+
+    /// The file `name`, if there is one.
+    pub(crate) fn read(&self, name: &str) -> Option<String> {
+        fs::read_to_string(self.path.join(name)).ok()
+    }
+
     /// Where the run is.
     pub(crate) fn path(&self) -> &Path {
         &self.path
@@ -64,10 +79,26 @@ fn exists(path: &Path) -> Failure {
         .hint("name another directory with --out, or remove this one")
 }
 
+/// How the names of files begin that are not whole yet; whoever is killed leaves one.
+const UNFINISHED: &str = ".unfinished-";
+
+/// Takes away what a killed process was writing in `directory` and below it.
+pub(crate) fn sweep(directory: &Path) -> io::Result<()> {
+    for entry in fs::read_dir(directory)? {
+        let entry = entry?;
+        if entry.file_type()?.is_dir() {
+            sweep(&entry.path())?;
+        } else if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+            fs::remove_file(entry.path())?;
+        }
+    }
+    Ok(())
+}
+
 /// Writes the file `path` under a temporary name, sees it on the disk, and renames it.
 pub(crate) fn write_atomic(path: &Path, contents: &[u8]) -> io::Result<()> {
     let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(directory)?;
+    let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(directory)?;
     file.write_all(contents)?;
     file.as_file().sync_all()?;
     // A temporary file is private to its owner; a result is as readable as any other file.
