@@ -253,6 +253,17 @@ fn one_seed_and_one_instruction_set_give_the_same_bytes() {
 }
 
 #[test]
+fn a_fit_begins_no_epoch_after_its_steps_are_made() {
+    let (inputs, targets) = rows(&linear_data(1000, &mut rng(4)));
+    // 1,000 rows, some of them held out, in batches of which the last is not full.
+    let config = EnsembleConfig { batch_size: 100, holdout: 0.15, max_steps: Some(10), ..small() };
+    let trainer = EnsembleTrainer::new(config).expect("usable settings");
+    let ensemble = trainer.fit(inputs.view(), targets.view(), None, &mut rng(5)).expect("enough rows");
+    assert_eq!(ensemble.report().training_rows, 850);
+    assert_eq!(ensemble.report().history.len(), 2, "9 steps, and 9 more");
+}
+
+#[test]
 fn rows_held_out_train_nothing_and_others_do() {
     let (inputs, targets) = rows(&linear_data(400, &mut rng(7)));
     // With one epoch there is no choice that the holdout rows could make.

@@ -59,6 +59,8 @@ pub struct EnsembleConfig {
     pub min_improvement: f64,
     /// The most epochs of one fit, if there is a limit.
     pub max_epochs: Option<usize>,
+    /// No further epoch of a fit begins after so many steps, if there is a limit.
+    pub max_steps: Option<usize>,
 }
 
 impl EnsembleConfig {
@@ -88,6 +90,7 @@ impl EnsembleConfig {
             patience: 5,
             min_improvement: 0.01,
             max_epochs: None,
+            max_steps: None,
         }
     }
 
@@ -152,7 +155,8 @@ impl EnsembleConfig {
         setting("holdout", self.holdout, "above 0 and at most 0.5", self.holdout > 0.0 && self.holdout <= 0.5)?;
         count("max_holdout", self.max_holdout)?;
         setting("min_improvement", self.min_improvement, "in 0..1", (0.0..1.0).contains(&self.min_improvement))?;
-        count("max_epochs", self.max_epochs.unwrap_or(1))
+        count("max_epochs", self.max_epochs.unwrap_or(1))?;
+        count("max_steps", self.max_steps.unwrap_or(1))
     }
 }
 
@@ -202,7 +206,7 @@ mod tests {
     #[test]
     fn every_setting_has_its_range_and_is_named_when_outside() {
         type Break = fn(&mut EnsembleConfig);
-        let breaks: [(&str, Break); 15] = [
+        let breaks: [(&str, Break); 16] = [
             ("members", |c| c.members = 0),
             ("elites", |c| c.elites = 0),
             ("elites", |c| c.elites = 8),
@@ -218,6 +222,7 @@ mod tests {
             ("min_improvement", |c| c.min_improvement = 1.0),
             ("min_improvement", |c| c.min_improvement = f64::NAN),
             ("max_epochs", |c| c.max_epochs = Some(0)),
+            ("max_steps", |c| c.max_steps = Some(0)),
         ];
         assert_eq!(EnsembleConfig::paper().check(), Ok(()));
         for (setting, apply) in breaks {

@@ -56,7 +56,11 @@ impl<'a> Run<'a> {
 
     /// Trains the ensemble, and leaves its elites and the report in it.
     pub(super) fn all(mut self) -> Result<(), FitError> {
-        let (patience, most) = (self.ensemble.config.patience, self.ensemble.config.max_epochs);
+        let config = &self.ensemble.config;
+        let (patience, per_epoch) = (config.patience, self.report.training_rows.div_ceil(config.batch_size));
+        let by_steps = config.max_steps.map(|most| most.div_ceil(per_epoch));
+        // At least one epoch, since there is nothing to go back to before it.
+        let most = [config.max_epochs, by_steps].into_iter().flatten().min();
         let mut idle = 0;
         while idle <= patience && most.is_none_or(|most| self.report.history.len() < most) {
             self.epoch()?;
