@@ -1,0 +1,28 @@
+//! Every setting of a method on a task, for the reader.
+
+use sindyna_core::Spec;
+use sindyna_rl::EnsembleConfig;
+
+use super::Method;
+use super::presets::{Preset, mbpo, sac};
+use crate::config::TrainConfig;
+use crate::failure::Failure;
+
+/// The settings of `method` on the task `spec`, a line each; none for methods without any.
+pub(crate) fn method_settings(method: Method, spec: &Spec) -> Result<String, Failure> {
+    let inside = || Ok::<_, Failure>(toml::to_string(&TrainConfig::defaults(spec))?);
+    let with_ensemble = |config: EnsembleConfig| Ok::<_, Failure>(outside(&mbpo(spec)) + &toml::to_string(&config)?);
+    match method {
+        Method::Sindy | Method::Truth => inside(),
+        Method::Sac => Ok(outside(&sac(spec, 1))),
+        Method::Sac20 => Ok(outside(&sac(spec, 20))),
+        Method::Mbpo => with_ensemble(EnsembleConfig::janner()),
+        Method::MbpoPaper => with_ensemble(EnsembleConfig::paper()),
+        Method::Lqr | Method::Hand | Method::Random => Ok(String::new()),
+    }
+}
+
+/// A preset as the program itself prints it.
+fn outside(preset: &Preset) -> String {
+    format!("schedule = {:#?}\nsac = {:#?}\n", preset.schedule, preset.sac)
+}
