@@ -55,7 +55,6 @@ impl Truth {
     }
 
     /// Equations that are judged, with the spread of their rates.
-    #[must_use]
     pub fn judged(&self) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
         self.spreads.iter().enumerate().filter_map(|(i, s)| s.map(|s| (i, s)))
     }

@@ -57,11 +57,11 @@ pub(crate) struct Returns {
     pub(crate) lowest: f64,
     pub(crate) interquartile_mean: f64,
     pub(crate) interval: Option<Interval>,
-    /// Interquartile mean less that of `sindy`.
+    /// How much more the seeds have than those of `sindy`.
     pub(crate) beside_sindy: Option<Difference>,
 }
 
-/// A difference of interquartile means.
+/// The interquartile mean of differences, each of two runs of the same seed, which begin at the same start states.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Difference {
     pub(crate) value: f64,
@@ -136,11 +136,12 @@ pub(crate) fn seed_returns(digest: &Digest, task: &str, method: &str) -> Vec<f64
 
 fn returns(digest: &Digest, task: &str, method: &str) -> Option<Returns> {
     let theirs = seed_returns(digest, task, method);
-    let ours = seed_returns(digest, task, "sindy");
-    let difference = |theirs: &[f64], ours: &[f64]| Some(interquartile_mean(theirs)? - interquartile_mean(ours)?);
     let beside = || {
-        let value = difference(&theirs, &ours).filter(|_| method != "sindy")?;
-        Some(Difference { value, interval: interval(&[&theirs, &ours], |s| difference(&s[0], &s[1])) })
+        let ours = |seed: u64| digest.of(task, "sindy").find(|run| run.seed == seed)?.mean_return;
+        let more = |run: &super::digest::Run| Some(run.mean_return? - ours(run.seed)?);
+        let differences: Vec<f64> = digest.of(task, method).filter(|_| method != "sindy").filter_map(more).collect();
+        let value = interquartile_mean(&differences)?;
+        Some(Difference { value, interval: interval(&[&differences], |sample| interquartile_mean(&sample[0])) })
     };
     Some(Returns {
         mean: mean(&theirs)?,
@@ -219,6 +220,21 @@ mod tests {
         assert_eq!((never.value, never.at_least), (f64::INFINITY, Some(500.0)));
         let unsolved = digest(&[("sindy", 0, None, 0.0), ("sac", 0, Some(1_000), 0.0)]);
         assert_eq!(steps_of(&unsolved, "sac").over_sindy, None);
+    }
+
+    #[test]
+    fn returns_are_compared_seed_by_seed() {
+        let both = digest(&[
+            ("sindy", 0, Some(10), -200.0),
+            ("sindy", 1, Some(10), -100.0),
+            ("sac", 0, None, -205.0),
+            ("sac", 1, None, -105.0),
+            ("sac", 2, None, -900.0),
+        ]);
+        let sac = groups(&both).into_iter().find(|group| group.method == "sac").and_then(|group| group.returns);
+        let found = sac.and_then(|returns| returns.beside_sindy).expect("two seeds are in both");
+        let expected = Difference { value: -5.0, interval: Some(Interval { low: -5.0, high: -5.0 }) };
+        assert_eq!(found, expected, "seeds differ much more than methods");
     }
 
     #[test]

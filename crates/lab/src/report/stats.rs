@@ -26,8 +26,8 @@ pub(crate) fn quantile(ascending: &[f64], share: f64) -> Option<f64> {
     let place = share * (ascending.len().checked_sub(1)?) as f64;
     let (below, part) = (*ascending.get(place.floor() as usize)?, place.fract());
     let above = *ascending.get(place.ceil() as usize)?;
-    // Between two infinite values there is no line.
-    Some(if below == above { below } else { below + (above - below) * part })
+    // Between two infinite values there is no line to go along.
+    Some(if above > below { below + (above - below) * part } else { below })
 }
 
 pub(crate) fn ascending(values: &[f64]) -> Vec<f64> {

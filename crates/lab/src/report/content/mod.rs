@@ -24,7 +24,7 @@ pub(super) fn blocks(digest: &Digest, groups: &[Group]) -> Vec<Block> {
     blocks.extend(steps::curves(digest, groups));
     blocks.push(Block::Section("Real steps until solved".into()));
     blocks.extend(speed_ups(groups));
-    blocks.extend(returns::returns(groups));
+    blocks.extend(returns::returns(digest, groups));
     blocks.extend(returns::one_scale(digest, &scales));
     blocks.extend(found::equations(&found));
     blocks.extend(found::portraits(&found));

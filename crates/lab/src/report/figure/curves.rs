@@ -9,6 +9,7 @@ use crate::compare::is_anchor;
 use crate::report::curve::{Point, curve};
 use crate::report::digest::Digest;
 use crate::report::groups::{Group, spec};
+use crate::report::shown::fixed;
 
 /// Real steps the axis goes to at least.
 const LEAST_STEPS: usize = 1_000;
@@ -37,7 +38,7 @@ pub(in crate::report) fn curves(digest: &Digest, groups: &[Group], task: &str) -
     Figure {
         name: format!("curves-{task}"),
         alternative: format!("Learning curves on {task}: return against real steps"),
-        caption: mark.map_or_else(|| task.to_owned(), |mark| format!("{task}: solved at {mark}")),
+        caption: mark.map_or_else(|| task.to_owned(), |mark| format!("{task}: solved at {}", fixed(mark, 0))),
         elements: drawing(task, &lines, mark),
     }
 }
