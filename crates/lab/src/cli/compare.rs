@@ -20,7 +20,8 @@ use crate::report::{self, DIGEST, Digest, gather, groups, plural};
 ///
 /// Every run of a method on a task with a seed leaves a file, all of them a page to look at. A comparison that was cut off goes on where it stopped when the
 /// same command is given again; what is there is not done twice. Tables, figures and page are always of all the runs in the
-/// directory, those of earlier commands with other tasks, methods or seeds among them. Runs share the cores, each on one; what comes
+/// directory, those of earlier commands with other tasks, methods or seeds among them; the folder `digest` holds what they follow
+/// from, small enough to be kept with a project (`sindyna report`). Runs share the cores, each on one; what comes
 /// out does not depend on how many there are.
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS)]

@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let groups = groups(&digest);
     let written = match &args.markdown {
         Some(path) => {
-            report::write_markdown(&digest, &groups, path)?;
+            report::write_markdown(&digest, &groups, directory, path)?;
             path.display().to_string()
         }
         None => {

@@ -18,6 +18,11 @@ pub(super) enum Block {
     },
     Figures(Vec<Figure>),
     Code(String),
+    /// Code that few want to see.
+    Folded {
+        summary: String,
+        code: String,
+    },
 }
 
 impl Block {

@@ -37,6 +37,11 @@ pub(super) fn page(title: &str, blocks: &[Block]) -> String {
                 }
                 text += "</div>\n";
             }
+            Block::Folded { summary, code } => {
+                let (summary, code) = (escaped(summary), escaped(code.trim_end()));
+                text +=
+                    &format!("<details><summary>{summary}</summary>\n<pre tabindex=\"0\">{code}</pre>\n</details>\n");
+            }
             Block::Code(code) => text += &format!("<pre tabindex=\"0\">{}</pre>\n", escaped(code.trim_end())),
         }
     }
@@ -83,7 +88,8 @@ th, td { padding: .25rem 0 .25rem 1.1rem; text-align: right; border-bottom: 1px 
 th { color: var(--soft); font-weight: 400; vertical-align: bottom; white-space: normal; min-width: 4rem; }
 .word { text-align: left; } th:first-child, td:first-child { padding-left: 0; min-width: 0; }
 tr.next td { border-top: 2px solid var(--soft); }
-pre { overflow-x: auto; padding: .6rem; border: 1px solid var(--faint); border-radius: 4px; font: .9rem/1.6 system-ui, sans-serif; }
+summary { cursor: pointer; }
+pre { overflow-x: auto; white-space: pre-wrap; padding: .6rem; border: 1px solid var(--faint); border-radius: 4px; font: .9rem/1.6 system-ui, sans-serif; }
 ";
 
 #[cfg(test)]

@@ -19,6 +19,10 @@ pub(super) fn markdown(title: &str, blocks: &[Block], folder: &str) -> String {
                     let _ = writeln!(text, "![{}]({folder}/{}.svg)", figure.alternative, figure.name);
                 }
             }
+            Block::Folded { summary, code } => {
+                let code = code.trim_end();
+                text += &format!("<details>\n<summary>{summary}</summary>\n\n```text\n{code}\n```\n\n</details>\n");
+            }
             Block::Code(code) => text += &format!("```text\n{}\n```\n", code.trim_end()),
         }
     }

@@ -44,12 +44,14 @@ pub(crate) fn write(digest: &Digest, groups: &[Group], directory: &Path) -> Resu
     save(&directory.join("report.html"), html::page(TITLE, &blocks).as_bytes())
 }
 
-/// Writes the report as Markdown to the file `path`, and its figures into a folder of that name beside it.
-pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], path: &Path) -> Result<(), Failure> {
+/// Writes the report on the digest in `source` as Markdown to the file `path`, and its figures into a folder of that name beside it.
+pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], source: &Path, path: &Path) -> Result<(), Failure> {
     let folder = path.with_extension("");
     let name = folder.file_name().and_then(|name| name.to_str()).filter(|_| folder != path);
     let name = name.ok_or_else(|| Failure::new(format!("{} is no name of a Markdown file", path.display())))?;
-    let blocks = content::blocks(digest, groups);
+    let command = format!("Made by `sindyna report {} --markdown {}`.", source.display(), path.display());
+    let mut blocks = vec![Block::text(command)];
+    blocks.extend(content::blocks(digest, groups));
     draw(&blocks, &folder, Pixels::No)?;
     save(path, markdown::markdown(TITLE, &blocks, name).as_bytes())
 }

@@ -31,10 +31,14 @@ pub(super) fn blocks(digest: &Digest, groups: &[Group]) -> Vec<Block> {
     blocks.extend(found::table_of_the_paper(&found, groups));
     blocks.extend(costs::costs(digest, groups));
     blocks.push(Block::Section("Settings".into()));
+    let (common, methods) = digest.settings.split_once("\n\n").unwrap_or((&digest.settings, ""));
     blocks.push(Block::text(
-        "Of all runs, and of each method on each task. Everything else is as the program has it at this commit.",
+        "Version, commit and instructions of all runs; what is not set below is as the program has it at that commit.",
     ));
-    blocks.push(Block::Code(digest.settings.clone()));
+    blocks.push(Block::Code(common.into()));
+    if !methods.is_empty() {
+        blocks.push(Block::Folded { summary: "Settings of every method on every task".into(), code: methods.into() });
+    }
     blocks
 }
 
@@ -44,8 +48,8 @@ fn overview(digest: &Digest) -> String {
     seeds.sort_unstable();
     seeds.dedup();
     format!(
-        "{} of {} on {}, {}: everything there was in this directory when the report was made, all of it made with the same settings. \
-         Intervals in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 2,000 samples, each task and method drawn from \
+        "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
+         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 2,000 samples, each task and method drawn from \
          itself).",
         plural(digest.runs.len(), "run"),
         plural(methods.len(), "method"),

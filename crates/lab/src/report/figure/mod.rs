@@ -24,7 +24,7 @@ const LEFT: f64 = 58.0;
 const TOP: f64 = 26.0;
 const BOTTOM: f64 = HEIGHT - 44.0;
 /// Right end of lines that have a name beside them.
-const NAMES_AT: f64 = WIDTH - 108.0;
+const NAMES_AT: f64 = WIDTH - 128.0;
 
 /// A drawing.
 #[derive(Debug, Clone, PartialEq)]
