@@ -13,7 +13,7 @@ pub(super) fn curves(digest: &Digest, groups: &[Group]) -> Vec<Block> {
         Block::Section("Learning curves".into()),
         Block::text(
             "The paper's protocol: at fixed numbers of real steps every seed's policy plays ten episodes without exploration; \
-             lines are the mean over seeds, bands its 95\u{a0}% interval. SINDy's curve begins where its real steps end, because they are \
+             lines are the mean over the seeds that came to one, bands its 95\u{a0}% interval. SINDy's curve begins where its real steps end, because they are \
              all spent before anything is learned. A run that has ended keeps its last score to the right. Dashed: methods whose \
              real steps say nothing (they know the equations, or learn nothing), with their return at the end. Dotted: the return that solves the task.",
         ),
