@@ -26,7 +26,7 @@ pub(super) fn costs(digest: &Digest, groups: &[Group]) -> Vec<Block> {
         Block::Section("Models and costs".into()),
         Block::text(
             "Medians over seeds. Parameters: coefficients that were fitted and are not zero, or weights of networks. Wall time is that of \
-             a whole run with all its checks, on one core while other runs were busy on the others, so it tells orders of magnitude.",
+             a whole run with all its checks on one core, which it may have had to share, so it tells orders of magnitude.",
         ),
         Block::table(2, head, groups.iter().map(row).collect()),
     ]
