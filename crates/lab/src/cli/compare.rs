@@ -9,12 +9,12 @@ use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Job, Method, Outcome, Store, method_settings};
+use crate::compare::{Job, Method, Outcome, Store};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
 use crate::registry;
-use crate::report::{self, DIGEST, Digest, gather, groups, plural};
+use crate::report::{self, DIGEST, gather, groups, plural};
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
@@ -83,8 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     // A comparison stopped before its first run came to an end has nothing to report.
     let any = done.into_inner() > 0 || left.len() < jobs.len();
     if any {
-        let mut digest = gather(&args.out)?;
-        digest.settings = all_settings(settings, &digest)?;
+        let digest = gather(&args.out)?;
         digest.write(&args.out.join(DIGEST))?;
         let groups = groups(&digest);
         report::write(&digest, &groups, &args.out)?;
@@ -147,21 +146,6 @@ fn settings() -> Result<String, Failure> {
     let isa = Isa::widest();
     let settings = Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name() };
     Ok(toml::to_string(&settings)?)
-}
-
-/// The settings that all runs share, and those of every method on every task there are runs of.
-fn all_settings(common: String, digest: &Digest) -> Result<String, Failure> {
-    let mut text = common;
-    for task in digest.tasks() {
-        let system = registry::system(task)?;
-        for name in digest.methods().into_iter().filter(|name| digest.of(task, name).next().is_some()) {
-            let settings = method_settings(Method::named(name)?, system.spec())?;
-            if !settings.is_empty() {
-                text += &format!("\n# {name} on {task}\n{settings}");
-            }
-        }
-    }
-    Ok(text)
 }
 
 /// How one run came out, and how long the rest will take.

@@ -4,11 +4,9 @@ mod method;
 mod outcome;
 mod presets;
 mod run;
-mod settings;
 mod store;
 
 pub(crate) use method::{Method, is_anchor};
 pub(crate) use outcome::{Outcome, mean};
 pub(crate) use run::Job;
-pub(crate) use settings::method_settings;
 pub(crate) use store::Store;

@@ -118,11 +118,6 @@ impl Digest {
         directory.join(RUNS).is_file()
     }
 
-    /// The settings in `directory`, if it holds a digest.
-    pub(crate) fn settings_in(directory: &Path) -> Option<String> {
-        fs::read_to_string(directory.join(SETTINGS)).ok()
-    }
-
     /// Reads what [`Self::write`] wrote.
     pub(crate) fn read(directory: &Path) -> Result<Self, Failure> {
         let text = |name: &str| {

@@ -6,17 +6,24 @@ use std::path::Path;
 use anyhow::Context as _;
 use serde::Deserialize;
 
-use super::{DIGEST, Digest};
+use super::Digest;
 use crate::compare::{Method, Outcome};
 use crate::failure::Failure;
 
 /// Every outcome there is in the comparison `root`, whichever command left it: tasks and methods in their usual order, seeds
 /// from the lowest.
 pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
-    let mut digest = Digest { settings: settings(root)?, ..Digest::default() };
+    let path = root.join("compare.toml");
+    let settings = fs::read_to_string(&path)
+        .with_context(|| format!("cannot read {}", path.display()))
+        .map_err(|error| Failure::from(error).hint("name the directory of a comparison"))?;
+    let mut digest = Digest { settings, ..Digest::default() };
     let tasks: Vec<&str> = sindyna_envs::systems().iter().map(sindyna_envs::System::name).collect();
     for (task, method) in tasks.iter().flat_map(|task| Method::ALL.map(|method| (task, method))) {
         let folder = root.join("runs").join(task).join(method.name());
+        if let Ok(settings) = fs::read_to_string(folder.join("settings.toml")) {
+            digest.settings += &format!("\n# {} on {task}\n{settings}", method.name());
+        }
         for seed in seeds(&folder) {
             let path = folder.join(format!("seed-{seed}.json"));
             let read = || anyhow::Ok(serde_json::from_slice::<Outcome>(&fs::read(&path)?)?);
@@ -30,16 +37,6 @@ pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
         );
     }
     Ok(digest)
-}
-
-/// What is known of the settings: all of them, or at least version, commit and instructions.
-fn settings(root: &Path) -> Result<String, Failure> {
-    let path = root.join("compare.toml");
-    let common = fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))
-        .map_err(|error| Failure::from(error).hint("name the directory of a comparison"))?;
-    // The program that made the runs told its settings; this one may be a later one.
-    Ok(Digest::settings_in(&root.join(DIGEST)).unwrap_or(common))
 }
 
 /// Seeds with an outcome in `folder`, in ascending order.
