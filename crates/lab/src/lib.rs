@@ -19,6 +19,7 @@ mod progress;
 mod real;
 mod record;
 mod registry;
+mod report;
 mod table;
 mod task_file;
 

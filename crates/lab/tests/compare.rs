@@ -21,7 +21,10 @@ fn compare(directory: &Path, more: &[&str]) -> (i32, String, String) {
     parts(&sindyna(directory, &[&QUICK[..], more].concat()))
 }
 
-/// Every file below `root` but the times, with its contents.
+/// Files that tell how long something took.
+const TIMED: [&str; 3] = ["timing.json", "timing.csv", "report.html"];
+
+/// Every file below `root` but those with times, with its contents.
 fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut found = BTreeMap::new();
     let mut open = vec![root.to_owned()];
@@ -30,7 +33,7 @@ fn files(root: &Path) -> BTreeMap<String, Vec<u8>> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 open.push(path);
-            } else if !path.to_string_lossy().ends_with("timing.json") {
+            } else if !TIMED.iter().any(|end| path.to_string_lossy().ends_with(end)) {
                 let name = path.strip_prefix(root).unwrap().to_string_lossy().into_owned();
                 found.insert(name, fs::read(path).unwrap());
             }
@@ -46,14 +49,11 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
     assert_eq!(code, 0, "{stdout}{stderr}");
     let whole = files(&temp.path().join("whole"));
     // A controller for both tasks, a regulator for one, random actions for both: two seeds each; settings of the regulator's
-    // data, and four files of all.
-    assert_eq!(whole.len(), 2 * 5 + 1 + 4, "{:?}", whole.keys());
+    // data. Settings, summary and table of all; four files of the digest; the curves of two tasks and two profiles, twice each.
+    assert_eq!(whole.len(), 2 * 5 + 1 + 3 + 4 + 2 * 4, "{:?}", whole.keys());
     let summary = json(&temp.path().join("whole/summary.json"));
     let hand = summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "hand").unwrap();
-    assert_eq!(
-        (&hand["solved"], &hand["runs"], &hand["steps_median"]),
-        (&2.into(), &2.into(), &serde_json::Value::Null)
-    );
+    assert_eq!((&hand["solved"], &hand["runs"], &hand["steps"]), (&2.into(), &2.into(), &serde_json::Value::Null));
 
     let (code, _, stderr) = compare(temp.path(), &["--seeds", "2", "--out", "cut", "--threads", "1"]);
     assert_eq!(code, 0, "{stderr}");
@@ -81,6 +81,50 @@ fn a_comparison_killed_ten_times_leaves_the_same_bytes() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &broken));
     assert_eq!(code, 0, "{stdout}{stderr}");
     assert_eq!(files(&temp.path().join("broken")), files(&temp.path().join("whole")));
+}
+
+#[test]
+fn a_part_of_a_comparison_leaves_the_report_on_the_rest_as_it_is() {
+    let temp = tempfile::tempdir().unwrap();
+    assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "all"]).0, 0);
+    let whole = files(&temp.path().join("all"));
+    let part = ["compare", "--tasks", "pendulum", "--methods", "lqr,random", "--seeds", "1", "--out", "all"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &part));
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stderr.contains("note: lqr is not for pendulum") && stderr.contains("1 run, 1 of them done before"),
+        "{stderr}"
+    );
+    assert!(stdout.contains("cart-pole") && stdout.contains("2 of 2"), "{stdout}");
+    assert_eq!(files(&temp.path().join("all")), whole);
+}
+
+#[test]
+fn a_digest_tells_all_that_its_comparison_does() {
+    let temp = tempfile::tempdir().unwrap();
+    assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "all"]).0, 0);
+    let (whole, digest) = (files(&temp.path().join("all")), temp.path().join("all/digest"));
+    let told = |args: &[&str]| {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), args));
+        assert_eq!(code, 0, "{stderr}");
+    };
+    told(&["report", "all"]);
+    assert_eq!(files(&temp.path().join("all")), whole, "the comparison tells the same again");
+    fs::rename(&digest, temp.path().join("kept")).unwrap();
+    told(&["report", "kept"]);
+    let kept = files(&temp.path().join("kept"));
+    for name in ["summary.json", "table.md", "figures/curves-pendulum.svg", "figures/profile.png"] {
+        assert_eq!(kept[name], whole[name], "{name}");
+    }
+    told(&["report", "kept", "--markdown", "page.md"]);
+    let page = fs::read_to_string(temp.path().join("page.md")).unwrap();
+    let figures: Vec<&str> = page.lines().filter_map(|l| l.strip_prefix("![")?.split(['(', ')']).nth(1)).collect();
+    assert_eq!(figures.len(), 4, "{page}");
+    for figure in figures {
+        assert!(temp.path().join(figure).is_file(), "{figure} is missing");
+    }
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all/runs"]));
+    assert!(code == 2 && stderr.contains("name the directory of a comparison"), "{stderr}");
 }
 
 #[test]

@@ -5,8 +5,7 @@ use serde::Serialize;
 use sindyna_core::Dataset;
 use sindyna_sindy::{Identified, Identifier, Model};
 
-use crate::structure::{Structure, compare, structure};
-use crate::{Deviation, Truth};
+use sindyna_truth::{Deviation, Structure, Truth, compare, structure};
 
 /// Relative accuracy to which true coefficients are computed from true rates: about 1e-13, and some room.
 const KNOWN: f64 = 1e-11;

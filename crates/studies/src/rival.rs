@@ -4,7 +4,7 @@ use serde::Serialize;
 use sindyna_core::Dataset;
 use sindyna_sindy::{Identifier, SolverChoice, Stlsq, Target};
 
-use crate::{Deviation, Truth};
+use sindyna_truth::{Deviation, Truth};
 
 /// Thresholds the best of which is looked for: a factor of √10 apart.
 const THRESHOLDS: [f64; 11] = [1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0];

@@ -2,7 +2,8 @@
 
 use sindyna_core::Seed;
 use sindyna_sindy::{Entry, Form, Identifier, Model, ModelParts};
-use sindyna_studies::{Structure, Truth, measure, rivals, structure, system, warm_up};
+use sindyna_studies::{measure, rivals, system, warm_up};
+use sindyna_truth::{Structure, Truth, structure};
 
 /// ω̇ = Σ c φ for the pendulum, whose angle's zero is `offset` away.
 fn pendulum(terms: &[(&str, f64)], offset: f64) -> Model {

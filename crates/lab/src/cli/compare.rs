@@ -9,18 +9,20 @@ use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Group, Job, Method, Outcome, Store, groups, markdown, page};
+use crate::compare::{Job, Method, Outcome, Store};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
-use crate::record::json;
 use crate::registry;
+use crate::report::{self, DIGEST, gather, groups, plural};
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
 /// Every run of a method on a task with a seed leaves a file, all of them a page to look at. A comparison that was cut off goes on where it stopped when the
-/// same command is given again; what is there is not done twice. Runs share the cores, each on one; what comes out does not
-/// depend on how many there are.
+/// same command is given again; what is there is not done twice. Tables, figures and page are always of all the runs in the
+/// directory, those of earlier commands with other tasks, methods or seeds among them; the folder `digest` holds what they follow
+/// from, small enough to be kept with a project (`sindyna report`). Runs share the cores, each on one; what comes
+/// out does not depend on how many there are.
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS)]
 pub(crate) struct Args {
@@ -59,40 +61,34 @@ Methods:
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
-    let jobs = args.jobs()?;
+    let progress = Progress::new(args.common.quiet);
+    let jobs = args.jobs(&progress)?;
     let settings = settings()?;
     let store = Store::open(&args.out, &settings)?;
-    let progress = Progress::new(args.common.quiet);
     let (start, done) = (Instant::now(), AtomicUsize::new(0));
-    let kept: Vec<Option<Outcome>> = jobs.iter().map(|job| store.done(job)).collect();
-    let left: Vec<&Job> = jobs.iter().zip(&kept).filter(|(_, kept)| kept.is_none()).map(|(job, _)| job).collect();
-    progress.say(&format!("{} runs, {} of them done before", jobs.len(), jobs.len() - left.len()));
+    let left: Vec<&Job> = jobs.iter().filter(|job| store.done(job).is_none()).collect();
+    progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), jobs.len() - left.len()));
     let stop = || interrupt.pressed();
-    let fresh: Result<Vec<Option<Outcome>>, Failure> = args.common.pool()?.install(|| {
+    args.common.pool()?.install(|| {
         // One job after the other goes to whichever core is free.
-        left.par_iter()
-            .with_max_len(1)
-            .map(|job| {
-                let begun = Instant::now();
-                let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(None) };
-                store.keep(job, &outcome, begun.elapsed().as_secs_f64())?;
-                let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-                progress.say(&line(&outcome, count, left.len(), start));
-                Ok(Some(outcome))
-            })
-            .collect()
-    });
-    let mut fresh = fresh?.into_iter();
-    let outcomes: Vec<Outcome> = kept.into_iter().filter_map(|kept| kept.or_else(|| fresh.next().flatten())).collect();
-    let groups = groups(&outcomes);
-    store.write("summary.json", &json(&groups)?)?;
-    store.write("table.md", markdown(&groups).as_bytes())?;
-    store.write("report.html", page(&outcomes, &groups, &marks(&jobs), &settings).as_bytes())?;
-    print(&format!(
-        "{}\nrecord: {out} (report.html to look at, table.md, summary.json, runs)\n",
-        table(&groups),
-        out = args.out.display()
-    ))?;
+        left.par_iter().with_max_len(1).try_for_each(|job| {
+            let begun = Instant::now();
+            let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(()) };
+            store.keep(job, &outcome, begun.elapsed().as_secs_f64())?;
+            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+            progress.say(&line(&outcome, count, left.len(), start));
+            Ok::<_, Failure>(())
+        })
+    })?;
+    // A comparison stopped before its first run came to an end has nothing to report.
+    let any = done.into_inner() > 0 || left.len() < jobs.len();
+    if any {
+        let digest = gather(&args.out)?;
+        digest.write(&args.out.join(DIGEST))?;
+        let groups = groups(&digest);
+        report::write(&digest, &groups, &args.out)?;
+        print(&format!("{}\nrecord: {}\n", super::report::table(&groups), super::report::contents(&args.out)))?;
+    }
     if interrupt.pressed() {
         progress.say("stopped; give the same command again to go on");
         return Ok(Verdict::Interrupted);
@@ -101,7 +97,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
 }
 
 impl Args {
-    fn jobs(&self) -> Result<Vec<Job>, Failure> {
+    fn jobs(&self, progress: &Progress) -> Result<Vec<Job>, Failure> {
         let mut jobs = Vec::new();
         let mut methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
         let mut tasks = self.tasks.clone();
@@ -111,6 +107,12 @@ impl Args {
             let system = registry::system(task)?;
             for &method in methods.iter().filter(|m| m.fits(task)) {
                 jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed }));
+            }
+        }
+        for method in &methods {
+            let not: Vec<&str> = tasks.iter().filter(|task| !method.fits(task)).map(String::as_str).collect();
+            if !not.is_empty() {
+                progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }
         }
         if jobs.is_empty() {
@@ -130,18 +132,6 @@ fn unique<T: PartialEq + Clone>(list: &mut Vec<T>) {
             true
         }
     });
-}
-
-/// The tasks, each once, with the return that solves it.
-fn marks(jobs: &[Job]) -> Vec<(String, Option<f64>)> {
-    let mut marks: Vec<(String, Option<f64>)> = Vec::new();
-    for job in jobs {
-        let spec = job.system.spec();
-        if !marks.iter().any(|(task, _)| *task == spec.name) {
-            marks.push((spec.name.clone(), spec.solved_at));
-        }
-    }
-    marks
 }
 
 /// What runs depend on besides task, method and seed.
@@ -168,21 +158,4 @@ fn line(outcome: &Outcome, count: usize, total: usize, start: Instant) -> String
     let seconds = start.elapsed().as_secs_f64() / count as f64 * (total - count) as f64;
     let left = if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) };
     format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
-}
-
-/// The table for the terminal.
-fn table(groups: &[Group]) -> String {
-    let mut lines = vec![["task", "method", "solved", "real steps", "return", "lowest"].map(str::to_owned)];
-    for group in groups {
-        let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".into(), |v| format!("{v:.digits$}"));
-        lines.push([
-            group.task.clone(),
-            group.method.clone(),
-            format!("{} of {}", group.solved, group.runs),
-            number(group.steps_median, 0),
-            number(group.mean_return, 1),
-            number(group.lowest_return, 1),
-        ]);
-    }
-    crate::table::aligned(&lines)
 }

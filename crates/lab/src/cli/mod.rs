@@ -5,6 +5,7 @@ mod evaluate;
 mod export;
 mod identification;
 mod identify;
+mod report;
 mod settings;
 mod tasks;
 mod train;
@@ -39,6 +40,7 @@ enum Command {
     Export(export::Args),
     Evaluate(evaluate::Args),
     Compare(compare::Args),
+    Report(report::Args),
     Tasks(tasks::Args),
 }
 
@@ -59,6 +61,7 @@ pub fn main() -> ExitCode {
         Command::Export(args) => export::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Compare(args) => compare::run(&args),
+        Command::Report(args) => report::run(&args),
         Command::Tasks(args) => tasks::run(&args),
     };
     match result {

@@ -20,6 +20,10 @@ pub(crate) struct Outcome {
     pub(crate) model_parameters: Option<usize>,
     /// The equations found, where there are such.
     pub(crate) equations: Vec<String>,
+    /// The model with every digit ([`sindyna_sindy::Model::to_json`]), where it has equations: what can be drawn of it and
+    /// measured on it follows from this.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) model: Option<serde_json::Value>,
     /// Checks on the way.
     pub(crate) curve: Vec<Point>,
     /// Returns of the policy at the end, from a hundred start states that are the same for every method.
@@ -50,6 +54,7 @@ impl Outcome {
             model_steps: 0,
             model_parameters: None,
             equations: Vec::new(),
+            model: None,
             curve: Vec::new(),
             returns: Vec::new(),
             failure: None,

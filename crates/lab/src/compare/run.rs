@@ -48,6 +48,7 @@ impl Job {
             Method::Sindy => self.inside(&Identifier::new(spec), outcome, interrupted, |model: &Model, outcome| {
                 outcome.model_parameters = Some(model.nonzero());
                 outcome.equations = model.equations();
+                outcome.model = serde_json::from_str(&model.to_json()).ok();
             }),
             Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
             Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper => {

@@ -79,13 +79,6 @@ impl Store {
         Ok(())
     }
 
-    /// Writes a file beside the outcomes.
-    pub(crate) fn write(&self, name: &str, contents: &[u8]) -> Result<(), Failure> {
-        let path = self.root.join(name);
-        write_atomic(&path, contents).with_context(|| format!("cannot write {}", path.display()))?;
-        Ok(())
-    }
-
     fn path(&self, job: &Job, extension: &str) -> PathBuf {
         let folder = self.root.join("runs").join(job.system.name()).join(job.method.name());
         folder.join(format!("seed-{}.{extension}", job.seed))

@@ -9,7 +9,8 @@ use clap::Parser;
 use serde::Serialize;
 use sindyna_core::Seed;
 use sindyna_sindy::Identifier;
-use sindyna_studies::{Measured, Rivals, Truth, measure, rivals, system, warm_up};
+use sindyna_studies::{Measured, Rivals, measure, rivals, system, warm_up};
+use sindyna_truth::Truth;
 
 /// Points of the box over which exactness is judged.
 const POINTS: usize = 10_000;

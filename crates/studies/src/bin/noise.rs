@@ -13,7 +13,8 @@ use sindyna_core::{Dataset, Dynamics, Seed};
 use sindyna_dyna::evaluate;
 use sindyna_envs::System;
 use sindyna_sindy::{Identifier, LibraryChoice, SolverChoice, Target};
-use sindyna_studies::{Measured, Rivals, Truth, measure, rivals, system, warm_up};
+use sindyna_studies::{Measured, Rivals, measure, rivals, system, warm_up};
+use sindyna_truth::Truth;
 
 /// Points of the box over which models are judged.
 const POINTS: usize = 10_000;

@@ -36,7 +36,7 @@ pub enum Structure {
 }
 
 /// One equation: the state whose rate it is for, and its summands' terms with the rate each is multiplied by.
-pub(crate) type Terms<'a> = (usize, Vec<(&'a Expr, Option<usize>)>);
+pub type Terms<'a> = (usize, Vec<(&'a Expr, Option<usize>)>);
 
 /// Compares the terms of all judged equations of `model` with the truth; the offsets of its states are free where they are
 /// not zero.
@@ -52,7 +52,8 @@ pub fn structure(truth: &Truth, model: &Model) -> Structure {
 }
 
 /// [`structure`] of any equations.
-pub(crate) fn compare(truth: &Truth, equations: &[Terms<'_>], offsets: &[f64]) -> Structure {
+#[must_use]
+pub fn compare(truth: &Truth, equations: &[Terms<'_>], offsets: &[f64]) -> Structure {
     let free: Vec<usize> = (0..offsets.len()).filter(|&i| offsets[i].abs() > 0.0).collect();
     let spreads: Vec<f64> = truth.judged().filter(|(i, _)| equations.iter().any(|e| e.0 == *i)).map(|e| e.1).collect();
     let count: usize = equations.iter().map(|(_, terms)| terms.len()).sum();

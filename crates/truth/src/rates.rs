@@ -55,7 +55,7 @@ impl Truth {
     }
 
     /// Equations that are judged, with the spread of their rates.
-    pub(crate) fn judged(&self) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
+    pub fn judged(&self) -> impl Iterator<Item = (usize, f64)> + Clone + '_ {
         self.spreads.iter().enumerate().filter_map(|(i, s)| s.map(|s| (i, s)))
     }
 

@@ -1,0 +1,70 @@
+//! `sindyna report`: a comparison told again.
+
+use std::path::{Path, PathBuf};
+
+use super::{Verdict, print};
+use crate::failure::Failure;
+use crate::report::{self, DIGEST, Digest, Group, fixed, gather, groups};
+
+/// Makes tables, figures and page of a comparison again, from what its runs left
+///
+/// Nothing is run. DIR is a comparison, whatever version of the program made its runs, or a digest of one: the folder `digest` that
+/// every comparison leaves, a few small files that everything reported follows from.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Directory of a comparison, or of its digest
+    #[arg(value_name = "DIR", default_value = "runs/compare")]
+    directory: PathBuf,
+    /// Write the report as Markdown to FILE instead, with its figures in a folder of that name beside it
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let directory = &args.directory;
+    let digest = if Digest::is_in(directory) {
+        Digest::read(directory)?
+    } else {
+        let digest = gather(directory)?;
+        digest.write(&directory.join(DIGEST))?;
+        digest
+    };
+    let groups = groups(&digest);
+    let written = match &args.markdown {
+        Some(path) => {
+            report::write_markdown(&digest, &groups, directory, path)?;
+            path.display().to_string()
+        }
+        None => {
+            report::write(&digest, &groups, directory)?;
+            contents(directory)
+        }
+    };
+    print(&format!("{}\nreport: {written}\n", table(&groups)))?;
+    Ok(Verdict::Done)
+}
+
+/// What lies in the directory of a report.
+pub(super) fn contents(directory: &Path) -> String {
+    format!("{} (report.html to look at, figures, table.md, summary.json)", directory.display())
+}
+
+/// The table for the terminal.
+pub(super) fn table(groups: &[Group]) -> String {
+    let head = ["task", "method", "solved", "real steps", "over sindy", "return", "lowest"];
+    let mut lines = vec![head.map(str::to_owned)];
+    let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".into(), |v| fixed(v, digits));
+    for group in groups {
+        let (steps, returns) = (group.steps.as_ref(), group.returns.as_ref());
+        lines.push([
+            group.task.clone(),
+            group.method.clone(),
+            format!("{} of {}", group.solved, group.runs),
+            number(steps.map(|steps| steps.median), 0),
+            number(steps.and_then(|steps| steps.over_sindy.as_ref()).map(|ratio| ratio.value), 0),
+            number(returns.map(|returns| returns.mean), 1),
+            number(returns.map(|returns| returns.lowest), 1),
+        ]);
+    }
+    crate::table::aligned(&lines)
+}

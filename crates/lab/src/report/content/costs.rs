@@ -1,0 +1,33 @@
+//! What models and training cost.
+
+use crate::report::digest::Digest;
+use crate::report::document::Block;
+use crate::report::groups::Group;
+use crate::report::shown::{fixed, or_none, rough};
+use crate::report::stats::median;
+
+pub(super) fn costs(digest: &Digest, groups: &[Group]) -> Vec<Block> {
+    let row = |group: &Group| {
+        let of_group = |task: &str, method: &str| task == group.task && method == group.method;
+        let seconds: Vec<f64> =
+            digest.times.iter().filter(|t| of_group(&t.task, &t.method)).map(|t| t.wall_seconds).collect();
+        let count = |value: Option<f64>| or_none(value.map(|v| fixed(v, 0)));
+        [
+            group.task.clone(),
+            group.method.clone(),
+            count(group.parameters_median),
+            count(group.updates_median),
+            count(group.model_steps_median),
+            or_none(median(&seconds).map(rough)),
+        ]
+    };
+    let head = ["task", "method", "parameters of the model", "updates", "steps of the model", "wall time [s]"];
+    vec![
+        Block::Section("Models and costs".into()),
+        Block::text(
+            "Medians over seeds. Parameters: coefficients that were fitted and are not zero, or weights of networks. Wall time is that of \
+             a whole run with all its checks on one core, which it may have had to share, so it tells orders of magnitude.",
+        ),
+        Block::table(2, head, groups.iter().map(row).collect()),
+    ]
+}

@@ -1,0 +1,121 @@
+//! What a report says, section by section.
+
+mod costs;
+mod found;
+mod returns;
+mod steps;
+
+pub(super) use steps::speed_ups;
+
+use super::digest::Digest;
+use super::document::Block;
+use super::equations::equations;
+use super::groups::Group;
+use super::scores::scales;
+use super::shown::plural;
+use crate::compare::Method;
+
+/// The report on `digest`, whose numbers are `groups`.
+pub(super) fn blocks(digest: &Digest, groups: &[Group]) -> Vec<Block> {
+    let found = equations(digest);
+    let scales = scales(digest);
+    let mut blocks = vec![Block::text(overview(digest))];
+    blocks.extend(gaps(digest).map(Block::Text));
+    blocks.extend(steps::curves(digest, groups));
+    blocks.push(Block::Section("Real steps until solved".into()));
+    blocks.extend(speed_ups(groups));
+    blocks.extend(returns::returns(digest, groups));
+    blocks.extend(returns::one_scale(digest, &scales));
+    blocks.extend(found::equations(&found));
+    blocks.extend(found::portraits(&found));
+    blocks.extend(found::table_of_the_paper(&found, groups));
+    blocks.extend(costs::costs(digest, groups));
+    blocks.push(Block::Section("Settings".into()));
+    let (common, methods) = digest.settings.split_once("\n\n").unwrap_or((&digest.settings, ""));
+    blocks.push(Block::text(
+        "Version, commit and instructions of all runs; what is not set below is as the program has it at that commit.",
+    ));
+    blocks.push(Block::Code(common.into()));
+    if !methods.is_empty() {
+        blocks.push(Block::Folded { summary: "Settings of every method on every task".into(), code: methods.into() });
+    }
+    blocks
+}
+
+fn overview(digest: &Digest) -> String {
+    let (tasks, methods) = (digest.tasks(), digest.methods());
+    let mut seeds: Vec<u64> = digest.runs.iter().map(|run| run.seed).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    format!(
+        "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
+         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 2,000 samples, each task and method drawn from \
+         itself).",
+        plural(digest.runs.len(), "run"),
+        plural(methods.len(), "method"),
+        plural(tasks.len(), "task"),
+        plural(seeds.len(), "seed")
+    )
+}
+
+/// Pairs of task and method that have fewer seeds than others, and why some have none.
+fn gaps(digest: &Digest) -> Option<String> {
+    let (tasks, methods) = (digest.tasks(), digest.methods());
+    let count = |task: &str, method: &str| digest.of(task, method).count();
+    let pairs = || tasks.iter().flat_map(|task| methods.iter().map(move |method| (*task, *method)));
+    let most = pairs().map(|(task, method)| count(task, method)).max().unwrap_or(0);
+    let gap = |(task, method): (&str, &str)| match count(task, method) {
+        0 if Method::named(method).is_ok_and(|m| !m.fits(task)) => Some(format!("{method} is not for {task}")),
+        few if few < most => Some(format!("{method} on {task} has {} of {most}", plural(few, "run"))),
+        _ => None,
+    };
+    let gaps: Vec<String> = pairs().filter_map(gap).collect();
+    (!gaps.is_empty()).then(|| format!("Not in it: {}.", gaps.join("; ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::compare::Outcome;
+    use crate::report::groups;
+
+    #[test]
+    fn gaps_are_told() {
+        let mut digest = Digest::default();
+        for (task, method, seed) in [
+            ("pendulum", "sac", 0),
+            ("pendulum", "sac", 1),
+            ("cart-pole", "lqr", 0),
+            ("cart-pole", "lqr", 1),
+            ("cart-pole", "sac", 0),
+        ] {
+            digest.add(&Outcome::new(task, method, seed), None);
+        }
+        let told = gaps(&digest).expect("there are gaps");
+        assert_eq!(told, "Not in it: lqr is not for pendulum; sac on cart-pole has 1 run of 2.");
+        assert!(overview(&digest).starts_with("5 runs of 2 methods on 2 tasks, 2 seeds"));
+    }
+
+    #[test]
+    fn a_report_has_all_its_sections_whatever_there_is() {
+        let mut digest = Digest::default();
+        digest.add(&Outcome::new("pendulum", "sac", 0), None);
+        let blocks = blocks(&digest, &groups(&digest));
+        let sections: Vec<&str> = blocks
+            .iter()
+            .filter_map(|block| if let Block::Section(name) = block { Some(name.as_str()) } else { None })
+            .collect();
+        let expected = [
+            "Learning curves",
+            "Real steps until solved",
+            "Returns at the end",
+            "All tasks on one scale",
+            "Equations found",
+            "Phase portraits",
+            "Table 1 of the paper",
+            "Models and costs",
+            "Settings",
+        ];
+        assert_eq!(sections, expected);
+    }
+}

@@ -1,0 +1,226 @@
+//! A comparison in short: files small enough to be kept for ever, from which everything that is reported follows.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::Context as _;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+
+use crate::compare::Outcome;
+use crate::failure::Failure;
+use crate::record::write_atomic;
+
+/// One run: a line of `runs.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Run {
+    pub(crate) task: String,
+    pub(crate) method: String,
+    pub(crate) seed: u64,
+    pub(crate) solved_after: Option<usize>,
+    pub(crate) real_steps: usize,
+    pub(crate) real_episodes: usize,
+    pub(crate) updates: u64,
+    pub(crate) model_steps: u64,
+    pub(crate) parameters: Option<usize>,
+    /// Over the start states of the last evaluation.
+    pub(crate) mean_return: Option<f64>,
+    pub(crate) failure: Option<String>,
+}
+
+/// One look at a policy on the way: a line of `curves.csv`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Check {
+    pub(crate) task: String,
+    pub(crate) method: String,
+    pub(crate) seed: u64,
+    pub(crate) real_steps: usize,
+    pub(crate) updates: u64,
+    pub(crate) mean_return: f64,
+}
+
+/// The equations of one run: a line of `models.jsonl`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Found {
+    pub(crate) task: String,
+    pub(crate) method: String,
+    pub(crate) seed: u64,
+    pub(crate) model: serde_json::Value,
+}
+
+/// How long one run took: a line of `timing.csv`, apart from the rest because no two are the same.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Taken {
+    pub(crate) task: String,
+    pub(crate) method: String,
+    pub(crate) seed: u64,
+    pub(crate) wall_seconds: f64,
+}
+
+/// All of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Digest {
+    /// What the runs depend on besides task, method and seed.
+    pub(crate) settings: String,
+    pub(crate) runs: Vec<Run>,
+    pub(crate) checks: Vec<Check>,
+    pub(crate) models: Vec<Found>,
+    pub(crate) times: Vec<Taken>,
+}
+
+const SETTINGS: &str = "settings.txt";
+const RUNS: &str = "runs.csv";
+const CHECKS: &str = "curves.csv";
+const MODELS: &str = "models.jsonl";
+const TIMES: &str = "timing.csv";
+
+impl Digest {
+    /// Adds a run, and the seconds it took where they are known.
+    pub(crate) fn add(&mut self, outcome: &Outcome, wall_seconds: Option<f64>) {
+        let (task, method, seed) = (|| outcome.task.clone(), || outcome.method.clone(), outcome.seed);
+        self.runs.push(Run {
+            task: task(),
+            method: method(),
+            seed,
+            solved_after: outcome.solved_after,
+            real_steps: outcome.real_steps,
+            real_episodes: outcome.real_episodes,
+            updates: outcome.updates,
+            model_steps: outcome.model_steps,
+            parameters: outcome.model_parameters,
+            mean_return: outcome.mean_return(),
+            failure: outcome.failure.clone(),
+        });
+        self.checks.extend(outcome.curve.iter().map(|point| Check {
+            task: task(),
+            method: method(),
+            seed,
+            real_steps: point.real_steps,
+            updates: point.updates,
+            mean_return: crate::compare::mean(&point.returns),
+        }));
+        self.models.extend(outcome.model.iter().map(|model| Found {
+            task: task(),
+            method: method(),
+            seed,
+            model: model.clone(),
+        }));
+        self.times.extend(wall_seconds.map(|wall_seconds| Taken {
+            task: task(),
+            method: method(),
+            seed,
+            wall_seconds,
+        }));
+    }
+
+    /// Whether `directory` holds one.
+    pub(crate) fn is_in(directory: &Path) -> bool {
+        directory.join(RUNS).is_file()
+    }
+
+    /// Reads what [`Self::write`] wrote.
+    pub(crate) fn read(directory: &Path) -> Result<Self, Failure> {
+        let text = |name: &str| {
+            let path = directory.join(name);
+            fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
+        };
+        let models = text(MODELS)?;
+        let models = models.lines().map(serde_json::from_str).collect::<Result<_, _>>();
+        Ok(Self {
+            settings: text(SETTINGS)?,
+            runs: rows(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
+            checks: rows(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
+            models: models.with_context(|| format!("cannot understand {MODELS}"))?,
+            times: rows(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
+        })
+    }
+
+    /// Writes a file of each kind into `directory`, which is made if it is not there.
+    pub(crate) fn write(&self, directory: &Path) -> Result<(), Failure> {
+        fs::create_dir_all(directory).with_context(|| format!("cannot make the directory {}", directory.display()))?;
+        let mut models = String::new();
+        for found in &self.models {
+            models += &(serde_json::to_string(found)? + "\n");
+        }
+        for (name, contents) in [
+            (SETTINGS, self.settings.clone().into_bytes()),
+            (RUNS, csv(&self.runs)?),
+            (CHECKS, csv(&self.checks)?),
+            (MODELS, models.into_bytes()),
+            (TIMES, csv(&self.times)?),
+        ] {
+            let path = directory.join(name);
+            write_atomic(&path, &contents).with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        Ok(())
+    }
+
+    /// Names of the tasks there are runs of.
+    pub(crate) fn tasks(&self) -> Vec<&str> {
+        distinct(self.runs.iter().map(|run| run.task.as_str()))
+    }
+
+    /// Names of the methods there are runs of.
+    pub(crate) fn methods(&self) -> Vec<&str> {
+        distinct(self.runs.iter().map(|run| run.method.as_str()))
+    }
+
+    /// The runs of one method on one task.
+    pub(crate) fn of<'a>(&'a self, task: &'a str, method: &'a str) -> impl Iterator<Item = &'a Run> + Clone {
+        self.runs.iter().filter(move |run| run.task == task && run.method == method)
+    }
+}
+
+/// The names, each once, in the order in which they come first.
+fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    names.fold(Vec::new(), |mut seen, name| {
+        if !seen.contains(&name) {
+            seen.push(name);
+        }
+        seen
+    })
+}
+
+fn rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, csv::Error> {
+    csv::Reader::from_reader(text.as_bytes()).deserialize().collect()
+}
+
+fn csv<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, Failure> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row)?;
+    }
+    Ok(writer.into_inner()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_again_with_every_digit() {
+        let outcome = Outcome {
+            returns: vec![0.1, 0.2, 0.30000000000000004],
+            failure: Some("a \"quoted\", long\nstory".into()),
+            model: Some(serde_json::json!({"version": 1, "dt": 0.05})),
+            model_parameters: Some(2),
+            ..Outcome::new("pendulum", "sindy", 3)
+        };
+        let mut digest = Digest { settings: "version = \"0\"\n".into(), ..Digest::default() };
+        digest.add(&outcome, Some(1.25));
+        digest.add(&Outcome::new("pendulum", "sac", 0), None);
+        let temp = tempfile::tempdir().expect("a directory");
+        assert!(!Digest::is_in(temp.path()));
+        digest.write(temp.path()).expect("it can be written");
+        assert!(Digest::is_in(temp.path()));
+        assert_eq!(Digest::read(temp.path()).expect("it can be read"), digest);
+        assert_eq!((digest.tasks(), digest.methods()), (vec!["pendulum"], vec!["sindy", "sac"]));
+    }
+
+    #[test]
+    fn a_comparison_of_nothing_is_written_and_read_too() {
+        let temp = tempfile::tempdir().expect("a directory");
+        Digest::default().write(temp.path()).expect("it can be written");
+        assert_eq!(Digest::read(temp.path()).expect("it can be read"), Digest::default());
+    }
+}
