@@ -40,6 +40,9 @@ pub(crate) struct Args {
     /// Seeds 0 to N−1
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
+    /// Real steps at most, for those who learn on the real system [default: 5000 on cart-pole and pendulum, else 20000]
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    budget: Option<u64>,
     /// Directory of the comparison, new or to go on with
     #[arg(long, value_name = "DIR", default_value = "runs/compare")]
     out: PathBuf,
@@ -63,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(args.common.quiet);
     let jobs = args.jobs(&progress)?;
-    let settings = settings()?;
+    let settings = settings(args.budget)?;
     let store = Store::open(&args.out, &settings)?;
     let (start, done) = (Instant::now(), AtomicUsize::new(0));
     let left: Vec<&Job> = jobs.iter().filter(|job| store.done(job).is_none()).collect();
@@ -106,7 +109,8 @@ impl Args {
         for task in &tasks {
             let system = registry::system(task)?;
             for &method in methods.iter().filter(|m| m.fits(task)) {
-                jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed }));
+                let budget = self.budget.map(|steps| steps as usize);
+                jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed, budget }));
             }
         }
         for method in &methods {
@@ -140,11 +144,13 @@ struct Settings {
     version: &'static str,
     commit: &'static str,
     isa: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<u64>,
 }
 
-fn settings() -> Result<String, Failure> {
+fn settings(budget: Option<u64>) -> Result<String, Failure> {
     let isa = Isa::widest();
-    let settings = Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name() };
+    let settings = Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name(), budget };
     Ok(toml::to_string(&settings)?)
 }
 

@@ -25,6 +25,8 @@ pub(crate) struct Job {
     pub(crate) system: System,
     pub(crate) method: Method,
     pub(crate) seed: u64,
+    /// Real steps at most for those who learn on the real system, if they are not the task's.
+    pub(crate) budget: Option<usize>,
 }
 
 impl Job {
@@ -82,13 +84,19 @@ impl Job {
     /// What those learn with who learn on the real system.
     fn preset(&self) -> Option<Preset> {
         let spec = self.system.spec();
-        match self.method {
-            Method::Sac => Some(sac(spec, 1)),
-            Method::Sac20 => Some(sac(spec, 20)),
-            Method::Mbpo => Some(mbpo(spec, EnsembleConfig::janner())),
-            Method::MbpoPaper => Some(mbpo(spec, EnsembleConfig::paper())),
-            _ => None,
+        let mut preset = match self.method {
+            Method::Sac => sac(spec, 1),
+            Method::Sac20 => sac(spec, 20),
+            Method::Mbpo => mbpo(spec, EnsembleConfig::janner()),
+            Method::MbpoPaper => mbpo(spec, EnsembleConfig::paper()),
+            _ => return None,
+        };
+        if let Some(budget) = self.budget {
+            preset.schedule.real_steps = budget;
+            // Who may not go so far is looked at where the steps end.
+            preset.schedule.checks.every = preset.schedule.checks.every.min(budget);
         }
+        Some(preset)
     }
 
     /// The settings of `sindyna train`.
