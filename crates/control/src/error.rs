@@ -1,6 +1,6 @@
 //! Why there is no controller.
 
-use sindyna_core::Diverged;
+use sindyna_core::{Diverged, Unseen};
 
 /// Why there is no controller.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -36,9 +36,6 @@ pub enum ControlError {
         doublings: usize,
     },
     /// A state no observation shows.
-    #[error("no observation shows the state `{state}`")]
-    Unseen {
-        /// Its name.
-        state: String,
-    },
+    #[error(transparent)]
+    Unseen(#[from] Unseen),
 }

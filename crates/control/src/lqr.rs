@@ -1,20 +1,9 @@
 //! A regulator as a policy.
 
-use std::f64::consts::{PI, TAU};
-
 use ndarray::{ArrayView2, ArrayViewMut2};
-use sindyna_core::{Dynamics, Kind, Mode, Policy, Rng, Space, Spec};
+use sindyna_core::{Dynamics, Inverse, Mode, Policy, Rng, Space, Spec};
 
 use crate::{ControlError, Costs, Linear, Regulator, regulate};
-
-/// How a state is read from the observations.
-#[derive(Debug, Clone, Copy)]
-enum Reading {
-    /// It is this one.
-    Shown(usize),
-    /// An angle, from its cosine and sine.
-    Waves { cosine: usize, sine: usize },
-}
 
 /// The linear-quadratic regulator: u = u₀ − K (x − x₀), within what may be applied.
 ///
@@ -26,7 +15,7 @@ enum Reading {
 #[derive(Debug, Clone)]
 pub struct Lqr {
     regulator: Regulator,
-    readings: Vec<Reading>,
+    inverse: Inverse,
     equilibrium: (Vec<f64>, Vec<f64>),
     space: Space,
     /// Scale of every control, by which numbered ones are compared.
@@ -58,14 +47,8 @@ impl Lqr {
         if expected != got || (u.len(), x.len()) != expected {
             return Err(ControlError::Shape { what: "the gain", expected, got });
         }
-        let place = |kind: Kind| spec.observation.iter().position(|o| o.kind == kind);
-        let reading = |(i, state): (usize, &sindyna_core::Channel)| {
-            let shown = spec.observation.iter().position(|o| o.name == state.name).map(Reading::Shown);
-            let waves = || Some(Reading::Waves { cosine: place(Kind::CosOf(i))?, sine: place(Kind::SinOf(i))? });
-            shown.or_else(waves).ok_or_else(|| ControlError::Unseen { state: state.name.clone() })
-        };
         Ok(Self {
-            readings: spec.state.iter().enumerate().map(reading).collect::<Result<_, _>>()?,
+            inverse: Inverse::of(spec)?,
             regulator,
             equilibrium: (x.to_vec(), u.to_vec()),
             space: spec.action_space.clone(),
@@ -108,16 +91,12 @@ impl Policy for Lqr {
         mut actions: ArrayViewMut2<'_, f64>,
     ) {
         let (x0, u0) = &self.equilibrium;
-        let (mut away, mut u) = (vec![0.0; x0.len()], vec![0.0; u0.len()]);
-        for (o, action) in observations.rows().into_iter().zip(actions.rows_mut()) {
-            for ((away, reading), x0) in away.iter_mut().zip(&self.readings).zip(x0) {
-                *away = match *reading {
-                    Reading::Shown(i) => o[i] - x0,
-                    Reading::Waves { cosine, sine } => (o[sine].atan2(o[cosine]) - x0 + PI).rem_euclid(TAU) - PI,
-                };
-            }
+        let (mut o, mut x, mut u) = (vec![0.0; observations.ncols()], vec![0.0; x0.len()], vec![0.0; u0.len()]);
+        for (row, action) in observations.rows().into_iter().zip(actions.rows_mut()) {
+            o.iter_mut().zip(row).for_each(|(o, shown)| *o = *shown);
+            self.inverse.state(&o, x0, &mut x);
             for ((u, gains), u0) in u.iter_mut().zip(self.regulator.gain.rows()).zip(u0) {
-                *u = u0 - gains.iter().zip(&away).map(|(k, x)| k * x).sum::<f64>();
+                *u = u0 - gains.iter().zip(&x).zip(x0).map(|((k, x), x0)| k * (x - x0)).sum::<f64>();
             }
             self.action(&u, action);
         }

@@ -4,7 +4,8 @@ use ndarray::{Array2, array};
 use proptest::prelude::*;
 use sindyna_control::{ControlError, Costs, Linear, Lqr, regulate};
 use sindyna_core::{
-    Channel, Diverged, Dynamics, Held, Kind, Mode, Policy as _, Precision, Rng, Scheme, Seed, Space, Spec, VectorField,
+    Channel, Diverged, Dynamics, Held, Kind, Mode, Policy as _, Precision, Rng, Scheme, Seed, Space, Spec, Unseen,
+    VectorField,
 };
 
 fn close(got: &Array2<f64>, expected: &Array2<f64>, tolerance: f64) {
@@ -178,5 +179,5 @@ fn differences_are_slopes_and_hidden_states_are_named() {
     spec.observation.remove(1);
     let found = regulate(&linear, &costs(&[1.0, 1.0], &[1.0])).expect("stabilisable");
     let error = Lqr::new(found, &spec, (&[0.0, 0.0], &[0.0])).expect_err("a cosine alone does not tell the side");
-    assert_eq!(error, ControlError::Unseen { state: "θ".into() });
+    assert_eq!(error, ControlError::Unseen(Unseen { state: "θ".into() }));
 }

@@ -69,28 +69,6 @@ impl Sensors {
     }
 }
 
-impl Sensors {
-    /// Writes the state `x` (n) that the observation `o` (m) shows, an angle that is seen as cosine and sine within (−π, π].
-    /// `false` if some state is not shown; it is left as it is.
-    pub fn state_of(&self, o: &[f64], x: &mut [f64]) -> bool {
-        let mut all = true;
-        for (i, x) in x.iter_mut().enumerate() {
-            let seen = |wanted: fn(&Reading) -> Option<usize>| {
-                self.readings.iter().position(|r| wanted(r) == Some(i)).map(|at| o[at])
-            };
-            let direct = seen(|r| if let Reading::Direct(i) = r { Some(*i) } else { None });
-            let cosine = seen(|r| if let Reading::Cosine(i) = r { Some(*i) } else { None });
-            let sine = seen(|r| if let Reading::Sine(i) = r { Some(*i) } else { None });
-            match (direct, cosine, sine) {
-                (Some(value), ..) => *x = value,
-                (None, Some(cosine), Some(sine)) => *x = sine.atan2(cosine),
-                _ => all = false,
-            }
-        }
-        all
-    }
-}
-
 impl Observe for Sensors {
     fn observe(&self, x: &[f64], rng: &mut Rng, o: &mut [f64]) {
         for (value, reading) in o.iter_mut().zip(&self.readings) {
@@ -135,18 +113,6 @@ mod tests {
         let mut o = [0.0; 2];
         sensors.observe(&[0.3, 0.7], rng, &mut o);
         o
-    }
-
-    #[test]
-    fn the_state_is_read_back_where_it_is_shown() {
-        let mut turning = spec(0.0, Precision::F64);
-        let sensors = Sensors::new(&turning).expect("every channel shows a state");
-        let mut x = [0.0; 2];
-        assert!(!sensors.state_of(&[0.3, 0.7_f64.cos()], &mut x), "a cosine alone shows no angle");
-        turning.observation.push(Channel::new("sin θ", "", Kind::SinOf(1), 1.0));
-        let sensors = Sensors::new(&turning).expect("every channel shows a state");
-        assert!(sensors.state_of(&[0.3, (-2.5_f64).cos(), (-2.5_f64).sin()], &mut x));
-        assert!(x[0] == 0.3 && (x[1] + 2.5).abs() < 1e-15, "{x:?}");
     }
 
     #[test]

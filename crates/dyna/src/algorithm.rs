@@ -4,7 +4,7 @@ use std::io;
 
 use sindyna_core::{
     Agent, AgentError, Batch, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError, Observe,
-    Observer, Region, Replay, Rng, Seed, Task,
+    Observer, Region, Replay, Rng, Seed, Task, Unseen,
 };
 
 use crate::collect::{Actor, Amount, CollectError, collect};
@@ -97,6 +97,9 @@ pub enum DynaError {
     /// No model could be made of the data.
     #[error("identification failed")]
     Fit(#[from] FitError),
+    /// Rollouts cannot branch off from states that are not seen.
+    #[error(transparent)]
+    Unseen(#[from] Unseen),
     /// A trial in the model failed.
     #[error("a trial in the model failed")]
     Trial(#[source] EnvError),

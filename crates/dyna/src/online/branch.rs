@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, ArrayView1};
 use sindyna_core::{
-    Dynamics, Environment as _, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task, Transition,
+    Dynamics, Environment as _, Inverse, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task, Transition,
 };
 
 use super::Branches;
@@ -22,6 +22,7 @@ pub(super) struct Stage<'a, M> {
     pub(super) model: &'a M,
     pub(super) task: &'a dyn Task,
     pub(super) sensors: &'a Sensors,
+    pub(super) inverse: &'a Inverse,
 }
 
 impl<M: Dynamics> Stage<'_, M> {
@@ -50,8 +51,10 @@ impl<M: Dynamics> Stage<'_, M> {
     /// A rollout that begins in a state of `real`; `None` where that ends the task.
     fn begin(&self, real: &Replay, rng: &mut Rng) -> Option<Lane<'_, M>> {
         let mut x = vec![0.0; self.task.spec().state_dim()];
-        let shown = self.sensors.state_of(real.sample_observation(rng)?, &mut x);
-        if !shown || self.task.terminated(&x) {
+        // Tasks and models look at whole turns of an angle alike: any will do.
+        let turns = vec![0.0; x.len()];
+        self.inverse.state(real.sample_observation(rng)?, &turns, &mut x);
+        if self.task.terminated(&x) {
             return None;
         }
         let mut env = Simulated::new(self.model, self.task, self.sensors as &dyn Observe);

@@ -4,8 +4,8 @@ mod branch;
 mod schedule;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, Mode, Policy, Replay, Rng, Seed,
-    Sensors, Task, Transition,
+    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, Inverse, Mode, Policy, Replay, Rng,
+    Seed, Sensors, Task, Transition,
 };
 
 use crate::algorithm::DynaError;
@@ -99,6 +99,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
     ) -> Result<Practised<L::Model, A::Frozen>, DynaError> {
         let spec = self.task.spec();
         let schedule = self.schedule;
+        let inverse = schedule.branches.as_ref().map(|_| Inverse::of(spec)).transpose()?;
         let (m, k) = (spec.observation_dim(), spec.action_space.action_dim());
         let mut practice = Practice {
             data: Dataset::new(m, spec.control_dim(), k, spec.dt),
@@ -140,12 +141,12 @@ impl<L: DynamicsLearner> Online<'_, L> {
             practice.step(env, actor, schedule.held_steps, &mut real_rng)?;
             left.real_steps = step + 1;
             if acting {
-                if let Some(branches) = &schedule.branches
+                if let (Some(branches), Some(inverse)) = (&schedule.branches, &inverse)
                     && (step - schedule.first_steps).is_multiple_of(branches.every)
                 {
                     left.model = self.learner.fit(&practice.data, left.model.as_ref(), &mut fit_rng)?.or(left.model);
                     if let Some(model) = &left.model {
-                        let stage = Stage { model, task: self.task, sensors: self.sensors };
+                        let stage = Stage { model, task: self.task, sensors: self.sensors, inverse };
                         let count = branches.every * branches.per_step;
                         let round = (self.seed, step as u64);
                         let done = stage.branch(count, branches, &agent, &practice.replay, &mut imagined, round);

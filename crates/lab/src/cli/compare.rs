@@ -150,7 +150,8 @@ struct Settings {
 
 fn settings(budget: Option<u64>) -> Result<String, Failure> {
     let isa = Isa::widest();
-    let settings = Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name(), budget };
+    let settings =
+        Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name(), budget };
     Ok(toml::to_string(&settings)?)
 }
 

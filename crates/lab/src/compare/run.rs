@@ -7,7 +7,7 @@ use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observ
 use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
 use sindyna_envs::System;
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
-use sindyna_sindy::{Identifier, LibraryChoice, Model, SolverChoice, Target};
+use sindyna_sindy::{Identifier, Model};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
@@ -215,11 +215,7 @@ impl Job {
         let spec = self.system.spec();
         let data = self.warm_up()?;
         (outcome.real_steps, outcome.real_episodes) = (data.n_steps(), data.n_rollouts());
-        let identifier = Identifier::new(spec);
-        let variables: Vec<String> = identifier.inputs().into_iter().map(|input| input.name).collect();
-        let identifier =
-            identifier.with_target(Target::Increment).with_solver(SolverChoice::LeastSquares { ridge: 0.0 });
-        let model = identifier.with_library(LibraryChoice::Terms(variables))?.identify(&data)?.model;
+        let model = Identifier::linear(spec)?.identify(&data)?.model;
         outcome.model_parameters = Some(model.nonzero());
         let (x, u) = (vec![0.0; spec.state_dim()], vec![0.0; spec.control_dim()]);
         let mut rng = Seed::new(self.seed).stream("differences", 0);

@@ -1,6 +1,7 @@
 //! What can be set about an ensemble, and the two settings of the literature.
 
 use serde::{Deserialize, Serialize};
+use sindyna_core::Unseen;
 
 use super::Activation;
 
@@ -174,12 +175,9 @@ pub enum EnsembleError {
         /// What it must be.
         wanted: &'static str,
     },
-    /// The networks predict observations, from which this state does not follow.
-    #[error("no observation shows the state `{state}`, nor do a cosine and a sine of it")]
-    Unseen {
-        /// Name of the state.
-        state: String,
-    },
+    /// The networks predict observations, from which a state does not follow.
+    #[error(transparent)]
+    Unseen(#[from] Unseen),
     /// An observation shows no state.
     #[error("an observation of `{task}` shows no state of it")]
     Unknown {

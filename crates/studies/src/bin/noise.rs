@@ -12,7 +12,7 @@ use sindyna_control::{Costs, Lqr};
 use sindyna_core::{Dataset, Dynamics, Seed};
 use sindyna_dyna::evaluate;
 use sindyna_envs::System;
-use sindyna_sindy::{Identifier, LibraryChoice, SolverChoice, Target};
+use sindyna_sindy::Identifier;
 use sindyna_studies::{Measured, Rivals, measure, rivals, system, warm_up};
 use sindyna_truth::Truth;
 
@@ -98,10 +98,7 @@ fn main() -> anyhow::Result<()> {
 
 /// x⁺ = x + Δt (A x + B u) by least squares.
 fn linear(system: &System, data: &Dataset) -> Option<sindyna_sindy::Model> {
-    let identifier = Identifier::new(system.spec());
-    let variables: Vec<String> = identifier.inputs().into_iter().map(|input| input.name).collect();
-    let identifier = identifier.with_target(Target::Increment).with_solver(SolverChoice::LeastSquares { ridge: 0.0 });
-    Some(identifier.with_library(LibraryChoice::Terms(variables)).ok()?.identify(data).ok()?.model)
+    Some(Identifier::linear(system.spec()).ok()?.identify(data).ok()?.model)
 }
 
 /// Mean return of the regulator of `model` on `system`, started as `seed` says; none if there is no regulator.
