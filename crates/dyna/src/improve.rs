@@ -78,7 +78,8 @@ impl<A: Agent> Improvement<'_, A> {
         loop {
             imagination.turn(&Dreamer::Policy(&self.agent), &mut self.replay);
             self.counts = counts_before.plus(imagination.counts);
-            for _ in 0..schedule.updates_per_turn {
+            let left = rule.max_updates.saturating_sub(self.updates);
+            for _ in 0..left.min(schedule.updates_per_turn as u64) {
                 self.replay.sample_into(&mut self.batch, &mut self.rng);
                 let losses = match self.agent.update(&self.batch, &mut self.rng) {
                     Ok(losses) => losses,

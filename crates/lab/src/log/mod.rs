@@ -81,8 +81,16 @@ impl Log {
         notes.extend(jumps::note(&recordings, &options.states));
         let dt = match options.clock {
             Clock::Stamps if columns.time.is_none() => {
-                return Err(Failure::new(format!("{} has no column `{TIME}` and --dt was not given", path.display()))
-                    .hint("give the time between two rows in seconds with --dt; for a map without seconds, --dt 1"));
+                let failure = Failure::new(format!("{} has no column `{TIME}` and --dt was not given", path.display()));
+                let stamps = table.columns().iter().find(|c| is_time(&c.name));
+                return Err(match stamps {
+                    Some(column) => failure.hint(format!(
+                        "if `{}` holds the time in seconds, name it `{TIME}` in the header; else give the time between two rows with --dt",
+                        column.name
+                    )),
+                    None => failure
+                        .hint("give the time between two rows in seconds with --dt; for a map without seconds, --dt 1"),
+                });
             }
             Clock::Stamps => clock::interval(&table, &recordings, digits.time_decimals)?,
             Clock::Given(dt) => {
@@ -222,6 +230,11 @@ fn which_columns(table: &Table, path: &Path) -> Failure {
         path.display(),
         quote(&states)
     ))
+}
+
+/// Whether a column of this name is likely to hold time stamps.
+fn is_time(name: &str) -> bool {
+    ["time", "timestamp", "time_s", "seconds", "sec"].contains(&name.to_lowercase().as_str())
 }
 
 fn unused(table: &Table, columns: &Selected) -> Vec<String> {

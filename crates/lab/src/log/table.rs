@@ -51,11 +51,11 @@ impl Table {
     }
 
     fn parse(path: &Path, text: String) -> Result<Self, Failure> {
-        let mut lines = lines(&text);
+        let mut lines = without_comments(&text, lines(&text));
         while lines.last().is_some_and(|(_, place)| text[place.clone()].trim().is_empty()) {
             lines.pop();
         }
-        let Some((_, first)) = lines.first().cloned() else {
+        let Some(first) = lines.first().cloned() else {
             return Err(Failure::new(format!("{} is empty", path.display())).hint("a log begins with a header line"));
         };
         let mut table = Self { path: path.to_owned(), columns: Vec::new(), lines: lines.split_off(1), text };
@@ -69,23 +69,23 @@ impl Table {
         Ok(table)
     }
 
-    fn header(&self, place: Range<usize>) -> Result<Vec<Column>, Failure> {
+    fn header(&self, (line, place): (usize, Range<usize>)) -> Result<Vec<Column>, Failure> {
         let header = self.text[place].trim_start_matches('\u{feff}');
-        let cells = self.split(1, header)?;
+        let cells = self.split(line, header)?;
         if let [only] = &cells[..]
             && only.contains([';', '\t'])
         {
-            return Err(self.failure(1, &format!("`{only}` is one column")).hint("cells are separated by commas"));
+            return Err(self.failure(line, &format!("`{only}` is one column")).hint("cells are separated by commas"));
         }
         if cells.iter().all(|c| c.parse::<f64>().is_ok()) {
             let message = format!("`{header}` is a row of numbers, not the names of the columns");
-            return Err(self.failure(1, &message).hint("the first line names the columns, such as t,th,w,u"));
+            return Err(self.failure(line, &message).hint("the first line names the columns, such as t,th,w,u"));
         }
         let columns: Vec<Column> = cells.iter().map(|c| Column::new(c)).collect();
         for (i, column) in columns.iter().enumerate().filter(|(_, c)| !c.name.is_empty()) {
             if let Some(other) = columns[..i].iter().position(|c| c.name == column.name) {
                 let message = format!("columns {} and {} are both named `{}`", other + 1, i + 1, column.name);
-                return Err(self.failure(1, &message));
+                return Err(self.failure(line, &message));
             }
         }
         Ok(columns)
@@ -195,6 +195,24 @@ fn lines(text: &str) -> Vec<(usize, Range<usize>)> {
     text.split_inclusive('\n').map(place).enumerate().map(|(i, place)| (i + 1, place)).collect()
 }
 
+/// Takes away the lines that begin with `#`, but for one that names the columns, as NumPy writes it: the last before the numbers,
+/// if it has as many cells.
+fn without_comments(text: &str, mut lines: Vec<(usize, Range<usize>)>) -> Vec<(usize, Range<usize>)> {
+    let bare = |place: &Range<usize>| text[place.clone()].trim_start_matches(['\u{feff}', '#', ' ']);
+    let comment = |place: &Range<usize>| text[place.clone()].trim_start_matches('\u{feff}').starts_with('#');
+    let leading = lines.iter().take_while(|(_, place)| comment(place)).count();
+    let end = lines.len().min(leading + 1);
+    if let [.., (_, names), (_, first)] = &mut lines[..end] {
+        let cells: Vec<&str> = text[first.clone()].split(',').collect();
+        let numbers = cells.iter().all(|cell| cell.trim().parse::<f64>().is_ok());
+        if leading > 0 && numbers && bare(names).split(',').count() == cells.len() {
+            names.start = names.end - bare(names).len();
+        }
+    }
+    lines.retain(|(_, place)| !comment(place));
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,6 +230,21 @@ mod tests {
         assert_eq!(rows[0], (2, vec!["0".into(), "1.5".into(), "2".into()]));
         assert_eq!(rows[1].1[1], "-3e-2");
         assert_eq!(table.number(3, 1, "-3e-2").unwrap(), -0.03);
+    }
+
+    #[test]
+    fn comments_are_left_out_and_names_after_a_mark_are_names() {
+        for text in
+            ["# made today\na,b\n1,2\n# half\n3,4\n", "\u{feff}# made today\n# a,b\n1,2\n3,4\n", "#a,b\n1,2\n3,4\n"]
+        {
+            let table = parse(text).unwrap();
+            let names: Vec<_> = table.columns().iter().map(|c| c.name.as_str()).collect();
+            let rows: Vec<_> = table.rows().map(|row| row.unwrap().1).collect();
+            assert!(names == ["a", "b"] && rows == [["1", "2"], ["3", "4"]], "{text:?}: {names:?} {rows:?}");
+        }
+        let failure = parse("# made, today\n# a,b\n1,2,3\n").unwrap_err().to_string();
+        assert!(failure.contains("line 3: `1,2,3` is a row of numbers"), "{failure}");
+        assert!(parse("# nothing\n").unwrap_err().to_string().contains("is empty"));
     }
 
     #[test]
