@@ -27,6 +27,12 @@ pub(super) unsafe trait Lanes: Copy {
     unsafe fn where_positive(v: Self::V, y: Self::V) -> Self::V;
     /// The sum of sixteen lanes spread over 16/N vectors: lane i and lane i + 8 first, then 4, 2, 1 apart.
     unsafe fn sum_of_lanes(sums: [Self::V; 4]) -> f32;
+    /// [`Self::sum_of_lanes`] of every vector, where one alone has sixteen lanes.
+    #[inline(always)]
+    unsafe fn sums_of_lanes(sums: [Self::V; 16]) -> [f32; 16] {
+        // SAFETY: the caller's promise.
+        sums.map(|sum| unsafe { Self::sum_of_lanes([sum; 4]) })
+    }
 
     /// Writes the transpose of 8 by 8 numbers, rows `stride` apart, with rows `to_stride` apart.
     #[inline(always)]
