@@ -84,10 +84,10 @@ impl Learner {
     ///
     /// The actor does not change before its own step at the end of an update, so both of its passes are one.
     pub(crate) fn heads(&mut self, actor: &ScaledNet, batch: &Batch, observations: &mut Vec<f32>) -> &[f32] {
-        observations.clear();
-        for o in batch.observations.rows().into_iter().chain(batch.next_observations.rows()) {
-            observations.extend(actor.scaling.apply(o.iter()));
-        }
+        observations.resize(2 * batch.observations.len(), 0.0);
+        let (before, after) = observations.split_at_mut(batch.observations.len());
+        actor.scaling.apply(batch.observations.view(), before);
+        actor.scaling.apply(batch.next_observations.view(), after);
         self.pass.forward(&actor.net, observations, 2 * batch.len())
     }
 
