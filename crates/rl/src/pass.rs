@@ -4,7 +4,7 @@ use crate::{
     Isa,
     affine::sum_rows,
     buffer::Buffer,
-    kernel::{Finish, Matrix, dots, matmul},
+    kernel::{Finish, Matrix, dots, matmul, matmul_and_sums},
     mlp::Mlp,
     thin::{MOST_OUTPUTS, Thin},
 };
@@ -53,20 +53,21 @@ impl Pass {
     pub(crate) fn backward_params(&mut self, net: &Mlp, inputs: &[f32], d_outputs: &[f32], gradients: &mut [f32]) {
         let rows = d_outputs.len() / net.outputs();
         self.begin(d_outputs);
+        let last = net.layer(net.depth() - 1);
+        sum_rows(d_outputs, last.of_mut(gradients).1);
         for l in (0..net.depth()).rev() {
             let layer = net.layer(l);
             let x = if l == 0 { inputs } else { &self.outputs[l - 1] };
             let x = &x[..rows * layer.inputs];
-            let (d_weights, d_biases) = layer.of_mut(gradients);
+            let (d_weights, _) = layer.of_mut(gradients);
             if layer.outputs <= MOST_OUTPUTS {
                 self.thin.weight_gradients(self.isa, x, &self.deltas[0], layer.outputs, d_weights);
             } else {
                 let delta = Matrix::new(&self.deltas[0], rows, layer.outputs);
                 matmul(self.isa, d_weights, Matrix::new(x, rows, layer.inputs).t(), delta, Finish::Plain);
             }
-            sum_rows(&self.deltas[0], d_biases);
             if l > 0 {
-                self.through_layer(net, l, None);
+                self.through_layer(net, l, None, Some(net.layer(l - 1).of_mut(gradients).1));
             }
         }
     }
@@ -77,7 +78,7 @@ impl Pass {
         debug_assert_eq!(d_outputs.len(), rows.len() * net.outputs());
         self.begin(d_outputs);
         for l in (1..net.depth()).rev() {
-            self.through_layer(net, l, Some(rows));
+            self.through_layer(net, l, Some(rows), None);
         }
         let layer = net.layer(0);
         let (weights, _) = layer.of(&net.params);
@@ -94,8 +95,9 @@ impl Pass {
     }
 
     /// Carries `deltas[0]` from the output of layer `l` (at least 1) to the output of the layer before, through W and
-    /// ReLU. Its rows belong to the first of the last forward pass, or to `rows` of it.
-    fn through_layer(&mut self, net: &Mlp, l: usize, rows: Option<&[usize]>) {
+    /// ReLU, and overwrites `d_biases` with the gradient by that layer's biases. Its rows belong to the first of the last
+    /// forward pass, or to `rows` of it.
+    fn through_layer(&mut self, net: &Mlp, l: usize, rows: Option<&[usize]>, d_biases: Option<&mut [f32]>) {
         let layer = net.layer(l);
         let (weights, _) = layer.of(&net.params);
         let [delta, d_inputs] = &mut self.deltas;
@@ -103,7 +105,8 @@ impl Pass {
         let d_inputs = d_inputs.sized(n_rows * layer.inputs);
         let weights = Matrix::new(weights, layer.inputs, layer.outputs).t();
         let finish = Finish::ThroughRelu { outputs: &self.outputs[l - 1], rows };
-        matmul(self.isa, d_inputs, Matrix::new(delta, n_rows, layer.outputs), weights, finish);
+        let delta = Matrix::new(delta, n_rows, layer.outputs);
+        matmul_and_sums(self.isa, d_inputs, delta, weights, finish, d_biases);
         self.deltas.swap(0, 1);
     }
 }

@@ -27,6 +27,8 @@ pub(super) struct Job {
     pub(super) right: Right,
     pub(super) transposed: bool,
     pub(super) out: *mut f32,
+    /// Null, or to what the columns of C are summed up.
+    pub(super) column_sums: *mut f32,
     pub(super) start: Start,
     pub(super) end: End,
 }
@@ -46,7 +48,11 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
     while from < job.inner || from == 0 {
         let inner = INNER.min(job.inner - from);
         let start = if from == 0 { job.start } else { Start::Continue };
-        let end = if from + inner == job.inner { job.end } else { End::Keep };
+        let (end, column_sums) = match from + inner == job.inner {
+            true => (job.end, job.column_sums),
+            false => (End::Keep, std::ptr::null_mut()),
+        };
+        let out = Out { data: job.out, stride: job.columns, column_sums };
         let mut column = 0;
         while column < job.columns {
             let left_over = job.columns - column;
@@ -66,7 +72,7 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
                     Right { data: job.right.data.add(from * job.right.stride + column), stride: job.right.stride }
                 }
             };
-            let part = Part { job, from, inner, right, column, taken, start, end };
+            let part = Part { job, from, inner, right, out, column, taken, start, end };
             // SAFETY: `part` lies within the job.
             unsafe {
                 if job.left.column_stride == 1 {
@@ -87,6 +93,7 @@ struct Part<'a> {
     from: usize,
     inner: usize,
     right: Right,
+    out: Out,
     column: usize,
     taken: usize,
     start: Start,
@@ -140,7 +147,7 @@ impl Part<'_> {
         &self,
         row: usize,
     ) {
-        let Job { left, out, columns, .. } = *self.job;
+        let left = self.job.left;
         // SAFETY: the tile lies within the job.
         unsafe {
             let at = left.data.add(row * left.row_stride + self.from * left.column_stride);
@@ -148,7 +155,7 @@ impl Part<'_> {
                 self.inner,
                 Left { data: at, ..left },
                 self.right,
-                Out { data: out, stride: columns },
+                self.out,
                 (row, self.column),
                 self.taken - (ACROSS - 1) * S::N,
                 self.start,
