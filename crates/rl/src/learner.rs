@@ -3,7 +3,7 @@
 use sindyna_core::{AgentError, Batch, Rng};
 
 use crate::{
-    Isa, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::Pass, scaled_net::ScaledNet,
+    Isa, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::{Deltas, Pass}, scaled_net::ScaledNet,
     temperature::Temperature,
 };
 
@@ -18,6 +18,7 @@ pub(crate) struct Learner {
     /// Soft Bellman targets (B).
     pub(crate) targets: Vec<f32>,
     pub(crate) pass: Pass,
+    pub(crate) deltas: Deltas,
     pub(crate) d_heads: Vec<f32>,
     pub(crate) updates: u64,
 }
@@ -52,6 +53,7 @@ impl Learner {
             config,
             targets: Vec::new(),
             pass: Pass::new(Isa::widest()),
+            deltas: Deltas::default(),
             d_heads: Vec::new(),
             updates: 0,
         };
@@ -121,7 +123,7 @@ impl Learner {
     ) -> Result<f64, AgentError> {
         let mut loss = 0.0;
         for critic in &mut self.critics {
-            loss += critic.regress(inputs, chosen.clone(), &self.targets);
+            loss += critic.regress(inputs, chosen.clone(), &self.targets, &mut self.deltas);
         }
         self.finite("the critics' loss", loss)?;
         for critic in &mut self.critics {
@@ -132,7 +134,8 @@ impl Learner {
 
     /// Moves the actor against `d_heads`, the gradient of its loss by the heads of the first of the `observations`.
     pub(crate) fn improve_actor(&mut self, actor: &mut ScaledNet, observations: &[f32]) {
-        self.pass.backward_params(&actor.net, observations, &self.d_heads, &mut self.actor_gradients);
+        let Self { pass, d_heads, deltas, actor_gradients, .. } = self;
+        pass.backward_params(&actor.net, observations, d_heads, deltas, actor_gradients);
         self.actor_adam.step(&mut actor.net.params, &self.actor_gradients);
     }
 

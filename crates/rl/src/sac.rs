@@ -187,7 +187,7 @@ impl Sac {
         // Of the twins only the one with the lesser value passes a gradient, so each goes back over its own rows.
         work.d_actions.resize(rows * k, 0.0);
         for (critic, rows_of) in learner.critics.iter_mut().zip(&work.lesser_rows) {
-            let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, m);
+            let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, &mut learner.deltas, m);
             for (row, d) in rows_of.iter().zip(gradients.chunks_exact(k)) {
                 work.d_actions[row * k..(row + 1) * k].copy_from_slice(d);
             }
