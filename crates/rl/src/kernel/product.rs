@@ -56,11 +56,9 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
         let mut column = 0;
         while column < job.columns {
             let left_over = job.columns - column;
-            let across = match left_over {
-                n if n >= width => S::ACROSS,
-                n if n >= 2 * S::N => 2,
-                _ => 1,
-            };
+            // As few tiles as there can be, and as even: a narrow one keeps the adders waiting for their own sums.
+            let vectors = left_over.div_ceil(S::N);
+            let across = vectors.div_ceil(vectors.div_ceil(S::ACROSS));
             let taken = left_over.min(across * S::N);
             // SAFETY: the part lies within B, and the panel holds INNER rows of at most WIDEST numbers.
             let right = unsafe {
@@ -103,17 +101,18 @@ struct Part<'a> {
 impl Part<'_> {
     #[inline(always)]
     unsafe fn run<S: Lanes, const TALL: bool>(&self, across: usize) {
-        // Only a single vector can be a part of one.
-        // SAFETY: the caller's promise.
+        let part = self.taken < across * S::N;
+        // SAFETY: the caller's promise; no tile is wider than ACROSS, at most 4.
         unsafe {
-            if self.taken < across * S::N {
-                self.rows::<S, 1, true, TALL>();
-            } else if across == 4 {
-                self.rows::<S, 4, false, TALL>();
-            } else if across == 2 {
-                self.rows::<S, 2, false, TALL>();
-            } else {
-                self.rows::<S, 1, false, TALL>();
+            match (across, part) {
+                (4, true) => self.rows::<S, 4, true, TALL>(),
+                (4, false) => self.rows::<S, 4, false, TALL>(),
+                (3, true) => self.rows::<S, 3, true, TALL>(),
+                (3, false) => self.rows::<S, 3, false, TALL>(),
+                (2, true) => self.rows::<S, 2, true, TALL>(),
+                (2, false) => self.rows::<S, 2, false, TALL>(),
+                (_, true) => self.rows::<S, 1, true, TALL>(),
+                (_, false) => self.rows::<S, 1, false, TALL>(),
             }
         }
     }
