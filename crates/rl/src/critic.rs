@@ -2,7 +2,12 @@
 
 use sindyna_core::Rng;
 
-use crate::{Isa, adam::Adam, mlp::Mlp, pass::{Deltas, Pass}};
+use crate::{
+    Isa,
+    adam::Adam,
+    mlp::Mlp,
+    pass::{Deltas, Pass},
+};
 
 /// A critic and everything it learns with.
 ///

@@ -3,7 +3,12 @@
 use sindyna_core::{AgentError, Batch, Rng};
 
 use crate::{
-    Isa, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::{Deltas, Pass}, scaled_net::ScaledNet,
+    Isa, SacConfig, SacError, Scaling,
+    adam::Adam,
+    critic::Critic,
+    mlp::Mlp,
+    pass::{Deltas, Pass},
+    scaled_net::ScaledNet,
     temperature::Temperature,
 };
 

@@ -171,7 +171,8 @@ unsafe impl Lanes for Avx512 {
     #[inline(always)]
     unsafe fn turn8(from: *const f32, stride: usize, to: *mut f32, to_stride: usize) {
         unsafe { turn8(from, stride, to, to_stride) }
-    }    #[inline(always)]
+    }
+    #[inline(always)]
     unsafe fn sums_of_lanes(a: [__m512; 16]) -> [f32; 16] {
         // Two vectors become one in every step: sums 8, 4, 2 and 1 lanes apart, each vector's beside the other's.
         unsafe {
