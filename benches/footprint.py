@@ -56,15 +56,14 @@ def sizes_by_crate(binary):
     return {crate: digits(size / 1024) for crate, size in ordered[:LARGEST]}
 
 
-def clean_build(jobs):
-    """Wall and processor seconds of a build from nothing, and seconds per crate."""
-    with tempfile.TemporaryDirectory() as folder:
-        environment = {k: v for k, v in os.environ.items() if k != "CARGO_BUILD_JOBS"} | {"CARGO_TARGET_DIR": folder}
-        command = ["cargo", "build", "--release", "--quiet", "--timings", "--jobs", str(jobs)]
-        before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
-        subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
-        wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
-        page = (pathlib.Path(folder) / "cargo-timings" / "cargo-timing.html").read_text()
+def clean_build(jobs, folder):
+    """Wall and processor seconds of a build from nothing in `folder`, and seconds per crate."""
+    environment = {k: v for k, v in os.environ.items() if k != "CARGO_BUILD_JOBS"} | {"CARGO_TARGET_DIR": folder}
+    command = ["cargo", "build", "--release", "--quiet", "--timings", "--jobs", str(jobs)]
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    subprocess.run(command, cwd=ROOT, env=environment, check=True, stdout=subprocess.DEVNULL)
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    page = (pathlib.Path(folder) / "cargo-timings" / "cargo-timing.html").read_text()
     seconds = {}
     for unit in json.loads(re.search(r"UNIT_DATA = (\[.*?\]);\n", page, re.S)[1]):
         seconds[unit["name"]] = seconds.get(unit["name"], 0) + unit["duration"]
@@ -79,16 +78,17 @@ def main():
     parser.add_argument("--no-build", action="store_true", help="leave the clean build out")
     parser.add_argument("--jobs", type=int, default=2)
     args = parser.parse_args()
-    binary = build() / "sindyna"
     earlier = ROOT / "results" / "footprint.json"
     kept = json.loads(earlier.read_text()).get("clean_build") if earlier.exists() else None
     with tempfile.TemporaryDirectory() as folder:
+        built = kept if args.no_build else clean_build(args.jobs, folder)
+        binary = (build() if args.no_build else pathlib.Path(folder) / "release") / "sindyna"
         memory = {task: {f"{threads} threads": peak_memory(binary, task, folder, threads) for threads in (1, 2)} for task in TASKS}
+        megabytes, sizes = digits(binary.stat().st_size / 1e6), sizes_by_crate(binary)
     say(f"peak memory [MiB]: {memory}")
     write("footprint.json", {
         "command": "benches/footprint.py " + " ".join(sys.argv[1:]), "peak_memory_mib": memory,
-        "binary_mb": digits(binary.stat().st_size / 1e6), "binary_kib_by_crate": sizes_by_crate(binary),
-        "clean_build": kept if args.no_build else clean_build(args.jobs)})
+        "binary_mb": megabytes, "binary_kib_by_crate": sizes, "clean_build": built})
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@
 """Writes docs/performance.md from the result files of benches/.
 
 Usage: scripts/performance.py
-Needs: nothing but updates.json, whole-job.json, model-steps.json, solve-rate-100.json, growth.json and footprint.json in
-results, which the commands named on the page write; a section whose file is missing is left out.
+Needs: nothing but updates.json, whole-job.json, ensemble.json, model-steps.json, parts.json, solve-rate-100.json, growth.json
+and footprint.json in results, which the commands named on the page write; a section whose file is missing is left out.
 """
 import json
 
@@ -11,6 +11,7 @@ from study import ROOT, number, table
 
 # The bars of the page: ratios that sindyna set itself.
 WHOLE_JOB, STEPS, ONE_STEP, MEMORY, BINARY, BUILD, SOLVED = 20, 20, 100, 200, 30, 240, 0.99
+ENSEMBLE = 3
 UPDATES = {64: {"products": 0.75, "sbx": 1.8, "sb3": 12}, 256: {"products": 0.85, "sbx": 1.25, "sb3": 2.5}}
 
 
@@ -103,7 +104,44 @@ def updates(document):
         *table(["networks", "what", "per second", "GFLOP/s"], detail),
         "",
         "MKL chooses slower paths on this maker's processors than on another's; there this table has to be made anew. What"
-        " an update is besides products, and what was tried: [notes](notes/2026-11-21-update-kernel.md).",
+        " an update is besides products, and what was tried: [notes](notes/2026-11-21-update-kernel.md). On ARM the kernels are"
+        " vectors of four with a fused product, which the compiler makes NEON of: they are checked for `aarch64-unknown-linux-gnu`"
+        " and were never run or measured there.",
+        "",
+    ]
+
+
+def ensemble(document):
+    return [
+        "## Ensembles of networks",
+        "",
+        f"Training, batch 256, one thread. {origin(document)}",
+        "",
+        *table(["preset", "networks", "parameters", "ours [examples/s]", "PyTorch [examples/s]", "times PyTorch", f"bar {ENSEMBLE}",
+                "an imagined step of ours [µs]"],
+               [[p["preset"], p["members"], p["parameters"], *(spread(p["examples_per_second"][who], "{:.0f}") for who in ("ours", "torch")),
+                 spread(p["ours_over_torch"]), judged(p["ours_over_torch"]["median"] >= ENSEMBLE),
+                 spread(p["microseconds_per_imagined_step"])] for p in document["presets"]]),
+        "",
+        "PyTorch has all networks in one batched product and the faster of its two Adams (`benches/ensemble_torch.py`). An"
+        " example is a row of one batch, of which every network sees one of its own.",
+        "",
+    ]
+
+
+def parts(document):
+    names = list(document["tasks"][0]["shares"])
+    return [
+        "## Parts of a run",
+        "",
+        f"Where the time of `train` goes, whole process on one thread, medians of {document['seeds']} seeds. {origin(document)}",
+        "",
+        *table(["task", *names], [[t["task"], *(f"{100 * t['shares'][name]:.1f} %" for name in names)] for t in document["tasks"]]),
+        "",
+        "*Model* is imagination, trials of the policy in the model, and what little identification steps; of these, trials are by"
+        " far the most: a turn of imagination pays for an update, a trial is 100 whole episodes after every 250 updates."
+        " They step 25 at a time and in as many groups as there are threads. *Loops over networks' numbers* are Adam, what a"
+        " policy draws, and policies acting in trials. What imagination alone takes: [notes](notes/2026-11-21-parts-of-a-run.md).",
         "",
     ]
 
@@ -211,7 +249,8 @@ def solve_rate(document):
 
 
 def main():
-    sections = {"whole-job.json": whole_job, "updates.json": updates, "model-steps.json": steps,
+    sections = {"whole-job.json": whole_job, "updates.json": updates, "ensemble.json": ensemble,
+                "model-steps.json": steps, "parts.json": parts,
                 "solve-rate-100.json": solve_rate, "growth.json": growth, "footprint.json": footprint}
     text = [
         "# Performance",

@@ -1,6 +1,6 @@
 //! Transitions kept for replay.
 
-use std::ops::Range;
+use std::{hint::black_box, ops::Range};
 
 use ndarray::{Array1, Array2};
 use rand::RngExt as _;
@@ -62,6 +62,9 @@ impl Batch {
         self.rewards.is_empty()
     }
 }
+
+/// Transitions drawn before any is copied: they come from far memory all at the same time, not one after the other.
+const AHEAD: usize = 32;
 
 /// A ring of the newest transitions, all of one width.
 #[derive(Debug, Clone)]
@@ -139,20 +142,38 @@ impl Replay {
             return;
         }
         let (m, k) = (self.observation_dim, self.action_dim);
-        for b in rows {
-            let slot = rng.random_range(0..self.len()) * self.width;
-            let row = &self.rows[slot..slot + self.width];
-            fill(&mut batch.observations, b, &row[..m]);
-            fill(&mut batch.actions, b, &row[m..m + k]);
-            batch.rewards[b] = row[m + k];
-            fill(&mut batch.next_observations, b, &row[m + k + 1..2 * m + k + 1]);
-            batch.terminated[b] = row[2 * m + k + 1];
+        let Batch { observations, actions, rewards, next_observations, terminated } = batch;
+        let [observations, actions, next_observations] = [observations, actions, next_observations].map(row_major);
+        let mut slots = [0; AHEAD];
+        for first in rows.clone().step_by(AHEAD) {
+            let slots = &mut slots[..AHEAD.min(rows.end - first)];
+            slots.fill_with(|| rng.random_range(0..self.len()) * self.width);
+            // Both ends are read here only so that they are near when their turn comes.
+            black_box(slots.iter().map(|slot| self.rows[*slot] + self.rows[slot + self.width - 1]).sum::<f64>());
+            for (b, slot) in (first..).zip(slots.iter()) {
+                let (before, rest) = self.rows[*slot..slot + self.width].split_at(m);
+                let (action, rest) = rest.split_at(k);
+                fill(&mut observations[b * m..(b + 1) * m], before);
+                fill(&mut actions[b * k..(b + 1) * k], action);
+                rewards[b] = rest[0];
+                fill(&mut next_observations[b * m..(b + 1) * m], &rest[1..=m]);
+                terminated[b] = rest[m + 1];
+            }
         }
     }
 }
 
-fn fill(rows: &mut Array2<f64>, index: usize, values: &[f64]) {
-    for (slot, value) in rows.row_mut(index).iter_mut().zip(values) {
+/// The numbers of `table`, row after row; one that lies otherwise is laid so first.
+fn row_major(table: &mut Array2<f64>) -> &mut [f64] {
+    if !table.is_standard_layout() {
+        *table = table.as_standard_layout().into_owned();
+    }
+    table.as_slice_mut().expect("the standard layout is row-major")
+}
+
+#[inline(always)]
+fn fill(slots: &mut [f64], values: &[f64]) {
+    for (slot, value) in slots.iter_mut().zip(values) {
         *slot = *value;
     }
 }

@@ -2,7 +2,12 @@
 
 use sindyna_core::Rng;
 
-use crate::{Isa, adam::Adam, mlp::Mlp, pass::Pass};
+use crate::{
+    Isa,
+    adam::Adam,
+    mlp::Mlp,
+    pass::{Deltas, Pass},
+};
 
 /// A critic and everything it learns with.
 ///
@@ -45,7 +50,13 @@ impl Critic {
 
     /// Computes ½ mean (Q - y)² over the rows of `inputs` and its gradient; returns the loss. A row's Q is the output
     /// that `chosen` names.
-    pub(crate) fn regress(&mut self, inputs: &[f32], chosen: impl Iterator<Item = usize>, targets: &[f32]) -> f64 {
+    pub(crate) fn regress(
+        &mut self,
+        inputs: &[f32],
+        chosen: impl Iterator<Item = usize>,
+        targets: &[f32],
+        deltas: &mut Deltas,
+    ) -> f64 {
         let rows = targets.len();
         let width = self.net.outputs();
         let values = self.pass.forward(&self.net, inputs, rows);
@@ -60,7 +71,7 @@ impl Critic {
             sum += f64::from(error) * f64::from(error);
             d_values[column] = error * per_row;
         }
-        self.pass.backward_params(&self.net, inputs, &self.d_values, &mut self.gradients);
+        self.pass.backward_params(&self.net, inputs, &self.d_values, deltas, &mut self.gradients);
         0.5 * sum / rows as f64
     }
 
@@ -71,9 +82,15 @@ impl Critic {
 
     /// ∂L/∂(input columns from `first` on), given that ∂L/∂Q is `d_value` in the rows `rows` of the last
     /// [`Self::values`].
-    pub(crate) fn input_gradients(&mut self, rows: &[usize], d_value: f32, first: usize) -> &[f32] {
+    pub(crate) fn input_gradients<'a>(
+        &mut self,
+        rows: &[usize],
+        d_value: f32,
+        deltas: &'a mut Deltas,
+        first: usize,
+    ) -> &'a [f32] {
         self.d_values.clear();
         self.d_values.resize(rows.len(), d_value);
-        self.pass.backward_inputs(&self.net, rows, &self.d_values, first)
+        self.pass.backward_inputs(&self.net, rows, &self.d_values, deltas, first)
     }
 }

@@ -37,6 +37,8 @@ struct Elements {
     mean: Vec<f64>,
     /// log σ before it is clamped.
     log_std: Vec<f64>,
+    /// The action before it is squashed.
+    u: Vec<f64>,
     action: Vec<f64>,
     /// ∂a/∂u.
     slope: Vec<f64>,
@@ -50,8 +52,8 @@ struct Elements {
 
 impl Elements {
     fn resize(&mut self, n: usize) {
-        let Self { mean, log_std, action, slope, d_log_std, d_density, surprise } = self;
-        for values in [mean, log_std, action, slope, d_log_std, d_density, surprise] {
+        let Self { mean, log_std, u, action, slope, d_log_std, d_density, surprise } = self;
+        for values in [mean, log_std, u, action, slope, d_log_std, d_density, surprise] {
             values.resize(n, 0.0);
         }
     }
@@ -62,20 +64,27 @@ impl Elements {
         let (mean, raw) = (&self.mean[..n], &self.log_std[..n]);
         let (action, slope) = (&mut self.action[..n], &mut self.slope[..n]);
         let (d_log_std, d_density) = (&mut self.d_log_std[..n], &mut self.d_density[..n]);
-        let surprise = &mut self.surprise[..n];
+        let (u, surprise) = (&mut self.u[..n], &mut self.surprise[..n]);
         vectorized(
             #[inline(always)]
             || {
+                // Three short loops: of one long one too few turns would be under way at once.
                 for i in 0..n {
                     let (e, raw) = (noise[i], raw[i]);
                     let log_std = if raw < LOG_STD.0 { LOG_STD.0 } else { raw };
                     let log_std = if log_std > LOG_STD.1 { LOG_STD.1 } else { log_std };
                     let free = if log_std.to_bits() == raw.to_bits() { 1.0 } else { 0.0 };
                     let spread = real::exp(log_std) * e;
-                    (action[i], slope[i]) = squash_with(real::exp, mean[i] + spread);
-                    surprise[i] = 0.5 * e * e + log_std + HALF_LOG_TAU + real::ln(slope[i] + SQUASH_FLOOR);
+                    u[i] = mean[i] + spread;
+                    surprise[i] = 0.5 * e * e + log_std + HALF_LOG_TAU;
                     d_log_std[i] = free * spread;
                     d_density[i] = -free;
+                }
+                for i in 0..n {
+                    (action[i], slope[i]) = squash_with(real::exp, u[i]);
+                }
+                for i in 0..n {
+                    surprise[i] += real::ln(slope[i] + SQUASH_FLOOR);
                 }
             },
         );

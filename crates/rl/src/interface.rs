@@ -1,6 +1,8 @@
 //! Between the world's units and the networks': observations in, actions out.
 
-use crate::SacError;
+use ndarray::ArrayView2;
+
+use crate::{SacError, columns::Columns};
 
 /// How observations are scaled before a network sees them: (o - `center`) / `scale`, value by value.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,9 +26,10 @@ impl Scaling {
         self.center.len()
     }
 
-    /// The network's view of one `observation`.
-    pub(crate) fn apply<'a>(&'a self, observation: impl Iterator<Item = &'a f64>) -> impl Iterator<Item = f32> {
-        observation.zip(&self.center).zip(&self.scale).map(|((o, c), s)| ((o - c) / s) as f32)
+    /// The network's view of `observations` (rows, m), into `scaled` (rows, m).
+    pub(crate) fn apply(&self, observations: ArrayView2<'_, f64>, scaled: &mut [f32]) {
+        let mut scaled = Columns { table: scaled, width: self.width() };
+        scaled.map(0, observations, |j, o| (o - self.center[j]) / self.scale[j]);
     }
 
     pub(crate) fn check(&self) -> Result<(), SacError> {
@@ -86,26 +89,31 @@ impl ActionRange {
         (low + 0.5 * (squashed + 1.0) * (high - low)).clamp(low, high)
     }
 
-    /// From the range to -1..1. Actions beyond its ends count as the ends: that is what the system received.
-    pub(crate) fn to_network<'a>(&'a self, action: impl Iterator<Item = &'a f64>) -> impl Iterator<Item = f32> {
-        action.zip(&self.low).zip(&self.high).map(|((a, low), high)| {
+    /// `actions` (rows, k) from the range to -1..1, into the columns of `network` from `first` on. Actions beyond its ends count as the ends:
+    /// that is what the system received.
+    pub(crate) fn to_network(&self, actions: ArrayView2<'_, f64>, network: &mut Columns<'_>, first: usize) {
+        network.map(first, actions, |j, a| {
+            let (low, high) = (self.low[j], self.high[j]);
             // A NaN stays one, so that the update's checks see it.
-            (2.0 * (a.clamp(*low, *high) - low) / (high - low) - 1.0) as f32
-        })
+            2.0 * (a.clamp(low, high) - low) / (high - low) - 1.0
+        });
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use ndarray::array;
 
     #[test]
     fn ranges_map_their_ends_to_one_and_clamp_what_lies_beyond() {
         let range = ActionRange::new(&[-2.0, 0.0], &[2.0, 10.0]).expect("both ends are finite");
-        let network: Vec<f32> = range.to_network([7.0, 2.5].iter()).collect();
-        assert_eq!(network, [1.0, -0.5]);
+        let mut network = [0.0; 4];
+        let mut columns = Columns { table: &mut network, width: 2 };
+        range.to_network(array![[7.0, 2.5], [f64::NAN, 0.0]].view(), &mut columns, 0);
+        assert_eq!(network[..2], [1.0, -0.5]);
+        assert!(network[2].is_nan());
         assert_eq!([range.to_world(0, -1.0), range.to_world(0, 1.0), range.to_world(1, -0.5)], [-2.0, 2.0, 2.5]);
-        assert!(range.to_network([f64::NAN, 0.0].iter()).next().is_some_and(f32::is_nan));
     }
 
     #[test]

@@ -3,7 +3,12 @@
 use sindyna_core::{AgentError, Batch, Rng};
 
 use crate::{
-    Isa, SacConfig, SacError, Scaling, adam::Adam, critic::Critic, mlp::Mlp, pass::Pass, scaled_net::ScaledNet,
+    Isa, SacConfig, SacError, Scaling,
+    adam::Adam,
+    critic::Critic,
+    mlp::Mlp,
+    pass::{Deltas, Pass},
+    scaled_net::ScaledNet,
     temperature::Temperature,
 };
 
@@ -18,6 +23,7 @@ pub(crate) struct Learner {
     /// Soft Bellman targets (B).
     pub(crate) targets: Vec<f32>,
     pub(crate) pass: Pass,
+    pub(crate) deltas: Deltas,
     pub(crate) d_heads: Vec<f32>,
     pub(crate) updates: u64,
 }
@@ -52,6 +58,7 @@ impl Learner {
             config,
             targets: Vec::new(),
             pass: Pass::new(Isa::widest()),
+            deltas: Deltas::default(),
             d_heads: Vec::new(),
             updates: 0,
         };
@@ -84,10 +91,10 @@ impl Learner {
     ///
     /// The actor does not change before its own step at the end of an update, so both of its passes are one.
     pub(crate) fn heads(&mut self, actor: &ScaledNet, batch: &Batch, observations: &mut Vec<f32>) -> &[f32] {
-        observations.clear();
-        for o in batch.observations.rows().into_iter().chain(batch.next_observations.rows()) {
-            observations.extend(actor.scaling.apply(o.iter()));
-        }
+        observations.resize(2 * batch.observations.len(), 0.0);
+        let (before, after) = observations.split_at_mut(batch.observations.len());
+        actor.scaling.apply(batch.observations.view(), before);
+        actor.scaling.apply(batch.next_observations.view(), after);
         self.pass.forward(&actor.net, observations, 2 * batch.len())
     }
 
@@ -121,7 +128,7 @@ impl Learner {
     ) -> Result<f64, AgentError> {
         let mut loss = 0.0;
         for critic in &mut self.critics {
-            loss += critic.regress(inputs, chosen.clone(), &self.targets);
+            loss += critic.regress(inputs, chosen.clone(), &self.targets, &mut self.deltas);
         }
         self.finite("the critics' loss", loss)?;
         for critic in &mut self.critics {
@@ -132,7 +139,8 @@ impl Learner {
 
     /// Moves the actor against `d_heads`, the gradient of its loss by the heads of the first of the `observations`.
     pub(crate) fn improve_actor(&mut self, actor: &mut ScaledNet, observations: &[f32]) {
-        self.pass.backward_params(&actor.net, observations, &self.d_heads, &mut self.actor_gradients);
+        let Self { pass, d_heads, deltas, actor_gradients, .. } = self;
+        pass.backward_params(&actor.net, observations, d_heads, deltas, actor_gradients);
         self.actor_adam.step(&mut actor.net.params, &self.actor_gradients);
     }
 

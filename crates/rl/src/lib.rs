@@ -16,6 +16,7 @@ mod affine;
 mod buffer;
 mod categorical;
 mod categorical_policy;
+mod columns;
 mod config;
 mod critic;
 mod ensemble;

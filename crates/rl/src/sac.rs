@@ -6,6 +6,7 @@ use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
 
 use crate::{
     GaussianPolicy, Isa, IsaError, SacConfig, SacError, Scaling,
+    columns::Columns,
     gaussian::Squashed,
     interface::ActionRange,
     learner::{Learner, Widths, lesser, shape},
@@ -43,8 +44,10 @@ pub struct Sac {
 pub(crate) struct Workspace {
     /// Scaled observations (2B, m): those before the steps, then those after.
     observations: Vec<f32>,
-    /// Critics' inputs (B, m + k).
+    /// Critics' inputs (B, m + k): observations before the steps, and any actions.
     inputs: Vec<f32>,
+    /// The same with observations after the steps.
+    next_inputs: Vec<f32>,
     noise: Vec<f64>,
     pub(crate) drawn: Squashed,
     values: Vec<f64>,
@@ -133,22 +136,23 @@ impl Sac {
     fn compute_targets(&mut self, batch: &Batch, temperature: f64) {
         let (rows, m, k) = (batch.len(), self.policy.observation_dim(), self.policy.action_dim());
         let Self { learner, work, .. } = self;
-        let next = &work.observations[rows * m..];
-        join_columns(next, m, work.drawn.actions[rows * k..].chunks_exact(k), &mut work.inputs);
-        learner.lesser_target_values(&work.inputs, rows, &mut work.values);
+        work.next_inputs.resize(rows * (m + k), 0.0);
+        let mut columns = Columns { table: &mut work.next_inputs, width: m + k };
+        columns.copy(0, &work.observations[rows * m..], m);
+        columns.copy(m, &work.drawn.actions[rows * k..], k);
+        learner.lesser_target_values(&work.next_inputs, rows, &mut work.values);
         let values = work.values.iter().zip(&work.drawn.log_probs[rows..]);
         learner.set_targets(batch, values.map(|(q, log_prob)| q - temperature * log_prob));
     }
 
     /// Steps 2 and 4; returns the critics' loss.
     fn improve_critics(&mut self, batch: &Batch) -> Result<f64, AgentError> {
-        let (rows, m) = (batch.len(), self.policy.observation_dim());
+        let (rows, m, k) = (batch.len(), self.policy.observation_dim(), self.policy.action_dim());
         let Self { policy, learner, work } = self;
-        work.inputs.clear();
-        for (o, a) in work.observations[..rows * m].chunks_exact(m).zip(batch.actions.rows()) {
-            work.inputs.extend_from_slice(o);
-            work.inputs.extend(policy.range.to_network(a.iter()));
-        }
+        work.inputs.resize(rows * (m + k), 0.0);
+        let mut columns = Columns { table: &mut work.inputs, width: m + k };
+        columns.copy(0, &work.observations[..rows * m], m);
+        policy.range.to_network(batch.actions.view(), &mut columns, m);
         learner.improve_critics(&work.inputs, std::iter::repeat(0))
     }
 
@@ -156,20 +160,26 @@ impl Sac {
     fn improve_actor(&mut self, rows: usize, temperature: f64, mean_log_prob: f64) -> Result<f64, AgentError> {
         let (m, k) = (self.policy.observation_dim(), self.policy.action_dim());
         let Self { policy, learner, work } = self;
-        let observations = &work.observations[..rows * m];
-        join_columns(observations, m, work.drawn.actions[..rows * k].chunks_exact(k), &mut work.inputs);
+        // The observations are still there.
+        Columns { table: &mut work.inputs, width: m + k }.copy(m, &work.drawn.actions[..rows * k], k);
         let [first, second] = &mut learner.critics;
         let (q1, q2) = (first.values(&work.inputs, rows), second.values(&work.inputs, rows));
 
         let mut sum = 0.0;
-        for rows_of in &mut work.lesser_rows {
-            rows_of.clear();
-            // In some later update all rows may be of one critic.
-            rows_of.reserve(rows);
-        }
+        // In any update all rows may be of one critic.
+        work.lesser_rows.iter_mut().for_each(|rows_of| rows_of.resize(rows, 0));
+        let mut counts = [0; 2];
         for (row, (q1, q2)) in q1.iter().zip(q2).enumerate() {
             sum += f64::from(lesser(*q1, *q2));
-            work.lesser_rows[usize::from(q1 > q2)].push(row);
+            // Which critic it is cannot be guessed, so nothing here branches on it.
+            let second = usize::from(q1 > q2);
+            for (rows_of, count) in work.lesser_rows.iter_mut().zip(counts) {
+                rows_of[count] = row;
+            }
+            counts[second] += 1;
+        }
+        for (rows_of, count) in work.lesser_rows.iter_mut().zip(counts) {
+            rows_of.truncate(count);
         }
         let loss = temperature * mean_log_prob - sum / rows as f64;
         learner.finite("the actor's loss", loss)?;
@@ -177,7 +187,7 @@ impl Sac {
         // Of the twins only the one with the lesser value passes a gradient, so each goes back over its own rows.
         work.d_actions.resize(rows * k, 0.0);
         for (critic, rows_of) in learner.critics.iter_mut().zip(&work.lesser_rows) {
-            let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, m);
+            let gradients = critic.input_gradients(rows_of, -1.0 / rows as f32, &mut learner.deltas, m);
             for (row, d) in rows_of.iter().zip(gradients.chunks_exact(k)) {
                 work.d_actions[row * k..(row + 1) * k].copy_from_slice(d);
             }
@@ -214,15 +224,6 @@ impl Agent for Sac {
 
     fn frozen(&self) -> GaussianPolicy {
         self.policy.clone()
-    }
-}
-
-/// Overwrites `joined` with rows of `left` (`width` values) followed by those of `right`.
-fn join_columns<'a>(left: &[f32], width: usize, right: impl Iterator<Item = &'a [f32]>, joined: &mut Vec<f32>) {
-    joined.clear();
-    for (l, r) in left.chunks_exact(width).zip(right) {
-        joined.extend_from_slice(l);
-        joined.extend_from_slice(r);
     }
 }
 

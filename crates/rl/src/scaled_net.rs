@@ -18,10 +18,8 @@ impl ScaledNet {
     /// If `observations` are not as wide as the scaling.
     pub(crate) fn heads(&self, observations: ArrayView2<'_, f64>) -> Vec<f32> {
         assert_eq!(observations.ncols(), self.scaling.width(), "observed values");
-        let mut inputs = Vec::with_capacity(observations.len());
-        for o in observations.rows() {
-            inputs.extend(self.scaling.apply(o.iter()));
-        }
+        let mut inputs = vec![0.0; observations.len()];
+        self.scaling.apply(observations, &mut inputs);
         let mut heads = vec![0.0; observations.nrows() * self.net.outputs()];
         self.net.evaluate_rows(&inputs, &mut heads);
         heads

@@ -18,11 +18,16 @@ impl Thin {
     /// y = x W + b for rows x (inputs), y (outputs): each row's products with the columns of W.
     pub(crate) fn forward(&mut self, isa: Isa, x: &[f32], weights: &[f32], biases: &[f32], y: &mut [f32]) {
         let outputs = biases.len();
-        self.columns.clear();
-        for o in 0..outputs {
-            self.columns.extend(weights.iter().skip(o).step_by(outputs));
-        }
-        dots(isa, y, x, &self.columns, weights.len() / outputs, Some(biases));
+        let columns = if outputs == 1 {
+            weights
+        } else {
+            self.columns.clear();
+            for o in 0..outputs {
+                self.columns.extend(weights.iter().skip(o).step_by(outputs));
+            }
+            &self.columns
+        };
+        dots(isa, y, x, columns, weights.len() / outputs, Some(biases));
     }
 
     /// Overwrites `d_weights` (inputs, outputs) with ∂L/∂W = xᵀ ∂L/∂y, by way of its transpose.

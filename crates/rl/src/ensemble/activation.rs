@@ -44,14 +44,6 @@ pub(super) fn swish_and_slope(z: &mut [f32], y: &mut [f32]) {
     );
 }
 
-/// d ← d · `factors`, number by number.
-pub(super) fn scale_by(d: &mut [f32], factors: &[f32]) {
-    vectorized(
-        #[inline(always)]
-        || d.iter_mut().zip(factors).for_each(|(d, f)| *d *= f),
-    );
-}
-
 /// 1/(1 + e⁻ᶻ) to a relative error of about 3e-7 + 6e-8 |z|; a number that is none stays none.
 #[inline(always)]
 fn sigmoid(z: f32) -> f32 {

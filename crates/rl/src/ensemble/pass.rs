@@ -1,11 +1,11 @@
 //! Forward and backward passes through a network of an ensemble.
 
-use super::activation::{Activation, scale_by, swish_and_slope};
+use super::activation::{Activation, swish_and_slope};
 use crate::{
     Isa,
     affine::sum_rows,
     buffer::Buffer,
-    kernel::{Finish, Matrix, matmul},
+    kernel::{Finish, Matrix, matmul, matmul_and_sums},
     mlp::Mlp,
     thin::Thin,
 };
@@ -68,10 +68,11 @@ impl Pass {
     pub(super) fn backward(&mut self, net: &Mlp, inputs: &[f32], d_outputs: &[f32], gradients: &mut [f32]) {
         let rows = inputs.len() / net.inputs();
         self.deltas[0].sized(d_outputs.len()).copy_from_slice(d_outputs);
+        sum_rows(d_outputs, net.layer(net.depth() - 1).of_mut(gradients).1);
         for l in (0..net.depth()).rev() {
             let layer = net.layer(l);
             let x = if l == 0 { inputs } else { &self.outputs[l - 1] };
-            let (d_weights, d_biases) = layer.of_mut(gradients);
+            let (d_weights, _) = layer.of_mut(gradients);
             let [delta, d_inputs] = &mut self.deltas;
             let d_sums = Matrix::new(delta, rows, layer.outputs);
             if l + 1 == net.depth() {
@@ -80,21 +81,16 @@ impl Pass {
             } else {
                 matmul(self.isa, d_weights, Matrix::new(x, rows, layer.inputs).t(), d_sums, Finish::Plain);
             }
-            sum_rows(delta, d_biases);
             if l > 0 {
                 let (weights, _) = layer.of(&net.params);
                 let weights = Matrix::new(weights, layer.inputs, layer.outputs).t();
                 let d_inputs = d_inputs.sized(rows * layer.inputs);
-                match self.activation {
-                    Activation::Relu => {
-                        let finish = Finish::ThroughRelu { outputs: x, rows: None };
-                        matmul(self.isa, d_inputs, d_sums, weights, finish);
-                    }
-                    Activation::Swish => {
-                        matmul(self.isa, d_inputs, d_sums, weights, Finish::Plain);
-                        scale_by(d_inputs, &self.slopes[l - 1]);
-                    }
-                }
+                let finish = match self.activation {
+                    Activation::Relu => Finish::ThroughRelu { outputs: x, rows: None },
+                    Activation::Swish => Finish::ThroughSlopes(&self.slopes[l - 1]),
+                };
+                let (_, d_biases) = net.layer(l - 1).of_mut(gradients);
+                matmul_and_sums(self.isa, d_inputs, d_sums, weights, finish, Some(d_biases));
                 self.deltas.swap(0, 1);
             }
         }

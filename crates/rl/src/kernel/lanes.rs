@@ -19,6 +19,8 @@ pub(super) unsafe trait Lanes: Copy {
     /// The first `n` < N numbers; the others are 0 and their memory is not touched.
     unsafe fn load_part(p: *const f32, n: usize) -> Self::V;
     unsafe fn store_part(p: *mut f32, n: usize, v: Self::V);
+    unsafe fn add(a: Self::V, b: Self::V) -> Self::V;
+    unsafe fn mul(a: Self::V, b: Self::V) -> Self::V;
     /// a b + c, rounded once where the hardware can.
     unsafe fn fma(a: Self::V, b: Self::V, c: Self::V) -> Self::V;
     /// max(v, 0); a number that is none stays none.
@@ -27,6 +29,12 @@ pub(super) unsafe trait Lanes: Copy {
     unsafe fn where_positive(v: Self::V, y: Self::V) -> Self::V;
     /// The sum of sixteen lanes spread over 16/N vectors: lane i and lane i + 8 first, then 4, 2, 1 apart.
     unsafe fn sum_of_lanes(sums: [Self::V; 4]) -> f32;
+    /// [`Self::sum_of_lanes`] of every vector, where one alone has sixteen lanes.
+    #[inline(always)]
+    unsafe fn sums_of_lanes(sums: [Self::V; 16]) -> [f32; 16] {
+        // SAFETY: the caller's promise.
+        sums.map(|sum| unsafe { Self::sum_of_lanes([sum; 4]) })
+    }
 
     /// Writes the transpose of 8 by 8 numbers, rows `stride` apart, with rows `to_stride` apart.
     #[inline(always)]
@@ -75,6 +83,14 @@ unsafe impl Lanes for Plain {
             // SAFETY: only the first n numbers are written.
             unsafe { *p.add(i) = x };
         }
+    }
+    #[inline(always)]
+    unsafe fn add(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        std::array::from_fn(|i| a[i] + b[i])
+    }
+    #[inline(always)]
+    unsafe fn mul(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
+        std::array::from_fn(|i| a[i] * b[i])
     }
     #[inline(always)]
     unsafe fn fma(a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {

@@ -82,6 +82,14 @@ unsafe impl Lanes for Avx2 {
         unsafe { _mm256_maskstore_ps(p, first_lanes(n), v) }
     }
     #[inline(always)]
+    unsafe fn add(a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_add_ps(a, b) }
+    }
+    #[inline(always)]
+    unsafe fn mul(a: __m256, b: __m256) -> __m256 {
+        unsafe { _mm256_mul_ps(a, b) }
+    }
+    #[inline(always)]
     unsafe fn fma(a: __m256, b: __m256, c: __m256) -> __m256 {
         unsafe { _mm256_fmadd_ps(a, b, c) }
     }
@@ -132,6 +140,14 @@ unsafe impl Lanes for Avx512 {
         unsafe { _mm512_mask_storeu_ps(p, (1_u16 << n) - 1, v) }
     }
     #[inline(always)]
+    unsafe fn add(a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_add_ps(a, b) }
+    }
+    #[inline(always)]
+    unsafe fn mul(a: __m512, b: __m512) -> __m512 {
+        unsafe { _mm512_mul_ps(a, b) }
+    }
+    #[inline(always)]
     unsafe fn fma(a: __m512, b: __m512, c: __m512) -> __m512 {
         unsafe { _mm512_fmadd_ps(a, b, c) }
     }
@@ -155,5 +171,27 @@ unsafe impl Lanes for Avx512 {
     #[inline(always)]
     unsafe fn turn8(from: *const f32, stride: usize, to: *mut f32, to_stride: usize) {
         unsafe { turn8(from, stride, to, to_stride) }
+    }
+    #[inline(always)]
+    unsafe fn sums_of_lanes(a: [__m512; 16]) -> [f32; 16] {
+        // Two vectors become one in every step: sums 8, 4, 2 and 1 lanes apart, each vector's beside the other's.
+        unsafe {
+            let b: [__m512; 8] = std::array::from_fn(|i| {
+                let (x, y) = (a[i], a[i + 8]);
+                _mm512_add_ps(_mm512_shuffle_f32x4::<0x44>(x, y), _mm512_shuffle_f32x4::<0xee>(x, y))
+            });
+            let c: [__m512; 4] = std::array::from_fn(|i| {
+                let (x, y) = (b[i], b[i + 4]);
+                _mm512_add_ps(_mm512_shuffle_f32x4::<0x88>(x, y), _mm512_shuffle_f32x4::<0xdd>(x, y))
+            });
+            let d: [__m512; 2] = std::array::from_fn(|i| {
+                let (x, y) = (c[i], c[i + 2]);
+                _mm512_add_ps(_mm512_shuffle_ps::<0x44>(x, y), _mm512_shuffle_ps::<0xee>(x, y))
+            });
+            let sums = _mm512_add_ps(_mm512_shuffle_ps::<0x88>(d[0], d[1]), _mm512_shuffle_ps::<0xdd>(d[0], d[1]));
+            // Where in `sums` each vector's is.
+            let order = _mm512_setr_epi32(0, 2, 1, 3, 8, 10, 9, 11, 4, 6, 5, 7, 12, 14, 13, 15);
+            std::mem::transmute::<__m512, [f32; 16]>(_mm512_permutexvar_ps(order, sums))
+        }
     }
 }

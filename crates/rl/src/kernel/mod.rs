@@ -68,6 +68,8 @@ pub(crate) enum Finish<'a> {
         /// Which of them.
         rows: Option<&'a [usize]>,
     },
+    /// Back through another function: times its slope there.
+    ThroughSlopes(&'a [f32]),
 }
 
 /// C = A B, finished. `c` is row-major, (rows of A, columns of B); what it held is overwritten.
@@ -75,8 +77,25 @@ pub(crate) enum Finish<'a> {
 /// Every number is one chain of fused products, from its bias (or 0) on and over the inner index in order, so it depends
 /// neither on the shapes nor on the width of the vectors.
 pub(crate) fn matmul(isa: Isa, c: &mut [f32], a: Matrix<'_>, b: Matrix<'_>, finish: Finish<'_>) {
+    matmul_and_sums(isa, c, a, b, finish, None);
+}
+
+/// [`matmul`], and `sums`, one per column of C, is overwritten with the sums over its rows, added up from the first to the
+/// last.
+pub(crate) fn matmul_and_sums(
+    isa: Isa,
+    c: &mut [f32],
+    a: Matrix<'_>,
+    b: Matrix<'_>,
+    finish: Finish<'_>,
+    mut sums: Option<&mut [f32]>,
+) {
     assert_eq!(a.columns, b.rows, "inner dimensions");
     assert_eq!(c.len(), a.rows * b.columns, "size of the product");
+    if let Some(sums) = &mut sums {
+        assert_eq!(sums.len(), b.columns, "a sum per column");
+        sums.fill(0.0);
+    }
     let (start, end) = match finish {
         Finish::Plain => (Start::Zero, End::Keep),
         Finish::Biases(biases) | Finish::BiasesRelu(biases) => {
@@ -93,6 +112,10 @@ pub(crate) fn matmul(isa: Isa, c: &mut [f32], a: Matrix<'_>, b: Matrix<'_>, fini
             let index = rows.map_or(std::ptr::null(), <[usize]>::as_ptr);
             (Start::Zero, End::Mask { active: outputs.as_ptr(), index })
         }
+        Finish::ThroughSlopes(slopes) => {
+            assert_eq!(slopes.len(), c.len(), "a slope per number");
+            (Start::Zero, End::Scale { factors: slopes.as_ptr() })
+        }
     };
     let transposed = b.column_stride != 1;
     let job = Job {
@@ -103,11 +126,12 @@ pub(crate) fn matmul(isa: Isa, c: &mut [f32], a: Matrix<'_>, b: Matrix<'_>, fini
         right: Right { data: b.data.as_ptr(), stride: if transposed { b.column_stride } else { b.row_stride } },
         transposed,
         out: c.as_mut_ptr(),
+        column_sums: sums.map_or(std::ptr::null_mut(), <[f32]>::as_mut_ptr),
         start,
         end,
     };
-    // SAFETY: `Matrix::new` and `t` keep every element within its slice, with one of the strides 1; sizes of C, biases
-    // and outputs were just checked, and C, an exclusive borrow, overlaps none of them. `present` finds the
+    // SAFETY: `Matrix::new` and `t` keep every element within its slice, with one of the strides 1; sizes of C, biases,
+    // outputs, slopes and sums were just checked, and C and the sums, exclusive borrows, overlap nothing. `present` finds the
     // instructions.
     unsafe {
         match isa {

@@ -27,6 +27,8 @@ pub(super) struct Job {
     pub(super) right: Right,
     pub(super) transposed: bool,
     pub(super) out: *mut f32,
+    /// Null, or to what the columns of C are summed up.
+    pub(super) column_sums: *mut f32,
     pub(super) start: Start,
     pub(super) end: End,
 }
@@ -46,15 +48,17 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
     while from < job.inner || from == 0 {
         let inner = INNER.min(job.inner - from);
         let start = if from == 0 { job.start } else { Start::Continue };
-        let end = if from + inner == job.inner { job.end } else { End::Keep };
+        let (end, column_sums) = match from + inner == job.inner {
+            true => (job.end, job.column_sums),
+            false => (End::Keep, std::ptr::null_mut()),
+        };
+        let out = Out { data: job.out, stride: job.columns, column_sums };
         let mut column = 0;
         while column < job.columns {
             let left_over = job.columns - column;
-            let across = match left_over {
-                n if n >= width => S::ACROSS,
-                n if n >= 2 * S::N => 2,
-                _ => 1,
-            };
+            // As few tiles as there can be, and as even: a narrow one keeps the adders waiting for their own sums.
+            let vectors = left_over.div_ceil(S::N);
+            let across = vectors.div_ceil(vectors.div_ceil(S::ACROSS));
             let taken = left_over.min(across * S::N);
             // SAFETY: the part lies within B, and the panel holds INNER rows of at most WIDEST numbers.
             let right = unsafe {
@@ -66,7 +70,7 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
                     Right { data: job.right.data.add(from * job.right.stride + column), stride: job.right.stride }
                 }
             };
-            let part = Part { job, from, inner, right, column, taken, start, end };
+            let part = Part { job, from, inner, right, out, column, taken, start, end };
             // SAFETY: `part` lies within the job.
             unsafe {
                 if job.left.column_stride == 1 {
@@ -87,6 +91,7 @@ struct Part<'a> {
     from: usize,
     inner: usize,
     right: Right,
+    out: Out,
     column: usize,
     taken: usize,
     start: Start,
@@ -96,17 +101,18 @@ struct Part<'a> {
 impl Part<'_> {
     #[inline(always)]
     unsafe fn run<S: Lanes, const TALL: bool>(&self, across: usize) {
-        // Only a single vector can be a part of one.
-        // SAFETY: the caller's promise.
+        let part = self.taken < across * S::N;
+        // SAFETY: the caller's promise; no tile is wider than ACROSS, at most 4.
         unsafe {
-            if self.taken < across * S::N {
-                self.rows::<S, 1, true, TALL>();
-            } else if across == 4 {
-                self.rows::<S, 4, false, TALL>();
-            } else if across == 2 {
-                self.rows::<S, 2, false, TALL>();
-            } else {
-                self.rows::<S, 1, false, TALL>();
+            match (across, part) {
+                (4, true) => self.rows::<S, 4, true, TALL>(),
+                (4, false) => self.rows::<S, 4, false, TALL>(),
+                (3, true) => self.rows::<S, 3, true, TALL>(),
+                (3, false) => self.rows::<S, 3, false, TALL>(),
+                (2, true) => self.rows::<S, 2, true, TALL>(),
+                (2, false) => self.rows::<S, 2, false, TALL>(),
+                (_, true) => self.rows::<S, 1, true, TALL>(),
+                (_, false) => self.rows::<S, 1, false, TALL>(),
             }
         }
     }
@@ -116,9 +122,14 @@ impl Part<'_> {
         let mut row = 0;
         // SAFETY: tiles end where the rows do.
         unsafe {
-            while row + 6 <= self.job.rows {
+            // Enough sums to keep both adders busy; with fewer vectors across, that takes more rows.
+            while ACROSS < 4 && row + 6 <= self.job.rows {
                 self.one::<S, 6, ACROSS, PART, TALL>(row);
                 row += 6;
+            }
+            while row + 4 <= self.job.rows {
+                self.one::<S, 4, ACROSS, PART, TALL>(row);
+                row += 4;
             }
             while row + 2 <= self.job.rows {
                 self.one::<S, 2, ACROSS, PART, TALL>(row);
@@ -135,7 +146,7 @@ impl Part<'_> {
         &self,
         row: usize,
     ) {
-        let Job { left, out, columns, .. } = *self.job;
+        let left = self.job.left;
         // SAFETY: the tile lies within the job.
         unsafe {
             let at = left.data.add(row * left.row_stride + self.from * left.column_stride);
@@ -143,7 +154,7 @@ impl Part<'_> {
                 self.inner,
                 Left { data: at, ..left },
                 self.right,
-                Out { data: out, stride: columns },
+                self.out,
                 (row, self.column),
                 self.taken - (ACROSS - 1) * S::N,
                 self.start,

@@ -1,6 +1,6 @@
 //! Products against their definition, and one instruction set against another.
 
-use super::{Finish, Matrix, dots, matmul};
+use super::{Finish, Matrix, dots, matmul, matmul_and_sums};
 use crate::Isa;
 
 fn sets() -> impl Iterator<Item = Isa> {
@@ -52,6 +52,7 @@ fn products_of_transposes_are_those_of_the_definition() {
                     let row = rows.map_or(i / n, |rows| rows[i / n]);
                     if outputs[row * n + i % n] > 0.0 { exact[i] } else { 0.0 }
                 }
+                Finish::ThroughSlopes(slopes) => exact[i] * slopes[i],
             };
             let mut c = vec![f32::NAN; m * n];
             for left in [Matrix::new(&a, m, k), Matrix::new(&at, k, m).t()] {
@@ -62,11 +63,18 @@ fn products_of_transposes_are_those_of_the_definition() {
                         Finish::BiasesRelu(&biases),
                         Finish::ThroughRelu { outputs: &outputs, rows: None },
                         Finish::ThroughRelu { outputs: &outputs, rows: Some(&rows) },
+                        Finish::ThroughSlopes(&outputs[..m * n]),
                     ] {
                         c.fill(f32::NAN);
                         matmul(isa, &mut c, left, right, finish);
                         let truth: Vec<f32> = (0..m * n).map(|i| finished(finish, i)).collect();
                         assert_eq!(c, truth, "{isa} ({m}, {k}) × ({k}, {n}) {finish:?}");
+                        c.fill(f32::NAN);
+                        let mut sums = vec![f32::NAN; n];
+                        matmul_and_sums(isa, &mut c, left, right, finish, Some(&mut sums));
+                        let column = |j: usize| truth.iter().skip(j).step_by(n).sum::<f32>();
+                        assert_eq!(c, truth, "{isa} ({m}, {k}) × ({k}, {n}) {finish:?}");
+                        assert_eq!(sums, (0..n).map(column).collect::<Vec<f32>>(), "{isa} ({m}, {k}) × ({k}, {n})");
                     }
                 }
             }

@@ -38,6 +38,10 @@ pub(super) enum End {
         active: *const f32,
         index: *const usize,
     },
+    /// Sums are multiplied by the number in the same place.
+    Scale {
+        factors: *const f32,
+    },
 }
 
 /// The result: rows `stride` apart.
@@ -45,6 +49,8 @@ pub(super) enum End {
 pub(super) struct Out {
     pub(super) data: *mut f32,
     pub(super) stride: usize,
+    /// Null, or what the numbers of each column are added to, row after row.
+    pub(super) column_sums: *mut f32,
 }
 
 /// ROWS rows of ACROSS vectors, of the last of which `last` numbers count if `PART`. TALL says that the left factor's
@@ -122,6 +128,13 @@ pub(super) unsafe fn tile<S: Lanes, const ROWS: usize, const ACROSS: usize, cons
                     *sum = S::relu(*sum);
                 }
             }
+            End::Scale { factors } => {
+                for (i, row_sums) in sums.iter_mut().enumerate() {
+                    for (v, sum) in row_sums.iter_mut().enumerate() {
+                        *sum = S::mul(*sum, load(factors.add((row + i) * out.stride + column), v));
+                    }
+                }
+            }
             End::Mask { active, index } => {
                 for (i, row_sums) in sums.iter_mut().enumerate() {
                     let of = if index.is_null() { row + i } else { *index.add(row + i) };
@@ -131,10 +144,20 @@ pub(super) unsafe fn tile<S: Lanes, const ROWS: usize, const ACROSS: usize, cons
                 }
             }
         }
+        let store = |p: *mut f32, v: usize, x: S::V| {
+            let p = p.add(v * S::N);
+            if PART && v + 1 == ACROSS { S::store_part(p, last, x) } else { S::store(p, x) }
+        };
         for (i, row) in sums.iter().enumerate() {
             for (v, sum) in row.iter().enumerate() {
-                let p = place(i).add(v * S::N);
-                if PART && v + 1 == ACROSS { S::store_part(p, last, *sum) } else { S::store(p, *sum) }
+                store(place(i), v, *sum);
+            }
+        }
+        if !out.column_sums.is_null() {
+            let totals = out.column_sums.add(column);
+            for v in 0..ACROSS {
+                let total = sums.iter().fold(load(totals, v), |total, row| S::add(total, row[v]));
+                store(totals, v, total);
             }
         }
     }

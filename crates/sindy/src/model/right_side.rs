@@ -62,17 +62,19 @@ impl RightSide {
         if self.coupled.is_empty() {
             return;
         }
-        let q = self.solved.len();
-        let mut stack = [0.0; STACK];
-        let mut heap = Vec::new();
-        let system = if q * (q + 1) <= STACK {
-            &mut stack[..q * (q + 1)]
-        } else {
-            heap.resize(q * (q + 1), 0.0);
-            &mut heap[..]
-        };
+        match self.solved.len() {
+            // A size the compiler knows: what mechanics of two bodies are, in the innermost loop of imagination.
+            2 => self.solve_for(2, registers, &mut [0.0; 6], x_dot),
+            q if q * (q + 1) <= STACK => self.solve_for(q, registers, &mut [0.0; STACK][..q * (q + 1)], x_dot),
+            q => self.solve_for(q, registers, &mut vec![0.0; q * (q + 1)], x_dot),
+        }
+    }
+
+    /// Puts the solution of the q implicit equations in the place of h; `system` is q (q + 1) zeros.
+    #[inline(always)]
+    fn solve_for(&self, q: usize, registers: &[f64], system: &mut [f64], x_dot: &mut [f64]) {
         let width = q + 1;
-        for (i, &state) in self.solved.iter().enumerate() {
+        for (i, &state) in self.solved.iter().enumerate().take(q) {
             system[i * width + i] = 1.0;
             system[i * width + q] = x_dot[state];
         }
@@ -80,7 +82,7 @@ impl RightSide {
             system[c.row * width + c.column] -= c.coefficient * registers[c.register as usize];
         }
         let regular = solve(system, q);
-        for (i, &state) in self.solved.iter().enumerate() {
+        for (i, &state) in self.solved.iter().enumerate().take(q) {
             x_dot[state] = if regular { system[i * width + q] } else { f64::NAN };
         }
     }
@@ -88,6 +90,7 @@ impl RightSide {
 
 /// Solves the q equations in the rows (A | b) of `system` in place, by elimination with row exchanges; the solution
 /// takes the place of b. `false` if A is as good as singular.
+#[inline(always)]
 fn solve(system: &mut [f64], q: usize) -> bool {
     let width = q + 1;
     for k in 0..q {

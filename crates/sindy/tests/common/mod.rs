@@ -126,7 +126,7 @@ pub(crate) fn record(
     truth: &Truth,
     seed: u64,
     steps: usize,
-    start: fn(&mut Rng) -> Vec<f64>,
+    start: impl Fn(&mut Rng) -> Vec<f64>,
     control: impl Fn(&mut Rng, usize) -> f64,
     over: fn(&[f64]) -> bool,
 ) -> Dataset {
