@@ -12,6 +12,8 @@ pub(super) unsafe trait Lanes: Copy {
     const N: usize;
     /// Vectors side by side in one tile of a product: as many as leave registers for the rows.
     const ACROSS: usize;
+    /// Whether that is more than two.
+    const WIDE: bool = Self::ACROSS > 2;
 
     unsafe fn splat(x: f32) -> Self::V;
     unsafe fn load(p: *const f32) -> Self::V;

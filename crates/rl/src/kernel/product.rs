@@ -104,11 +104,17 @@ impl Part<'_> {
         let part = self.taken < across * S::N;
         // SAFETY: the caller's promise; no tile is wider than ACROSS, at most 4.
         unsafe {
+            // A constant alone in its condition: what cannot be is then not even compiled.
+            if S::WIDE {
+                match (across, part) {
+                    (4, true) => return self.rows::<S, 4, true, TALL>(),
+                    (4, false) => return self.rows::<S, 4, false, TALL>(),
+                    (3, true) => return self.rows::<S, 3, true, TALL>(),
+                    (3, false) => return self.rows::<S, 3, false, TALL>(),
+                    _ => {}
+                }
+            }
             match (across, part) {
-                (4, true) => self.rows::<S, 4, true, TALL>(),
-                (4, false) => self.rows::<S, 4, false, TALL>(),
-                (3, true) => self.rows::<S, 3, true, TALL>(),
-                (3, false) => self.rows::<S, 3, false, TALL>(),
                 (2, true) => self.rows::<S, 2, true, TALL>(),
                 (2, false) => self.rows::<S, 2, false, TALL>(),
                 (_, true) => self.rows::<S, 1, true, TALL>(),
@@ -122,12 +128,12 @@ impl Part<'_> {
         let mut row = 0;
         // SAFETY: tiles end where the rows do.
         unsafe {
-            // Enough sums to keep both adders busy; with fewer vectors across, that takes more rows.
+            // Enough sums to keep both adders busy, and no more code than that takes.
             while ACROSS < 4 && row + 6 <= self.job.rows {
                 self.one::<S, 6, ACROSS, PART, TALL>(row);
                 row += 6;
             }
-            while row + 4 <= self.job.rows {
+            while S::WIDE && row + 4 <= self.job.rows {
                 self.one::<S, 4, ACROSS, PART, TALL>(row);
                 row += 4;
             }
