@@ -135,6 +135,11 @@ fn only_a_run_that_answers_as_before_is_resumed() {
     assert!(parts(&sindyna(temp.path(), &begin)).0 < 2);
     let run = temp.path().join("run");
     fs::remove_file(run.join("summary.json")).unwrap();
+    let whole = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    fs::write(run.join("rollout.csv"), format!("{whole}x\n")).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
+    assert!(code == 2 && stderr.contains("holds more than this run ever collects"), "{stderr}");
+    fs::write(run.join("rollout.csv"), whole).unwrap();
     let data = fs::read_to_string(run.join("rollout.csv")).unwrap();
     let other = data.replacen("0.05,", "0.06,", 1);
     assert_ne!(data, other);

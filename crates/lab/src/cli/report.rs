@@ -29,6 +29,10 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         digest.write(&directory.join(DIGEST))?;
         digest
     };
+    if digest.runs.is_empty() {
+        return Err(Failure::new(format!("{} holds no runs", directory.display()))
+            .hint("`sindyna compare --out DIR` makes some"));
+    }
     let groups = groups(&digest);
     let written = match &args.markdown {
         Some(path) => {

@@ -38,8 +38,8 @@ pub(crate) struct Args {
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Finish the run in this directory that was killed or stopped: the record becomes what it would have been, byte for byte. A
-    /// simulator is run from its start again, and has to answer as it did
+    /// Do the run in this directory again that was killed or stopped: its record becomes what it would have been, byte for byte. All
+    /// of it begins anew, training as well; the system has to answer as it did
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     #[command(flatten)]
@@ -155,7 +155,13 @@ impl Run<'_> {
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
         };
-        let log = recorder.log;
+        let (log, kept) = (recorder.log, recorder.kept);
+        if !learned.interrupted && !rollout_csv(spec, &learned.data).starts_with(&kept) {
+            return Err(Failure::new("rollout.csv holds more than this run ever collects").hint(format!(
+                "look at the end of {}; it is left as it was",
+                self.run_dir.path().join("rollout.csv").display()
+            )));
+        }
         let summary = summary(config, algorithm, isa, spec, &learned, evaluation.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, &summary, &timing, &log);
@@ -245,7 +251,10 @@ impl Run<'_> {
         }
         text += &match &summary.evaluation {
             Some(evaluation) => report(self.problem, evaluation, false),
-            None if learned.interrupted => "stopped before the evaluation on the real system\n".into(),
+            None if learned.interrupted => format!(
+                "stopped before the evaluation on the real system; `sindyna train --resume {}` does it all again\n",
+                self.run_dir.path().display()
+            ),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };
         text += &format!(

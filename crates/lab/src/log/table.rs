@@ -73,7 +73,7 @@ impl Table {
         let header = self.text[place].trim_start_matches('\u{feff}');
         let cells = self.split(line, header)?;
         if let [only] = &cells[..]
-            && only.contains([';', '\t'])
+            && (only.contains([';', '\t']) || only.split_whitespace().all(|part| part.parse::<f64>().is_ok()))
         {
             return Err(self.failure(line, &format!("`{only}` is one column")).hint("cells are separated by commas"));
         }
@@ -261,6 +261,7 @@ mod tests {
             ("a,b\n1,2\n\n3,4\n", "line 3: empty"),
             ("a,b,a\n1,2,3\n", "columns 1 and 3 are both named `a`"),
             ("a;b\n1;2\n", "separated by commas"),
+            ("# a b\n1 2\n3 4\n", "separated by commas"),
             ("0.1,0.2\n0.2,0.3\n", "row of numbers"),
         ] {
             let failure = parse(text).map(drop).unwrap_err().to_string();

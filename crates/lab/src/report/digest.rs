@@ -1,5 +1,6 @@
 //! A comparison in short: files small enough to be kept for ever, from which everything that is reported follows.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -126,13 +127,44 @@ impl Digest {
         };
         let models = text(MODELS)?;
         let models = models.lines().map(serde_json::from_str).collect::<Result<_, _>>();
-        Ok(Self {
+        let digest = Self {
             settings: text(SETTINGS)?,
             runs: rows(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
             checks: rows(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
             models: models.with_context(|| format!("cannot understand {MODELS}"))?,
             times: rows(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
-        })
+        };
+        digest.check().map_err(|what| {
+            Failure::new(format!("{} is not what a comparison wrote: {what}", directory.display()))
+                .hint("`sindyna report` makes it again from the directory of the comparison")
+        })?;
+        Ok(digest)
+    }
+
+    /// Whether the files can belong together: lines that were lost or changed mostly show in those that were not.
+    fn check(&self) -> Result<(), String> {
+        let mut known = BTreeSet::new();
+        for run in &self.runs {
+            let key = (run.task.as_str(), run.method.as_str(), run.seed);
+            if !known.insert(key) {
+                return Err(format!("{RUNS} has {} {} seed {} twice", key.0, key.1, key.2));
+            }
+            if run.mean_return.is_some_and(|value| !value.is_finite()) {
+                return Err(format!("a return in {RUNS} is no number: {} {} seed {}", key.0, key.1, key.2));
+            }
+        }
+        let checks = self.checks.iter().map(|c| (CHECKS, (c.task.as_str(), c.method.as_str(), c.seed), c.mean_return));
+        let models = self.models.iter().map(|m| (MODELS, (m.task.as_str(), m.method.as_str(), m.seed), 0.0));
+        let times = self.times.iter().map(|t| (TIMES, (t.task.as_str(), t.method.as_str(), t.seed), t.wall_seconds));
+        for (name, key, value) in checks.chain(models).chain(times) {
+            if !known.contains(&key) {
+                return Err(format!("{name} has {} {} seed {}, {RUNS} has not", key.0, key.1, key.2));
+            }
+            if !value.is_finite() {
+                return Err(format!("a value in {name} is no number: {} {} seed {}", key.0, key.1, key.2));
+            }
+        }
+        Ok(())
     }
 
     /// Writes a file of each kind into `directory`, which is made if it is not there.
@@ -215,6 +247,21 @@ mod tests {
         assert!(Digest::is_in(temp.path()));
         assert_eq!(Digest::read(temp.path()).expect("it can be read"), digest);
         assert_eq!((digest.tasks(), digest.methods()), (vec!["pendulum"], vec!["sindy", "sac"]));
+    }
+
+    #[test]
+    fn files_that_do_not_belong_together_are_refused() {
+        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("any", "sac", seed) };
+        let mut digest = Digest::default();
+        digest.add(&outcome(0), Some(1.0));
+        digest.add(&outcome(1), Some(1.0));
+        assert_eq!(digest.check(), Ok(()));
+        let lost = Digest { runs: digest.runs[..1].to_vec(), ..digest.clone() };
+        assert!(lost.check().unwrap_err().contains("timing.csv has any sac seed 1"));
+        let twice = Digest { runs: [&digest.runs[..], &digest.runs[1..]].concat(), ..digest.clone() };
+        assert!(twice.check().unwrap_err().contains("seed 1 twice"));
+        digest.runs[0].mean_return = Some(f64::NAN);
+        assert!(digest.check().unwrap_err().contains("no number"));
     }
 
     #[test]
