@@ -1,7 +1,8 @@
-//! Warm-up policies that know nothing but the action space.
+//! Policies that know nothing but the action space.
 
+use ndarray::{ArrayView2, ArrayViewMut2};
 use rand::RngExt as _;
-use sindyna_core::{Dataset, End, Explorer, Rng, Space, Spec};
+use sindyna_core::{Dataset, End, Explorer, Mode, Policy, Rng, Space, Spec};
 
 /// Independent actions, uniform over the action space.
 #[derive(Debug, Clone)]
@@ -20,6 +21,23 @@ impl Uniform {
 impl Explorer for Uniform {
     fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
         uniform_action(&self.space, rng, action);
+    }
+}
+
+impl Policy for Uniform {
+    /// Draws anew for every observation, in either mode.
+    fn act_batch(
+        &self,
+        observations: ArrayView2<'_, f64>,
+        _mode: Mode,
+        rng: &mut Rng,
+        mut actions: ArrayViewMut2<'_, f64>,
+    ) {
+        let mut drawn = vec![0.0; self.space.action_dim()];
+        for (_, mut action) in observations.rows().into_iter().zip(actions.rows_mut()) {
+            uniform_action(&self.space, rng, &mut drawn);
+            action.iter_mut().zip(&drawn).for_each(|(slot, value)| *slot = *value);
+        }
     }
 }
 

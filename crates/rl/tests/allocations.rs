@@ -1,46 +1,10 @@
 //! A steady update takes nothing from the heap.
 
-#![expect(unsafe_code, reason = "an allocator that counts has to be one")]
+mod counting;
 
-use std::{
-    alloc::{GlobalAlloc, Layout, System},
-    cell::Cell,
-};
-
+use counting::asked;
 use sindyna_core::{Agent, Batch, Seed};
 use sindyna_rl::{Isa, Sac, SacConfig, SacDiscrete, Scaling};
-
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-fn count() {
-    // While a thread ends there is no counter left, and nothing to count.
-    let _ = COUNT.try_with(|c| c.set(c.get() + 1));
-}
-
-// SAFETY: the system's allocator does the work.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise.
-        unsafe { System.alloc(layout) }
-    }
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller's promise.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller's promise.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn batch() -> Batch {
     let mut batch = Batch::zeros(256, 3, 1);
@@ -53,11 +17,11 @@ fn batch() -> Batch {
 fn check(mut agent: impl Agent, isa: Isa) {
     let (batch, mut rng) = (batch(), Seed::new(0).stream("allocations", 0));
     agent.update(&batch, &mut rng).expect("finite losses");
-    let before = COUNT.get();
+    let before = asked();
     for _ in 0..50 {
         agent.update(&batch, &mut rng).expect("finite losses");
     }
-    assert_eq!(COUNT.get() - before, 0, "allocations in 50 updates with {isa}");
+    assert_eq!(asked() - before, 0, "allocations in 50 updates with {isa}");
 }
 
 #[test]

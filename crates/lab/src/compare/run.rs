@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sindyna_control::{ByHand, Costs, Lqr};
-use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observer, Policy, Rng, Seed, Space};
+use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observer, Policy, Rng, Seed};
 use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
 use sindyna_envs::System;
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
@@ -65,7 +65,7 @@ impl Job {
                 Ok(Ended::Whole)
             }
             Method::Random => {
-                self.judge(&AtRandom(spec.action_space.clone()), outcome)?;
+                self.judge(&Uniform::new(spec), outcome)?;
                 Ok(Ended::Whole)
             }
         }
@@ -274,31 +274,6 @@ impl DynamicsLearner for Known {
 
     fn fit(&self, _: &Dataset, _: Option<&Self::Model>, _: &mut Rng) -> Result<Option<Self::Model>, FitError> {
         Ok(Some(self.0.clone()))
-    }
-}
-
-/// Uniformly random actions, drawn anew for every observation but alike in every run.
-struct AtRandom(Space);
-
-impl Policy for AtRandom {
-    fn act_batch(
-        &self,
-        observations: ndarray::ArrayView2<'_, f64>,
-        _mode: sindyna_core::Mode,
-        rng: &mut Rng,
-        mut actions: ndarray::ArrayViewMut2<'_, f64>,
-    ) {
-        use rand::RngExt as _;
-        for (_, mut action) in observations.rows().into_iter().zip(actions.rows_mut()) {
-            match &self.0 {
-                Space::Box { low, high } => {
-                    for ((a, &low), &high) in action.iter_mut().zip(low).zip(high) {
-                        *a = rng.random_range(low..=high);
-                    }
-                }
-                Space::Discrete { controls } => action[0] = rng.random_range(0..controls.nrows()) as f64,
-            }
-        }
     }
 }
 
