@@ -4,12 +4,13 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+use clap::builder::NonEmptyStringValueParser;
 use rayon::prelude::*;
 use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Job, Method, Outcome, Store};
+use crate::compare::{Job, Method, Outcome, Store, is_anchor};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -31,11 +32,18 @@ pub(crate) struct Args {
         long,
         value_name = "NAMES",
         value_delimiter = ',',
+        value_parser = NonEmptyStringValueParser::new(),
         default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum"
     )]
     tasks: Vec<String>,
     /// Methods, those below
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "sindy,sac,lqr,hand,random")]
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        value_parser = NonEmptyStringValueParser::new(),
+        default_value = "sindy,sac,lqr,hand,random"
+    )]
     methods: Vec<String>,
     /// Seeds 0 to N−1
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
@@ -67,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let progress = Progress::new(args.common.quiet);
     let jobs = args.jobs(&progress)?;
     let settings = settings(args.budget)?;
-    let store = Store::open(&args.out, &settings)?;
+    let store = Store::open(&args.out, &settings, &jobs)?;
     let (start, done) = (Instant::now(), AtomicUsize::new(0));
     let left: Vec<&Job> = jobs.iter().filter(|job| store.done(job).is_none()).collect();
     progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), jobs.len() - left.len()));
@@ -159,6 +167,8 @@ fn settings(budget: Option<u64>) -> Result<String, Failure> {
 fn line(outcome: &Outcome, count: usize, total: usize, start: Instant) -> String {
     let result = match (&outcome.failure, outcome.solved_after) {
         (Some(failure), _) => format!("failed: {failure}"),
+        // Real steps say nothing of who knows the answer beforehand.
+        (None, Some(_)) if is_anchor(&outcome.method) => "solved".into(),
         (None, Some(steps)) => format!("solved after {steps} real steps"),
         (None, None) => "not solved".into(),
     };

@@ -75,3 +75,8 @@ impl Method {
 pub(crate) fn is_anchor(name: &str) -> bool {
     [Method::Truth, Method::Hand, Method::Random].iter().any(|m| m.name() == name)
 }
+
+/// Whether the method called `name` goes on acting on the real system until its budget is spent.
+pub(crate) fn learns_on_the_real_system(name: &str) -> bool {
+    [Method::Sac, Method::Sac20, Method::Mbpo, Method::MbpoPaper].iter().any(|m| m.name() == name)
+}

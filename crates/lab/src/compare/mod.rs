@@ -1,12 +1,16 @@
 //! Methods side by side: who needs how many real steps.
 
+mod asked;
 mod method;
 mod outcome;
 mod presets;
 mod run;
 mod store;
 
-pub(crate) use method::{Method, is_anchor};
+pub(crate) use asked::Asked;
+pub(crate) use method::{Method, is_anchor, learns_on_the_real_system};
+#[cfg(test)]
+pub(crate) use outcome::Point;
 pub(crate) use outcome::{Outcome, mean};
 pub(crate) use run::Job;
-pub(crate) use store::Store;
+pub(crate) use store::{Store, read_asked};

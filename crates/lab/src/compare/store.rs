@@ -1,57 +1,51 @@
 //! Where outcomes lie: a file each, written whole, so that a comparison goes on where it was cut off.
 
-use std::fs::{self, File, TryLockError};
+use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
+use super::asked::{self, Asked};
 use super::{Job, Outcome};
 use crate::failure::Failure;
-use crate::record::{json, sweep, write_atomic};
+use crate::record::{Held, from_csv, is_unfinished, json, sweep, to_csv, write_atomic};
+
+/// The file with what runs depend on besides task, method and seed.
+const SETTINGS: &str = "compare.toml";
+
+/// The file with what was asked for.
+const ASKED: &str = "asked.csv";
 
 /// The directory of a comparison, held by one process at a time.
 pub(crate) struct Store {
     root: PathBuf,
-    /// Whoever has this file locked works here; the lock ends with the process, however that ends.
-    _held: File,
+    _held: Held,
 }
 
 impl Store {
-    /// The directory `root`, made if it is not there, for runs described by `settings`.
+    /// The directory `root`, made if it is not there, for `jobs` described by `settings`.
     ///
     /// What other settings left there is not mixed with what is to come.
-    pub(crate) fn open(root: &Path, settings: &str) -> Result<Self, Failure> {
-        let path = root.join("compare.toml");
+    pub(crate) fn open(root: &Path, settings: &str, jobs: &[Job]) -> Result<Self, Failure> {
+        fs::create_dir_all(root).with_context(|| format!("cannot make the directory {}", root.display()))?;
+        let held = Held::take(root)?;
+        let path = root.join(SETTINGS);
         match fs::read_to_string(&path) {
             Ok(before) if before == settings => {}
-            Ok(_) => {
-                return Err(Failure::new(format!(
-                    "{} holds runs of other settings or another version",
-                    root.display()
-                ))
-                .hint("name another directory with --out, or take this one away"));
-            }
+            Ok(before) => return Err(other_settings(root, &before, settings)),
             Err(_) => {
-                let strange = fs::read_dir(root).is_ok_and(|mut entries| entries.next().is_some());
-                if strange {
+                if fs::read_dir(root)
+                    .is_ok_and(|mut entries| entries.any(|entry| entry.map_or(true, |e| !is_unfinished(&e))))
+                {
                     return Err(Failure::new(format!("{} holds something that is no comparison", root.display()))
                         .hint("name another directory with --out"));
                 }
-                fs::create_dir_all(root).with_context(|| format!("cannot make the directory {}", root.display()))?;
-                write_atomic(&path, settings.as_bytes()).with_context(|| format!("cannot write {}", path.display()))?;
+                save(&path, settings.as_bytes())?;
             }
-        }
-        let held = File::open(&path).with_context(|| format!("cannot open {}", path.display()))?;
-        match held.try_lock() {
-            Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
-                return Err(Failure::new(format!("another comparison is at work in {}", root.display()))
-                    .hint("wait for it, or name another directory with --out"));
-            }
-            // There are file systems without locks.
-            Err(TryLockError::Error(_)) => {}
         }
         sweep(root).with_context(|| format!("cannot tidy {}", root.display()))?;
+        save(&root.join(ASKED), &to_csv(&asked::with(&read_asked(root)?, jobs))?)?;
         Ok(Self { root: root.to_owned(), _held: held })
     }
 
@@ -68,14 +62,11 @@ impl Store {
         }
         if let Some(settings) = job.settings()? {
             let settings_path = path.with_file_name("settings.toml");
-            write_atomic(&settings_path, settings.as_bytes())
-                .with_context(|| format!("cannot write {}", settings_path.display()))?;
+            save(&settings_path, settings.as_bytes())?;
         }
         let timing = serde_json::json!({ "wall_seconds": seconds });
-        let timing_path = self.path(job, "timing.json");
-        write_atomic(&timing_path, &json(&timing)?)
-            .with_context(|| format!("cannot write {}", timing_path.display()))?;
-        write_atomic(&path, &json(outcome)?).with_context(|| format!("cannot write {}", path.display()))?;
+        save(&self.path(job, "timing.json"), &json(&timing)?)?;
+        save(&path, &json(outcome)?)?;
         Ok(())
     }
 
@@ -83,6 +74,36 @@ impl Store {
         let folder = self.root.join("runs").join(job.system.name()).join(job.method.name());
         folder.join(format!("seed-{}.{extension}", job.seed))
     }
+}
+
+/// What was asked of the comparison in `root`; nothing if it is older than such records.
+pub(crate) fn read_asked(root: &Path) -> Result<Vec<Asked>, Failure> {
+    let path = root.join(ASKED);
+    match fs::read_to_string(&path) {
+        Ok(text) => Ok(from_csv(&text).with_context(|| format!("cannot understand {}", path.display()))?),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        Err(error) => Err(anyhow::Error::new(error).context(format!("cannot read {}", path.display())).into()),
+    }
+}
+
+/// Says which of the settings differ.
+fn other_settings(root: &Path, before: &str, now: &str) -> Failure {
+    let table = |text: &str| text.parse::<toml::Table>().unwrap_or_default();
+    let (before, now) = (table(before), table(now));
+    let shown = |table: &toml::Table, name: &str| table.get(name).map_or_else(|| "none".into(), toml::Value::to_string);
+    let mut names: Vec<&String> = before.keys().chain(now.keys()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let differ = names.into_iter().filter(|name| before.get(*name) != now.get(*name));
+    let differ: Vec<String> =
+        differ.map(|name| format!("{name} {} there, {} here", shown(&before, name), shown(&now, name))).collect();
+    Failure::new(format!("{} holds runs of other settings: {}", root.display(), differ.join("; ")))
+        .hint("name another directory with --out, or take this one away; `sindyna report` still tells what is in it")
+}
+
+fn save(path: &Path, contents: &[u8]) -> Result<(), Failure> {
+    write_atomic(path, contents).with_context(|| format!("cannot write {}", path.display()))?;
+    Ok(())
 }
 
 #[cfg(test)]
@@ -93,16 +114,16 @@ mod tests {
     fn a_directory_belongs_to_one_at_a_time_and_is_tidied_for_it() {
         let temp = tempfile::tempdir().unwrap();
         let root = temp.path().join("new");
-        let first = Store::open(&root, "a = 1").unwrap();
+        let first = Store::open(&root, "a = 1", &[]).unwrap();
         fs::create_dir(root.join("runs")).unwrap();
         let (left, other) = (root.join("runs/.unfinished-x"), root.join("runs/mine"));
         fs::write(&left, "half a").unwrap();
         fs::write(&other, "whole").unwrap();
-        let refusal = Store::open(&root, "a = 1").err().unwrap().to_string();
-        assert!(refusal.contains("another comparison is at work") && left.exists(), "{refusal}");
+        let refusal = Store::open(&root, "a = 1", &[]).err().unwrap().to_string();
+        assert!(refusal.contains("another sindyna is at work") && left.exists(), "{refusal}");
         drop(first);
-        assert!(Store::open(&root, "a = 1").is_ok() && !left.exists() && other.exists());
-        let refusal = Store::open(&root, "a = 2").err().unwrap().to_string();
-        assert!(refusal.contains("other settings"), "{refusal}");
+        assert!(Store::open(&root, "a = 1", &[]).is_ok() && !left.exists() && other.exists());
+        let refusal = Store::open(&root, "a = 2", &[]).err().unwrap().to_string();
+        assert!(refusal.contains("other settings: a 1 there, 2 here"), "{refusal}");
     }
 }

@@ -1,16 +1,20 @@
 //! The run record: what a run leaves on the disk.
 
 mod events;
+mod lock;
 mod rollout_csv;
 mod run_dir;
 mod summary;
+mod table_csv;
 
 use crate::failure::Failure;
 
 pub(crate) use events::EventLog;
+pub(crate) use lock::Held;
 pub(crate) use rollout_csv::rollout_csv;
-pub(crate) use run_dir::{RunDir, sweep, write_atomic};
+pub(crate) use run_dir::{RunDir, is_unfinished, sweep, write_atomic};
 pub(crate) use summary::{Evaluation, Identification, Summary, Timing, Training};
+pub(crate) use table_csv::{from_csv, to_csv};
 
 /// `value` as the JSON of a record.
 pub(crate) fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, Failure> {

@@ -6,12 +6,14 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
+use super::Held;
 use crate::failure::Failure;
 
 /// The directory of one run. Files appear in it whole or not at all.
 #[derive(Debug)]
 pub(crate) struct RunDir {
     path: PathBuf,
+    _held: Held,
 }
 
 impl RunDir {
@@ -21,7 +23,7 @@ impl RunDir {
             fs::create_dir_all(parent).with_context(|| format!("cannot make the directory {}", parent.display()))?;
         }
         match fs::create_dir(path) {
-            Ok(()) => Ok(Self { path: path.to_owned() }),
+            Ok(()) => Ok(Self { path: path.to_owned(), _held: Held::take(path)? }),
             Err(e) if e.kind() == io::ErrorKind::AlreadyExists => Err(exists(path)),
             Err(e) => Err(anyhow::Error::new(e).context(format!("cannot make {}", path.display())).into()),
         }
@@ -52,8 +54,9 @@ impl RunDir {
             return Err(Failure::new(format!("{} holds no run: there is no config.toml in it", path.display()))
                 .hint("`sindyna train TASK` prints the directory of its run"));
         }
+        let held = Held::take(path)?;
         sweep(path).with_context(|| format!("cannot tidy {}", path.display()))?;
-        Ok(Self { path: path.to_owned() })
+        Ok(Self { path: path.to_owned(), _held: held })
     }
 
     /// The file `name`, if there is one.
@@ -82,13 +85,18 @@ fn exists(path: &Path) -> Failure {
 /// How the names of files begin that are not whole yet; whoever is killed leaves one.
 const UNFINISHED: &str = ".unfinished-";
 
+/// Whether the file is one that a killed process was writing.
+pub(crate) fn is_unfinished(entry: &fs::DirEntry) -> bool {
+    entry.file_name().to_string_lossy().starts_with(UNFINISHED)
+}
+
 /// Takes away what a killed process was writing in `directory` and below it.
 pub(crate) fn sweep(directory: &Path) -> io::Result<()> {
     for entry in fs::read_dir(directory)? {
         let entry = entry?;
         if entry.file_type()?.is_dir() {
             sweep(&entry.path())?;
-        } else if entry.file_name().to_string_lossy().starts_with(UNFINISHED) {
+        } else if is_unfinished(&entry) {
             fs::remove_file(entry.path())?;
         }
     }
@@ -125,6 +133,18 @@ mod tests {
         assert_eq!(RunDir::create_numbered(&path).unwrap().path(), temp.path().join("runs/a-2"));
         assert_eq!(RunDir::create_numbered(&path).unwrap().path(), temp.path().join("runs/a-3"));
         assert_eq!(fs::read(path.join("x")).unwrap(), b"1");
+    }
+
+    #[test]
+    fn a_run_that_is_not_over_is_not_opened_again() {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path().join("a");
+        let run = RunDir::create(&path).unwrap();
+        run.write("config.toml", b"").unwrap();
+        let refusal = RunDir::reopen(&path).unwrap_err().to_string();
+        assert!(refusal.contains("at work in"), "{refusal}");
+        drop(run);
+        assert!(RunDir::reopen(&path).is_ok());
     }
 
     #[test]

@@ -1,16 +1,15 @@
 //! A comparison in short: files small enough to be kept for ever, from which everything that is reported follows.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::Path;
 
 use anyhow::Context as _;
-use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
-use crate::compare::Outcome;
+use crate::compare::{Asked, Outcome};
 use crate::failure::Failure;
-use crate::record::write_atomic;
+use crate::record::{from_csv, to_csv, write_atomic};
 
 /// One run: a line of `runs.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -24,6 +23,8 @@ pub(crate) struct Run {
     pub(crate) updates: u64,
     pub(crate) model_steps: u64,
     pub(crate) parameters: Option<usize>,
+    /// Lines of `curves.csv`.
+    pub(crate) checks: usize,
     /// Over the start states of the last evaluation.
     pub(crate) mean_return: Option<f64>,
     pub(crate) failure: Option<String>,
@@ -63,6 +64,8 @@ pub(crate) struct Taken {
 pub(crate) struct Digest {
     /// What the runs depend on besides task, method and seed.
     pub(crate) settings: String,
+    /// What was asked for, which may be more than was done.
+    pub(crate) asked: Vec<Asked>,
     pub(crate) runs: Vec<Run>,
     pub(crate) checks: Vec<Check>,
     pub(crate) models: Vec<Found>,
@@ -70,6 +73,7 @@ pub(crate) struct Digest {
 }
 
 const SETTINGS: &str = "settings.txt";
+const ASKED: &str = "asked.csv";
 const RUNS: &str = "runs.csv";
 const CHECKS: &str = "curves.csv";
 const MODELS: &str = "models.jsonl";
@@ -89,6 +93,7 @@ impl Digest {
             updates: outcome.updates,
             model_steps: outcome.model_steps,
             parameters: outcome.model_parameters,
+            checks: outcome.curve.len(),
             mean_return: outcome.mean_return(),
             failure: outcome.failure.clone(),
         });
@@ -129,10 +134,11 @@ impl Digest {
         let models = models.lines().map(serde_json::from_str).collect::<Result<_, _>>();
         let digest = Self {
             settings: text(SETTINGS)?,
-            runs: rows(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
-            checks: rows(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
+            asked: from_csv(&text(ASKED)?).with_context(|| format!("cannot understand {ASKED}"))?,
+            runs: from_csv(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
+            checks: from_csv(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
             models: models.with_context(|| format!("cannot understand {MODELS}"))?,
-            times: rows(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
+            times: from_csv(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
         };
         digest.check().map_err(|what| {
             Failure::new(format!("{} is not what a comparison wrote: {what}", directory.display()))
@@ -151,6 +157,16 @@ impl Digest {
             }
             if run.mean_return.is_some_and(|value| !value.is_finite()) {
                 return Err(format!("a return in {RUNS} is no number: {} {} seed {}", key.0, key.1, key.2));
+            }
+        }
+        let mut counts = BTreeMap::new();
+        for check in &self.checks {
+            *counts.entry((check.task.as_str(), check.method.as_str(), check.seed)).or_insert(0) += 1;
+        }
+        for Run { task, method, seed, checks, .. } in &self.runs {
+            let found = counts.get(&(task.as_str(), method.as_str(), *seed)).copied().unwrap_or(0);
+            if found != *checks {
+                return Err(format!("{CHECKS} has {found} lines of {task} {method} seed {seed}, {RUNS} says {checks}"));
             }
         }
         let checks = self.checks.iter().map(|c| (CHECKS, (c.task.as_str(), c.method.as_str(), c.seed), c.mean_return));
@@ -176,10 +192,11 @@ impl Digest {
         }
         for (name, contents) in [
             (SETTINGS, self.settings.clone().into_bytes()),
-            (RUNS, csv(&self.runs)?),
-            (CHECKS, csv(&self.checks)?),
+            (ASKED, to_csv(&self.asked)?),
+            (RUNS, to_csv(&self.runs)?),
+            (CHECKS, to_csv(&self.checks)?),
             (MODELS, models.into_bytes()),
-            (TIMES, csv(&self.times)?),
+            (TIMES, to_csv(&self.times)?),
         ] {
             let path = directory.join(name);
             write_atomic(&path, &contents).with_context(|| format!("cannot write {}", path.display()))?;
@@ -213,21 +230,10 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     })
 }
 
-fn rows<T: DeserializeOwned>(text: &str) -> Result<Vec<T>, csv::Error> {
-    csv::Reader::from_reader(text.as_bytes()).deserialize().collect()
-}
-
-fn csv<T: Serialize>(rows: &[T]) -> Result<Vec<u8>, Failure> {
-    let mut writer = csv::Writer::from_writer(Vec::new());
-    for row in rows {
-        writer.serialize(row)?;
-    }
-    Ok(writer.into_inner()?)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compare::Point;
 
     #[test]
     fn what_is_written_is_read_again_with_every_digit() {
@@ -238,7 +244,8 @@ mod tests {
             model_parameters: Some(2),
             ..Outcome::new("pendulum", "sindy", 3)
         };
-        let mut digest = Digest { settings: "version = \"0\"\n".into(), ..Digest::default() };
+        let asked = vec![Asked { task: "pendulum".into(), method: "sac".into(), seeds: 3 }];
+        let mut digest = Digest { settings: "version = \"0\"\n".into(), asked, ..Digest::default() };
         digest.add(&outcome, Some(1.25));
         digest.add(&Outcome::new("pendulum", "sac", 0), None);
         let temp = tempfile::tempdir().expect("a directory");
@@ -251,13 +258,18 @@ mod tests {
 
     #[test]
     fn files_that_do_not_belong_together_are_refused() {
-        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("any", "sac", seed) };
+        let point = Point { real_steps: 10, updates: 0, returns: vec![1.0] };
+        let outcome =
+            |seed| Outcome { returns: vec![1.0; 2], curve: vec![point.clone()], ..Outcome::new("any", "sac", seed) };
         let mut digest = Digest::default();
         digest.add(&outcome(0), Some(1.0));
         digest.add(&outcome(1), Some(1.0));
         assert_eq!(digest.check(), Ok(()));
         let lost = Digest { runs: digest.runs[..1].to_vec(), ..digest.clone() };
-        assert!(lost.check().unwrap_err().contains("timing.csv has any sac seed 1"));
+        assert!(lost.check().unwrap_err().contains("curves.csv has any sac seed 1"));
+        let mut fewer = digest.clone();
+        fewer.checks.pop();
+        assert!(fewer.check().unwrap_err().contains("curves.csv has 0 lines of any sac seed 1, runs.csv says 1"));
         let twice = Digest { runs: [&digest.runs[..], &digest.runs[1..]].concat(), ..digest.clone() };
         assert!(twice.check().unwrap_err().contains("seed 1 twice"));
         digest.runs[0].mean_return = Some(f64::NAN);

@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use serde::Deserialize;
 
 use super::Digest;
-use crate::compare::{Method, Outcome};
+use crate::compare::{Method, Outcome, read_asked};
 use crate::failure::Failure;
 
 /// Every outcome there is in the comparison `root`, whichever command left it: tasks and methods in their usual order, seeds
@@ -17,7 +17,7 @@ pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
     let settings = fs::read_to_string(&path)
         .with_context(|| format!("cannot read {}", path.display()))
         .map_err(|error| Failure::from(error).hint("name the directory of a comparison"))?;
-    let mut digest = Digest { settings, ..Digest::default() };
+    let mut digest = Digest { settings, asked: read_asked(root)?, ..Digest::default() };
     let tasks: Vec<&str> = sindyna_envs::systems().iter().map(sindyna_envs::System::name).collect();
     for (task, method) in tasks.iter().flat_map(|task| Method::ALL.map(|method| (task, method))) {
         let folder = root.join("runs").join(task).join(method.name());

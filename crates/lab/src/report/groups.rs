@@ -5,7 +5,7 @@ use sindyna_core::Spec;
 
 use super::digest::Digest;
 use super::stats::{Interval, interquartile_mean, interval, mean, median};
-use crate::compare::is_anchor;
+use crate::compare::{is_anchor, learns_on_the_real_system};
 use crate::registry;
 
 /// All seeds of one method on one task.
@@ -124,7 +124,7 @@ fn ratio(digest: &Digest, task: &str, method: &str) -> Option<Ratio> {
     };
     let value = over(&theirs, &ours)?;
     let budget = digest.of(task, method).filter(|run| run.solved_after.is_none()).map(|run| run.real_steps).min();
-    let at_least = || over(&[budget? as f64], &ours);
+    let at_least = || over(&[budget.filter(|_| learns_on_the_real_system(method))? as f64], &ours);
     let interval = if method == "sindy" { None } else { interval(&[&theirs, &ours], |s| over(&s[0], &s[1])) };
     Some(Ratio { value, interval, at_least: if value.is_finite() { None } else { at_least() } })
 }

@@ -23,7 +23,7 @@ pub(super) fn page(title: &str, blocks: &[Block]) -> String {
                 open = true;
             }
             Block::Part(name) => text += &format!("<h3>{}</h3>\n", escaped(name)),
-            Block::Text(paragraph) => text += &format!("<p>{}</p>\n", escaped(paragraph)),
+            Block::Text(paragraph) => text += &format!("<p>{}</p>\n", with_code(&escaped(paragraph))),
             Block::Table { words, head, rows } => table(&mut text, *words, head, rows),
             Block::Figures(figures) => {
                 text += "<div class=\"figures\">\n";
@@ -69,6 +69,16 @@ fn table(text: &mut String, words: usize, head: &[String], rows: &[Vec<String>])
     text.push_str("</tbody>\n</table></div>\n");
 }
 
+/// What stands between backticks, as code.
+fn with_code(text: &str) -> String {
+    let mut parts = text.split('`');
+    let mut found = parts.next().unwrap_or("").to_owned();
+    while let (Some(code), rest) = (parts.next(), parts.next()) {
+        found += &format!("<code>{code}</code>{}", rest.unwrap_or(""));
+    }
+    found
+}
+
 pub(super) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
@@ -101,6 +111,7 @@ mod tests {
         let blocks = [
             Block::Section("Equations".into()),
             Block::Code("a < b & c".into()),
+            Block::text("runs of `random` and `hand`."),
             Block::Section("Steps".into()),
             Block::table(
                 2,
@@ -112,6 +123,7 @@ mod tests {
         assert!(
             text.contains("a &lt; b &amp; c") && text.contains("<td class=\"word\"></td><td class=\"word\">n</td>")
         );
+        assert!(text.contains("<p>runs of <code>random</code> and <code>hand</code>.</p>"));
         for tag in ["section", "table", "pre", "div", "main", "html"] {
             let (open, close) = (text.matches(&format!("<{tag}")).count(), text.matches(&format!("</{tag}>")).count());
             assert_eq!(open, close, "{tag}");

@@ -15,6 +15,8 @@ pub(super) fn markdown(title: &str, blocks: &[Block], folder: &str) -> String {
             Block::Text(paragraph) => text += &format!("{paragraph}\n"),
             Block::Table { words, head, rows } => table(&mut text, *words, head, rows),
             Block::Figures(figures) => {
+                // A blank would end the address.
+                let folder = folder.replace(' ', "%20");
                 for figure in figures {
                     let _ = writeln!(text, "![{}]({folder}/{}.svg)", figure.alternative, figure.name);
                 }

@@ -46,7 +46,7 @@ fn grouped(text: &str) -> String {
     let (sign, digits) = whole.strip_prefix('-').map_or(("", whole), |digits| ("−", digits));
     let mut found = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && digits.len() > 4 && (digits.len() - i).is_multiple_of(3) {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             found.push(',');
         }
         found.push(digit);
@@ -61,7 +61,7 @@ mod tests {
     #[test]
     fn numbers_are_grouped_and_signed() {
         for (value, digits, text) in [
-            (-1234.56, 1, "−1234.6"),
+            (-1234.56, 1, "−1,234.6"),
             (613_036.0, 0, "613,036"),
             (-0.04, 1, "0.0"),
             (f64::INFINITY, 0, "∞"),

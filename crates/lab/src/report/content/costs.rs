@@ -24,10 +24,23 @@ pub(super) fn costs(digest: &Digest, groups: &[Group]) -> Vec<Block> {
     let head = ["task", "method", "parameters of the model", "updates", "steps of the model", "wall time [s]"];
     vec![
         Block::Section("Models and costs".into()),
-        Block::text(
+        Block::text(format!(
             "Medians over seeds. Parameters: coefficients that were fitted and are not zero, or weights of networks. Wall time is that of \
-             a whole run with all its checks on one core, which it may have had to share, so it tells orders of magnitude.",
-        ),
+             a whole run with all its checks on one core, which it may have had to share, so it tells orders of magnitude. Added up: {}.",
+            totals(digest)
+        )),
         Block::table(2, head, groups.iter().map(row).collect()),
     ]
+}
+
+/// The time that all runs of each method took together.
+fn totals(digest: &Digest) -> String {
+    let hours = |method: &str| {
+        let seconds: f64 = digest.times.iter().filter(|t| t.method == method).map(|t| t.wall_seconds).sum();
+        format!(
+            "{method} {}",
+            if seconds < 3600.0 { format!("{seconds:.0} s") } else { format!("{:.1} h", seconds / 3600.0) }
+        )
+    };
+    digest.methods().into_iter().map(hours).collect::<Vec<_>>().join(", ")
 }

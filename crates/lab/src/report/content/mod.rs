@@ -58,16 +58,36 @@ fn overview(digest: &Digest) -> String {
     )
 }
 
-/// Pairs of task and method that have fewer seeds than others, and why some have none.
+/// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
 fn gaps(digest: &Digest) -> Option<String> {
-    let (tasks, methods) = (digest.tasks(), digest.methods());
+    let asked = |task: &str, method: &str| {
+        digest.asked.iter().find(|a| a.task == task && a.method == method).map(|a| a.seeds as usize)
+    };
     let count = |task: &str, method: &str| digest.of(task, method).count();
+    let named = digest.asked.iter().map(|a| (a.task.as_str(), a.method.as_str()));
+    let (mut tasks, mut methods) = (digest.tasks(), digest.methods());
+    for (task, method) in named {
+        if !tasks.contains(&task) {
+            tasks.push(task);
+        }
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
     let pairs = || tasks.iter().flat_map(|task| methods.iter().map(move |method| (*task, *method)));
     let most = pairs().map(|(task, method)| count(task, method)).max().unwrap_or(0);
-    let gap = |(task, method): (&str, &str)| match count(task, method) {
-        0 if Method::named(method).is_ok_and(|m| !m.fits(task)) => Some(format!("{method} is not for {task}")),
-        few if few < most => Some(format!("{method} on {task} has {} of {most}", plural(few, "run"))),
-        _ => None,
+    let gap = |(task, method): (&str, &str)| {
+        let few = count(task, method);
+        match asked(task, method) {
+            Some(all) if few < all => {
+                Some(format!("{method} on {task} has {few} of the {} asked for", plural(all, "run")))
+            }
+            _ if few == 0 && Method::named(method).is_ok_and(|m| !m.fits(task)) => {
+                Some(format!("{method} is not for {task}"))
+            }
+            _ if few < most => Some(format!("{method} on {task} has {} of {most}", plural(few, "run"))),
+            _ => None,
+        }
     };
     let gaps: Vec<String> = pairs().filter_map(gap).collect();
     (!gaps.is_empty()).then(|| format!("Not in it: {}.", gaps.join("; ")))
@@ -76,7 +96,7 @@ fn gaps(digest: &Digest) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::Outcome;
+    use crate::compare::{Asked, Outcome};
     use crate::report::groups;
 
     #[test]
@@ -93,6 +113,11 @@ mod tests {
         }
         let told = gaps(&digest).expect("there are gaps");
         assert_eq!(told, "Not in it: lqr is not for pendulum; sac on cart-pole has 1 run of 2.");
+        let asked = |task: &str, method: &str| Asked { task: task.into(), method: method.into(), seeds: 3 };
+        digest.asked = vec![asked("cart-pole", "sac"), asked("mountain-car", "sindy")];
+        let told = gaps(&digest).expect("there are gaps");
+        assert!(told.contains("sac on cart-pole has 1 of the 3 runs asked for"), "{told}");
+        assert!(told.contains("sindy on mountain-car has 0 of the 3 runs asked for"), "{told}");
         assert!(overview(&digest).starts_with("5 runs of 2 methods on 2 tasks, 2 seeds"));
     }
 
