@@ -56,8 +56,6 @@ def peer(task, seed, settings):
         left, held = 0, None
 
         def _sample_action(self, learning_starts, action_noise=None, n_envs=1):
-            if self.num_timesteps < learning_starts:
-                return super()._sample_action(learning_starts, action_noise, n_envs)
             if real.fresh or self.left == 0:
                 real.fresh, self.left = False, schedule["held_steps"]
                 self.held = super()._sample_action(learning_starts, action_noise, n_envs)

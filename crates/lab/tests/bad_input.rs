@@ -47,6 +47,14 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1"]);
     refuses(&["train", "pendulum", "--solver", "least-squares", "--ridge", "-1"], &["ridge", "-1"]);
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
+    refuses(
+        &["train", "pendulum", "--threshold", "0.1"],
+        &["--threshold means nothing to the solver `best-subset`", "--solver stlsq"],
+    );
+    refuses(
+        &["train", "pendulum", "--ridge", "0.1"],
+        &["add `--solver stlsq` or `--solver least-squares`, or leave --ridge out"],
+    );
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
     for noise in ["-0.1", "1.5", "NaN"] {

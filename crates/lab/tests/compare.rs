@@ -67,24 +67,31 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
 /// All methods on all tasks, with too few real steps for most to solve anything.
 #[test]
 fn every_method_comes_to_an_end_on_every_task() {
+    // Tasks, real steps, and how many of them come after the random ones of `sac` and of `mbpo`.
+    let budgets = [("cart-pole,pendulum,inverted-pendulum", 260, 160, 10), ("mountain-car", 1_010, 10, 10)];
     let temp = tempfile::tempdir().unwrap();
     let methods = "sindy,mbpo,mbpo-paper,sac,sac20,truth,lqr,hand,random";
-    let args = ["compare", "--methods", methods, "--seeds", "1", "--budget", "260", "--quiet", "--out", "all"];
-    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
-    assert_eq!(code, 0, "{stdout}{stderr}");
-    let outcome = |task: &str, method: &str| json(&temp.path().join(format!("all/runs/{task}/{method}/seed-0.json")));
-    for task in ["cart-pole", "mountain-car", "pendulum", "inverted-pendulum"] {
-        let sindy = outcome(task, "sindy");
-        assert_eq!((&sindy["solved_after"], &sindy["failure"]), (&10.into(), &serde_json::Value::Null), "{task}");
-        for (method, updates) in [("sac", 160), ("sac20", 20 * 160), ("mbpo", 100), ("mbpo-paper", 100)] {
-            let run = outcome(task, method);
-            assert_eq!(run["failure"], serde_json::Value::Null, "{task} {method}");
-            assert_eq!((&run["real_steps"], &run["updates"]), (&260.into(), &updates.into()), "{task} {method}");
-            assert_eq!(run["returns"].as_array().unwrap().len(), 100);
+    for (tasks, budget, sac, mbpo) in budgets {
+        let (out, steps) = (format!("to-{budget}"), budget.to_string());
+        let args = ["compare", "--tasks", tasks, "--methods", methods, "--seeds", "1", "--quiet"];
+        let args = [&args[..], &["--budget", &steps, "--out", &out]].concat();
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        for task in tasks.split(',') {
+            let outcome = |method: &str| json(&temp.path().join(format!("{out}/runs/{task}/{method}/seed-0.json")));
+            let sindy = outcome("sindy");
+            assert_eq!((&sindy["solved_after"], &sindy["failure"]), (&10.into(), &serde_json::Value::Null), "{task}");
+            for (method, updates) in [("sac", sac), ("sac20", 20 * sac), ("mbpo", 10 * mbpo), ("mbpo-paper", 10 * mbpo)]
+            {
+                let run = outcome(method);
+                assert_eq!(run["failure"], serde_json::Value::Null, "{task} {method}");
+                assert_eq!((&run["real_steps"], &run["updates"]), (&budget.into(), &updates.into()), "{task} {method}");
+                assert_eq!(run["returns"].as_array().unwrap().len(), 100);
+            }
+            // One round of branching, a hundred imagined steps for each of 250 real ones; none from states that end the task.
+            let imagined = outcome("mbpo")["model_steps"].as_u64().unwrap();
+            assert!((20_000..=25_000).contains(&imagined), "{task}: {imagined}");
         }
-        // One round of branching, a hundred imagined steps for each of 250 real ones; none from states that end the task.
-        let imagined = outcome(task, "mbpo")["model_steps"].as_u64().unwrap();
-        assert!((20_000..=25_000).contains(&imagined), "{task}: {imagined}");
     }
 }
 

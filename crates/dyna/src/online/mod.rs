@@ -218,7 +218,7 @@ struct Practice {
 }
 
 impl Practice {
-    /// One real step; a policy's action is held for `held_steps`.
+    /// One real step; an action is held for `held_steps`.
     fn step(
         &mut self,
         env: &mut dyn Environment,
@@ -236,7 +236,7 @@ impl Practice {
             self.held -= 1;
         } else {
             actor.act(&before, &self.data, rng, &mut self.action);
-            self.held = if matches!(actor, Actor::Policy(..)) { held_steps.saturating_sub(1) } else { 0 };
+            self.held = held_steps.saturating_sub(1);
         }
         let outcome = env.step(&self.action, rng)?;
         // The environment accepted the action, so it is one of the space's.

@@ -9,7 +9,7 @@ pub struct OnlineSchedule {
     pub real_steps: usize,
     /// Real steps of the explorer, before the agent acts and learns.
     pub first_steps: usize,
-    /// Real steps for which an action is held while the agent explores: 1 for none, more where a single push does nothing.
+    /// Real steps for which every explored action is held: 1 for none, more where a single push does nothing.
     pub held_steps: usize,
     /// Updates after every real step: the update-to-data ratio.
     pub updates_per_step: usize,

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use super::settings::set;
+use crate::failure::Failure;
 use crate::identification::IdentificationConfig;
 
 /// Options that change how equations are found.
@@ -42,5 +43,20 @@ impl IdentificationOptions {
         set(&mut settings.threshold, &self.threshold);
         set(&mut settings.ridge, &self.ridge);
         set(&mut settings.target, &self.target);
+    }
+
+    /// Refuses options that the solver of `settings` does not know: they would change nothing.
+    pub(crate) fn check(&self, settings: &IdentificationConfig) -> Result<(), Failure> {
+        let solver = settings.solver.as_str();
+        for (option, given, known) in [
+            ("--threshold", self.threshold.is_some(), &["stlsq"][..]),
+            ("--ridge", self.ridge.is_some(), &["stlsq", "least-squares"]),
+        ] {
+            if given && !known.contains(&solver) {
+                return Err(Failure::new(format!("{option} means nothing to the solver `{solver}`"))
+                    .hint(format!("add `--solver {}`, or leave {option} out", known.join("` or `--solver "))));
+            }
+        }
+        Ok(())
     }
 }

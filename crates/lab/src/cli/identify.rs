@@ -108,6 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
+    args.identification.check(&settings)?;
     let identifier = settings.identifier(&log.spec)?;
     check_size(&identifier, &log)?;
     let found = args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(explain)?;

@@ -117,6 +117,7 @@ impl Settings {
         for text in &self.overrides {
             config = config.with(text)?;
         }
+        self.identification.check(&config.identification)?;
         self.settle_coordinates(&mut config);
         self.settle_patience(&mut config);
         if config.task != problem.name() {

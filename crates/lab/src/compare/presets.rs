@@ -24,19 +24,18 @@ const ENOUGH: usize = 3;
 /// Soft actor-critic on the real system with so many updates a step.
 ///
 /// Settings are those of Stable-Baselines3 (two layers of 256, batch 256, learning rate 3e-4, γ 0.99, τ 0.005), but for what
-/// RL-Baselines3-Zoo found better: pendulum's learning rate of 1e-3. On mountain-car actions are held, since single random pushes
-/// never leave the valley (the zoo has state-dependent noise for that), and γ is 0.999. Cart-pole's actions are numbered, for
+/// RL-Baselines3-Zoo found better: pendulum's learning rate of 1e-3. On mountain-car actions are held, the first random ones for
+/// longer than elsewhere, since single pushes never leave the valley (the zoo has state-dependent noise for that). Cart-pole's actions are numbered, for
 /// which neither has settings: networks are as small as Christodoulou's, and what else differs solved it with the fewest steps of what
 /// was tried on other seeds than those of a comparison (docs/notes/2026-11-21-baselines.md). The budgets are the paper's.
 pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
     let (real_steps, every) = budget(&spec.name);
     let mut sac = SacConfig { hidden: vec![256, 256], ..SacConfig::default() };
-    let mut held_steps = 1;
+    let (mut first_steps, mut held_steps) = (100, 1);
     match spec.name.as_str() {
         "pendulum" => sac.learning_rate = 1e-3,
         "mountain-car" => {
-            held_steps = 20;
-            sac.discount = 0.999;
+            (first_steps, held_steps) = (1_000, 20);
             sac.polyak = 0.01;
             sac.initial_temperature = 0.1;
         }
@@ -56,7 +55,7 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
     }
     let schedule = OnlineSchedule {
         real_steps,
-        first_steps: 100,
+        first_steps,
         held_steps,
         updates_per_step,
         batch_size: sac.batch_size,
@@ -76,7 +75,8 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
 pub(crate) fn mbpo(spec: &Spec, ensemble: EnsembleConfig) -> Preset {
     let Preset { schedule, sac, .. } = sac(spec, 10);
     let branches = Branches { every: 250, per_step: 100, length: 1, rounds_kept: 1, real_share: 0.05 };
-    let schedule = OnlineSchedule { first_steps: 250, branches: Some(branches), ..schedule };
+    let first_steps = schedule.first_steps.max(250);
+    let schedule = OnlineSchedule { first_steps, branches: Some(branches), ..schedule };
     Preset { schedule, sac, ensemble: Some(EnsembleConfig { max_steps: Some(600), ..ensemble }) }
 }
 
