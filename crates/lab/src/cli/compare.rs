@@ -1,7 +1,7 @@
 //! `sindyna compare`: methods side by side.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::builder::NonEmptyStringValueParser;
@@ -10,7 +10,7 @@ use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Job, Method, Outcome, Store, is_anchor};
+use crate::compare::{Job, Method, Outcome, Pace, Store, is_anchor};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -76,23 +76,30 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let jobs = args.jobs(&progress)?;
     let settings = settings(args.budget)?;
     let store = Store::open(&args.out, &settings, &jobs)?;
-    let (start, done) = (Instant::now(), AtomicUsize::new(0));
-    let left: Vec<&Job> = jobs.iter().filter(|job| store.done(job).is_none()).collect();
-    progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), jobs.len() - left.len()));
+    let (before, left): (Vec<&Job>, Vec<&Job>) = jobs.iter().partition(|job| store.done(job).is_some());
+    progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), before.len()));
     let stop = || interrupt.pressed();
-    args.common.pool()?.install(|| {
+    let pool = args.common.pool()?;
+    let mut pace = Pace::new(left.iter().copied(), pool.current_num_threads());
+    before.iter().for_each(|job| pace.know(job, store.seconds(job).unwrap_or(0.0)));
+    let state = Mutex::new((0, pace));
+    pool.install(|| {
         // One job after the other goes to whichever core is free.
-        left.par_iter().with_max_len(1).try_for_each(|job| {
+        left.iter().par_bridge().try_for_each(|job| {
             let begun = Instant::now();
             let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(()) };
-            store.keep(job, &outcome, begun.elapsed().as_secs_f64())?;
-            let count = done.fetch_add(1, Ordering::Relaxed) + 1;
-            progress.say(&line(&outcome, count, left.len(), start));
+            let seconds = begun.elapsed().as_secs_f64();
+            store.keep(job, &outcome, seconds)?;
+            let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+            state.0 += 1;
+            state.1.done(job, seconds);
+            progress.say(&line(&outcome, state.0, left.len(), &state.1));
             Ok::<_, Failure>(())
         })
     })?;
     // A comparison stopped before its first run came to an end has nothing to report.
-    let any = done.into_inner() > 0 || left.len() < jobs.len();
+    let done = state.into_inner().unwrap_or_else(PoisonError::into_inner).0;
+    let any = done > 0 || !before.is_empty();
     if any {
         let digest = gather(&args.out)?;
         digest.write(&args.out.join(DIGEST))?;
@@ -114,11 +121,13 @@ impl Args {
         let mut tasks = self.tasks.clone();
         unique(&mut methods);
         unique(&mut tasks);
-        for task in &tasks {
-            let system = registry::system(task)?;
-            for &method in methods.iter().filter(|m| m.fits(task)) {
-                let budget = self.budget.map(|steps| steps as usize);
-                jobs.extend((0..self.seeds).map(|seed| Job { system: system.clone(), method, seed, budget }));
+        let systems = tasks.iter().map(|task| registry::system(task)).collect::<Result<Vec<_>, _>>()?;
+        let budget = self.budget.map(|steps| steps as usize);
+        // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
+        for seed in 0..self.seeds {
+            for system in &systems {
+                let fitting = methods.iter().filter(|m| m.fits(system.name()));
+                jobs.extend(fitting.map(|&method| Job { system: system.clone(), method, seed, budget }));
             }
         }
         for method in &methods {
@@ -164,7 +173,7 @@ fn settings(budget: Option<u64>) -> Result<String, Failure> {
 }
 
 /// How one run came out, and how long the rest will take.
-fn line(outcome: &Outcome, count: usize, total: usize, start: Instant) -> String {
+fn line(outcome: &Outcome, count: usize, total: usize, pace: &Pace) -> String {
     let result = match (&outcome.failure, outcome.solved_after) {
         (Some(failure), _) => format!("failed: {failure}"),
         // Real steps say nothing of who knows the answer beforehand.
@@ -172,7 +181,7 @@ fn line(outcome: &Outcome, count: usize, total: usize, start: Instant) -> String
         (None, Some(steps)) => format!("solved after {steps} real steps"),
         (None, None) => "not solved".into(),
     };
-    let seconds = start.elapsed().as_secs_f64() / count as f64 * (total - count) as f64;
+    let seconds = pace.seconds_left().unwrap_or(0.0);
     let left = if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) };
     format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
 }

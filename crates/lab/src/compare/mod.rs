@@ -3,6 +3,7 @@
 mod asked;
 mod method;
 mod outcome;
+mod pace;
 mod presets;
 mod run;
 mod store;
@@ -12,5 +13,6 @@ pub(crate) use method::{Method, is_anchor, learns_on_the_real_system};
 #[cfg(test)]
 pub(crate) use outcome::Point;
 pub(crate) use outcome::{Outcome, mean};
+pub(crate) use pace::Pace;
 pub(crate) use run::Job;
-pub(crate) use store::{Store, read_asked};
+pub(crate) use store::{Store, read_asked, read_seconds};

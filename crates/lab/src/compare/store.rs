@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
+use serde::{Deserialize, Serialize};
 
 use super::asked::{self, Asked};
 use super::{Job, Outcome};
@@ -54,6 +55,11 @@ impl Store {
         serde_json::from_slice(&fs::read(self.path(job, "json")).ok()?).ok()
     }
 
+    /// The seconds that `job` took, if it was done before.
+    pub(crate) fn seconds(&self, job: &Job) -> Option<f64> {
+        read_seconds(&self.path(job, "timing.json"))
+    }
+
     /// Keeps an outcome, the seconds it took in a file of its own, and the settings of its method.
     pub(crate) fn keep(&self, job: &Job, outcome: &Outcome, seconds: f64) -> Result<(), Failure> {
         let path = self.path(job, "json");
@@ -64,8 +70,7 @@ impl Store {
             let settings_path = path.with_file_name("settings.toml");
             save(&settings_path, settings.as_bytes())?;
         }
-        let timing = serde_json::json!({ "wall_seconds": seconds });
-        save(&self.path(job, "timing.json"), &json(&timing)?)?;
+        save(&self.path(job, "timing.json"), &json(&Timing { wall_seconds: seconds })?)?;
         save(&path, &json(outcome)?)?;
         Ok(())
     }
@@ -74,6 +79,17 @@ impl Store {
         let folder = self.root.join("runs").join(job.system.name()).join(job.method.name());
         folder.join(format!("seed-{}.{extension}", job.seed))
     }
+}
+
+/// How long a run took, in a file apart from its outcome because no two are the same.
+#[derive(Serialize, Deserialize)]
+struct Timing {
+    wall_seconds: f64,
+}
+
+/// The seconds in the file `path`, if it is there.
+pub(crate) fn read_seconds(path: &Path) -> Option<f64> {
+    Some(serde_json::from_slice::<Timing>(&fs::read(path).ok()?).ok()?.wall_seconds)
 }
 
 /// What was asked of the comparison in `root`; nothing if it is older than such records.

@@ -4,10 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::Context as _;
-use serde::Deserialize;
 
 use super::Digest;
-use crate::compare::{Method, Outcome, read_asked};
+use crate::compare::{Method, Outcome, read_asked, read_seconds};
 use crate::failure::Failure;
 
 /// Every outcome there is in the comparison `root`, whichever command left it: tasks and methods in their usual order, seeds
@@ -28,7 +27,7 @@ pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
             let path = folder.join(format!("seed-{seed}.json"));
             let read = || anyhow::Ok(serde_json::from_slice::<Outcome>(&fs::read(&path)?)?);
             let outcome = read().with_context(|| format!("cannot read {}", path.display()))?;
-            digest.add(&outcome, seconds(&folder.join(format!("seed-{seed}.timing.json"))));
+            digest.add(&outcome, read_seconds(&folder.join(format!("seed-{seed}.timing.json"))));
         }
     }
     if digest.runs.is_empty() {
@@ -46,13 +45,4 @@ fn seeds(folder: &Path) -> Vec<u64> {
     let mut seeds: Vec<u64> = entries.flatten().filter_map(|e| seed(e.file_name().to_str()?)).collect();
     seeds.sort_unstable();
     seeds
-}
-
-/// The seconds in the file `path`, if it is there.
-fn seconds(path: &Path) -> Option<f64> {
-    #[derive(Deserialize)]
-    struct Timing {
-        wall_seconds: f64,
-    }
-    Some(serde_json::from_slice::<Timing>(&fs::read(path).ok()?).ok()?.wall_seconds)
 }
