@@ -155,6 +155,11 @@ fn a_digest_tells_all_that_its_comparison_does() {
     for figure in figures {
         assert!(temp.path().join(figure).is_file(), "{figure} is missing");
     }
+    told(&["report", "kept", "--markdown", "page.md"]);
+    fs::write(temp.path().join("README.md"), "# Mine\n").unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "kept", "--markdown", "README.md"]));
+    assert!(code == 2 && stderr.contains("README.md is there already and is no report"), "{stderr}");
+    assert_eq!(fs::read_to_string(temp.path().join("README.md")).unwrap(), "# Mine\n");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all/runs"]));
     assert!(code == 2 && stderr.contains("name the directory of a comparison"), "{stderr}");
 }

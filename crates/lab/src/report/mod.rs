@@ -49,6 +49,12 @@ pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], source: &Path, p
     let folder = path.with_extension("");
     let name = folder.file_name().and_then(|name| name.to_str()).filter(|_| folder != path);
     let name = name.ok_or_else(|| Failure::new(format!("{} is no name of a Markdown file", path.display())))?;
+    // What somebody wrote by hand is not written over.
+    let other = fs::read(path).is_ok_and(|text| !text.starts_with(format!("# {TITLE}\n").as_bytes()));
+    if other {
+        return Err(Failure::new(format!("{} is there already and is no report", path.display()))
+            .hint("name another file with --markdown"));
+    }
     let command = format!("Made by `sindyna report {} --markdown {}`.", source.display(), path.display());
     let mut blocks = vec![Block::text(command)];
     blocks.extend(content::blocks(digest, groups));
