@@ -187,6 +187,26 @@ fn what_cannot_be_compared_is_refused() {
 }
 
 #[test]
+fn with_its_whole_budget_a_method_goes_on_after_it_has_solved_the_task() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["compare", "--tasks", "cart-pole", "--methods", "sac", "--seeds", "4", "--budget", "2000", "--quiet"];
+    for more in [&["--out", "short"][..], &["--out", "whole", "--whole-budget"]] {
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], more].concat()));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+    }
+    let outcome = |out: &str, seed| json(&temp.path().join(format!("{out}/runs/cart-pole/sac/seed-{seed}.json")));
+    let mut ended = 0;
+    for seed in 0..4 {
+        let (short, whole) = (outcome("short", seed), outcome("whole", seed));
+        assert_eq!((&short["solved_after"], &whole["real_steps"]), (&whole["solved_after"], &2_000.into()), "{seed}");
+        ended += usize::from(short["real_steps"].as_u64() < Some(2_000));
+    }
+    assert!(ended > 0, "of four seeds one solves it");
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["--out", "whole"]].concat()));
+    assert!(code == 2 && stderr.contains("other settings: whole_budget true there, none here"), "{stderr}");
+}
+
+#[test]
 fn a_task_or_method_named_twice_counts_once() {
     let temp = tempfile::tempdir().unwrap();
     let args = ["compare", "--tasks", "pendulum,pendulum", "--methods", "hand,hand", "--seeds", "1", "--quiet"];

@@ -51,6 +51,9 @@ pub(crate) struct Args {
     /// Real steps at most, for those who learn on the real system [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
+    /// Go on after a task is solved, up to the last of the real steps: what methods reach in the end
+    #[arg(long)]
+    whole_budget: bool,
     /// Directory of the comparison, new or to go on with
     #[arg(long, value_name = "DIR", default_value = "runs/compare")]
     out: PathBuf,
@@ -74,7 +77,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(args.common.quiet);
     let jobs = args.jobs(&progress)?;
-    let settings = settings(args.budget)?;
+    let settings = settings(args)?;
     let store = Store::open(&args.out, &settings, &jobs)?;
     let (before, left): (Vec<&Job>, Vec<&Job>) = jobs.iter().partition(|job| store.done(job).is_some());
     progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), before.len()));
@@ -122,12 +125,12 @@ impl Args {
         unique(&mut methods);
         unique(&mut tasks);
         let systems = tasks.iter().map(|task| registry::system(task)).collect::<Result<Vec<_>, _>>()?;
-        let budget = self.budget.map(|steps| steps as usize);
+        let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
         for seed in 0..self.seeds {
             for system in &systems {
                 let fitting = methods.iter().filter(|m| m.fits(system.name()));
-                jobs.extend(fitting.map(|&method| Job { system: system.clone(), method, seed, budget }));
+                jobs.extend(fitting.map(|&method| Job { system: system.clone(), method, seed, budget, whole_budget }));
             }
         }
         for method in &methods {
@@ -163,12 +166,18 @@ struct Settings {
     isa: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     budget: Option<u64>,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    whole_budget: bool,
 }
 
-fn settings(budget: Option<u64>) -> Result<String, Failure> {
-    let isa = Isa::widest();
-    let settings =
-        Settings { version: env!("CARGO_PKG_VERSION"), commit: env!("SINDYNA_COMMIT"), isa: isa.name(), budget };
+fn settings(args: &Args) -> Result<String, Failure> {
+    let settings = Settings {
+        version: env!("CARGO_PKG_VERSION"),
+        commit: env!("SINDYNA_COMMIT"),
+        isa: Isa::widest().name(),
+        budget: args.budget,
+        whole_budget: args.whole_budget,
+    };
     Ok(toml::to_string(&settings)?)
 }
 

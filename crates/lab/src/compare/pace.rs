@@ -62,7 +62,7 @@ mod tests {
     use crate::registry;
 
     fn job(task: &str, method: Method, seed: u64) -> Job {
-        Job { system: registry::system(task).unwrap(), method, seed, budget: None }
+        Job { system: registry::system(task).unwrap(), method, seed, budget: None, whole_budget: false }
     }
 
     #[test]

@@ -18,8 +18,8 @@ pub(crate) struct Preset {
 /// Episodes of a check, as in the paper.
 const EPISODES: usize = 10;
 
-/// Checks in a row that have to reach the mark before a run ends.
-const ENOUGH: usize = 3;
+/// Checks in a row that have to reach the mark before a task counts as solved, and a run ends.
+pub(crate) const ENOUGH: usize = 3;
 
 /// Soft actor-critic on the real system with so many updates a step.
 ///

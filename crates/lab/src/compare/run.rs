@@ -11,7 +11,7 @@ use sindyna_sindy::{Identifier, Model};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
-use super::presets::{Preset, mbpo, sac};
+use super::presets::{ENOUGH, Preset, mbpo, sac};
 use crate::config::{AnyAgent, TrainConfig, agent};
 use crate::failure::Failure;
 use crate::registry;
@@ -27,6 +27,8 @@ pub(crate) struct Job {
     pub(crate) seed: u64,
     /// Real steps at most for those who learn on the real system, if they are not the task's.
     pub(crate) budget: Option<usize>,
+    /// Whether they go on after they have solved the task.
+    pub(crate) whole_budget: bool,
 }
 
 impl Job {
@@ -95,6 +97,9 @@ impl Job {
             preset.schedule.real_steps = budget;
             // Who may not go so far is looked at where the steps end.
             preset.schedule.checks.every = preset.schedule.checks.every.min(budget);
+        }
+        if self.whole_budget {
+            preset.schedule.checks.enough = 0;
         }
         Some(preset)
     }
@@ -176,21 +181,16 @@ impl Job {
         match self.agent(preset.sac.clone())? {
             AnyAgent::Sac(sac) => {
                 let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
-                self.account(left, preset, outcome)
+                self.account(left, outcome)
             }
             AnyAgent::SacDiscrete(sac) => {
                 let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
-                self.account(left, preset, outcome)
+                self.account(left, outcome)
             }
         }
     }
 
-    fn account<M, P: Policy>(
-        &self,
-        left: Practised<M, P>,
-        preset: &Preset,
-        outcome: &mut Outcome,
-    ) -> Result<Ended, Failure> {
+    fn account<M, P: Policy>(&self, left: Practised<M, P>, outcome: &mut Outcome) -> Result<Ended, Failure> {
         if left.interrupted {
             return Ok(Ended::Interrupted);
         }
@@ -201,12 +201,10 @@ impl Job {
         outcome.curve =
             points.map(|c| Point { real_steps: c.real_steps, updates: c.updates, returns: c.returns }).collect();
         self.judge(&left.policy, outcome)?;
-        // A task is solved where the checks that ended the run began.
-        let enough = preset.schedule.checks.enough;
-        outcome.solved_after = match outcome.curve.len() {
-            n if left.enough && n >= enough => Some(outcome.curve[n - enough].real_steps),
-            _ => None,
-        };
+        // A task is solved where the first of so many checks in a row began that all reach the mark.
+        let reaches = |point: &Point| self.system.spec().solved_at.is_some_and(|mark| mean(&point.returns) >= mark);
+        let solved = outcome.curve.windows(ENOUGH).find(|checks| checks.iter().all(reaches));
+        outcome.solved_after = solved.map(|checks| checks[0].real_steps);
         Ok(Ended::Whole)
     }
 
