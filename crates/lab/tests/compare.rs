@@ -49,9 +49,9 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
     assert_eq!(code, 0, "{stdout}{stderr}");
     let whole = files(&temp.path().join("whole"));
     // A controller for both tasks, a regulator for one, random actions for both: two seeds each; settings of the regulator's
-    // data. Settings, what was asked, summary and table of all; five files of the digest; the curves of two tasks and two profiles,
+    // data. Settings, what was asked, summary and table of all; six files of the digest; the curves of two tasks and two profiles,
     // twice each.
-    assert_eq!(whole.len(), 2 * 5 + 1 + 4 + 5 + 2 * 4, "{:?}", whole.keys());
+    assert_eq!(whole.len(), 2 * 5 + 1 + 4 + 6 + 2 * 4, "{:?}", whole.keys());
     let summary = json(&temp.path().join("whole/summary.json"));
     let hand = summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "hand").unwrap();
     assert_eq!((&hand["solved"], &hand["runs"], &hand["steps"]), (&2.into(), &2.into(), &serde_json::Value::Null));
@@ -172,7 +172,7 @@ fn what_cannot_be_compared_is_refused() {
         (&["--tasks", "pendulums"], "did you mean `pendulum`?"),
         (&["--tasks", "pendulum", "--methods", "lqr"], "none of these methods fits"),
         (&["--seeds", "0"], "--seeds"),
-        (&["--methods", "sac,"], "--methods"),
+        (&["--methods", "sac,"], "a name in the list is empty"),
     ] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["compare", "--out", "new"], args].concat()));
         assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use clap::builder::NonEmptyStringValueParser;
 use rayon::prelude::*;
 use serde::Serialize;
 use sindyna_rl::Isa;
@@ -32,7 +31,7 @@ pub(crate) struct Args {
         long,
         value_name = "NAMES",
         value_delimiter = ',',
-        value_parser = NonEmptyStringValueParser::new(),
+        value_parser = name,
         default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum"
     )]
     tasks: Vec<String>,
@@ -41,7 +40,7 @@ pub(crate) struct Args {
         long,
         value_name = "NAMES",
         value_delimiter = ',',
-        value_parser = NonEmptyStringValueParser::new(),
+        value_parser = name,
         default_value = "sindy,sac,lqr,hand,random"
     )]
     methods: Vec<String>,
@@ -80,11 +79,13 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let settings = settings(args)?;
     let store = Store::open(&args.out, &settings, &jobs)?;
     let (before, left): (Vec<&Job>, Vec<&Job>) = jobs.iter().partition(|job| store.done(job).is_some());
-    progress.say(&format!("{}, {} of them done before", plural(jobs.len(), "run"), before.len()));
     let stop = || interrupt.pressed();
     let pool = args.common.pool()?;
     let mut pace = Pace::new(left.iter().copied(), pool.current_num_threads());
     before.iter().for_each(|job| pace.know(job, store.seconds(job).unwrap_or(0.0)));
+    let time =
+        pace.seconds_left().filter(|_| !left.is_empty()).map_or_else(String::new, |s| format!(", {} left", shown(s)));
+    progress.say(&format!("{}, {} of them done before{time}", plural(jobs.len(), "run"), before.len()));
     let state = Mutex::new((0, pace));
     pool.install(|| {
         // One job after the other goes to whichever core is free.
@@ -108,13 +109,19 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         digest.write(&args.out.join(DIGEST))?;
         let groups = groups(&digest);
         report::write(&digest, &groups, &args.out)?;
-        print(&format!("{}\nrecord: {}\n", super::report::table(&groups), super::report::contents(&args.out)))?;
+        let (table, missing) = (super::report::table(&groups), super::report::missing(&digest));
+        print(&format!("{table}\n{missing}record: {}\n", super::report::contents(&args.out)))?;
     }
     if interrupt.pressed() {
         progress.say("stopped; give the same command again to go on");
         return Ok(Verdict::Interrupted);
     }
     Ok(Verdict::Done)
+}
+
+/// A name in a list.
+fn name(text: &str) -> Result<String, &'static str> {
+    if text.is_empty() { Err("a name in the list is empty") } else { Ok(text.to_owned()) }
 }
 
 impl Args {
@@ -138,6 +145,12 @@ impl Args {
             if !not.is_empty() {
                 progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }
+        }
+        let learners = jobs.iter().filter_map(|job| job.steps_to_be_solved());
+        if let (Some(budget), Some(least)) = (budget, learners.max())
+            && budget < least
+        {
+            progress.say(&format!("note: within {budget} real steps nothing can count as solved; checks take {least}"));
         }
         if jobs.is_empty() {
             return Err(Failure::new("none of these methods fits any of these tasks")
@@ -190,7 +203,10 @@ fn line(outcome: &Outcome, count: usize, total: usize, pace: &Pace) -> String {
         (None, Some(steps)) => format!("solved after {steps} real steps"),
         (None, None) => "not solved".into(),
     };
-    let seconds = pace.seconds_left().unwrap_or(0.0);
-    let left = if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) };
+    let left = shown(pace.seconds_left().unwrap_or(0.0));
     format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
+}
+
+fn shown(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
 }

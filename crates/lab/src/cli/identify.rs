@@ -103,12 +103,12 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     if let Some(out) = &args.out {
         RunDir::refuse_existing(out)?;
     }
-    let progress = Progress::new(args.common.quiet);
-    let log = Log::read(&args.log, &args.options()?)?;
-    progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
     args.identification.check(&settings)?;
+    let progress = Progress::new(args.common.quiet);
+    let log = Log::read(&args.log, &args.options()?)?;
+    progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
     check_size(&identifier, &log)?;
     let found = args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(explain)?;

@@ -44,13 +44,18 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
             contents(directory)
         }
     };
-    print(&format!("{}\nreport: {written}\n", table(&groups)))?;
+    print(&format!("{}\n{}report: {written}\n", table(&groups), missing(&digest)))?;
     Ok(Verdict::Done)
 }
 
 /// What lies in the directory of a report.
 pub(super) fn contents(directory: &Path) -> String {
     format!("{} (report.html to look at, figures, table.md, summary.json)", directory.display())
+}
+
+/// A line about runs that are not there, if some are not.
+pub(super) fn missing(digest: &Digest) -> String {
+    report::gaps(digest).map_or_else(String::new, |gaps| gaps + "\n")
 }
 
 /// The table for the terminal.

@@ -83,6 +83,11 @@ impl Job {
         })
     }
 
+    /// Real steps before which no run of those who learn on the real system can count as solved.
+    pub(crate) fn steps_to_be_solved(&self) -> Option<usize> {
+        Some(Self { budget: None, ..self.clone() }.preset()?.schedule.checks.every * ENOUGH)
+    }
+
     /// What those learn with who learn on the real system.
     fn preset(&self) -> Option<Preset> {
         let spec = self.system.spec();

@@ -78,6 +78,21 @@ const RUNS: &str = "runs.csv";
 const CHECKS: &str = "curves.csv";
 const MODELS: &str = "models.jsonl";
 const TIMES: &str = "timing.csv";
+const SUMS: &str = "checksums.csv";
+
+/// What one file held when it was written: a line of `checksums.csv`, which has all files that are the same every time.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct Sum {
+    file: String,
+    bytes: usize,
+    crc32: String,
+}
+
+impl Sum {
+    fn of(file: &str, contents: &[u8]) -> Self {
+        Self { file: file.into(), bytes: contents.len(), crc32: format!("{:08x}", crc32fast::hash(contents)) }
+    }
+}
 
 impl Digest {
     /// Adds a run, and the seconds it took where they are known.
@@ -140,7 +155,16 @@ impl Digest {
             models: models.with_context(|| format!("cannot understand {MODELS}"))?,
             times: from_csv(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
         };
-        digest.check().map_err(|what| {
+        let damage = || {
+            let sums: Vec<Sum> = from_csv(&text(SUMS)?).with_context(|| format!("cannot understand {SUMS}"))?;
+            for name in [SETTINGS, ASKED, RUNS, CHECKS, MODELS] {
+                if !sums.contains(&Sum::of(name, text(name)?.as_bytes())) {
+                    return Ok::<_, Failure>(Err(format!("{name} was changed since")));
+                }
+            }
+            Ok(Ok(()))
+        };
+        damage()?.and_then(|()| digest.check()).map_err(|what| {
             Failure::new(format!("{} is not what a comparison wrote: {what}", directory.display()))
                 .hint("`sindyna report` makes it again from the directory of the comparison")
         })?;
@@ -190,14 +214,15 @@ impl Digest {
         for found in &self.models {
             models += &(serde_json::to_string(found)? + "\n");
         }
-        for (name, contents) in [
+        let files = [
             (SETTINGS, self.settings.clone().into_bytes()),
             (ASKED, to_csv(&self.asked)?),
             (RUNS, to_csv(&self.runs)?),
             (CHECKS, to_csv(&self.checks)?),
             (MODELS, models.into_bytes()),
-            (TIMES, to_csv(&self.times)?),
-        ] {
+        ];
+        let sums: Vec<Sum> = files.iter().map(|(name, contents)| Sum::of(name, contents)).collect();
+        for (name, contents) in files.into_iter().chain([(TIMES, to_csv(&self.times)?), (SUMS, to_csv(&sums)?)]) {
             let path = directory.join(name);
             write_atomic(&path, &contents).with_context(|| format!("cannot write {}", path.display()))?;
         }
@@ -254,6 +279,14 @@ mod tests {
         assert!(Digest::is_in(temp.path()));
         assert_eq!(Digest::read(temp.path()).expect("it can be read"), digest);
         assert_eq!((digest.tasks(), digest.methods()), (vec!["pendulum"], vec!["sindy", "sac"]));
+        for name in [SETTINGS, ASKED, MODELS] {
+            let whole = fs::read_to_string(temp.path().join(name)).expect("it is there");
+            fs::write(temp.path().join(name), "").expect("it can be written");
+            let refusal = Digest::read(temp.path()).expect_err("a file was emptied").to_string();
+            assert!(refusal.contains(&format!("{name} was changed since")), "{refusal}");
+            fs::write(temp.path().join(name), whole).expect("it can be written");
+        }
+        assert!(Digest::read(temp.path()).is_ok());
     }
 
     #[test]

@@ -14,7 +14,9 @@ use crate::failure::Failure;
 pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
     let path = root.join("compare.toml");
     let settings = fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))
+        .with_context(|| {
+            format!("{} is neither a comparison nor a digest of one: cannot read compare.toml in it", root.display())
+        })
         .map_err(|error| Failure::from(error).hint("name the directory of a comparison"))?;
     let mut digest = Digest { settings, asked: read_asked(root)?, ..Digest::default() };
     let tasks: Vec<&str> = sindyna_envs::systems().iter().map(sindyna_envs::System::name).collect();

@@ -46,7 +46,8 @@ pub(crate) struct Ratio {
     pub(crate) value: f64,
     /// Both medians are drawn anew.
     pub(crate) interval: Option<Interval>,
-    /// What the ratio is at least, where it is infinite: the budget in the place of the method's median.
+    /// What the ratio is at least, where it is infinite: runs that did not solve the task count as if they had done so as soon as
+    /// can be after the budget was spent.
     pub(crate) at_least: Option<f64>,
 }
 
@@ -123,10 +124,22 @@ fn ratio(digest: &Digest, task: &str, method: &str) -> Option<Ratio> {
         (ours > 0.0 && ours.is_finite()).then(|| theirs / ours)
     };
     let value = over(&theirs, &ours)?;
-    let budget = digest.of(task, method).filter(|run| run.solved_after.is_none()).map(|run| run.real_steps).min();
-    let at_least = || over(&[budget.filter(|_| learns_on_the_real_system(method))? as f64], &ours);
+    let bounds: Vec<f64> = digest.of(task, method).map(|run| earliest(digest, run) as f64).collect();
+    let at_least = || learns_on_the_real_system(method).then(|| over(&bounds, &ours))?;
     let interval = if method == "sindy" { None } else { interval(&[&theirs, &ours], |s| over(&s[0], &s[1])) };
     Some(Ratio { value, interval, at_least: if value.is_finite() { None } else { at_least() } })
+}
+
+/// Real steps after which the run solved its task, or if it did not, those before which it certainly has not: where the checks
+/// in a row began that all reached the mark when its budget was spent, or else that budget.
+fn earliest(digest: &Digest, run: &super::digest::Run) -> usize {
+    if let Some(steps) = run.solved_after {
+        return steps;
+    }
+    let mark = spec(&run.task).and_then(|spec| spec.solved_at).unwrap_or(f64::INFINITY);
+    let of_run = |c: &&super::digest::Check| c.task == run.task && c.method == run.method && c.seed == run.seed;
+    let last = digest.checks.iter().filter(of_run).rev().take_while(|check| check.mean_return >= mark);
+    last.last().map_or(run.real_steps, |check| check.real_steps)
 }
 
 /// Mean returns of the seeds that came to an evaluation.
@@ -171,6 +184,7 @@ fn deviation(values: &[f64], mean: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::compare::Outcome;
+    use crate::report::digest::Check;
 
     fn digest(runs: &[(&str, u64, Option<usize>, f64)]) -> Digest {
         let mut digest = Digest::default();
@@ -218,6 +232,16 @@ mod tests {
         assert_eq!((sac.value, sac.interval), (100.0, Some(Interval { low: 100.0, high: 100.0 })));
         let never = steps_of(&both, "mbpo").over_sindy.expect("both have medians");
         assert_eq!((never.value, never.at_least), (f64::INFINITY, Some(500.0)));
+        let mut nearly = both.clone();
+        for (seed, real_steps, mean_return) in
+            [(0, 4_500, 0.0), (0, 4_750, -100.0), (0, 5_000, -100.0), (1, 5_000, -999.0)]
+        {
+            let (task, method) = ("pendulum".into(), "mbpo".into());
+            nearly.checks.push(Check { task, method, seed, real_steps, updates: 0, mean_return });
+        }
+        nearly.checks[0].mean_return = -999.0;
+        let never = steps_of(&nearly, "mbpo").over_sindy.expect("both have medians");
+        assert_eq!(never.at_least, Some(487.5), "one of the two may have solved it after 4,750");
         let unsolved = digest(&[("sindy", 0, None, 0.0), ("sac", 0, Some(1_000), 0.0)]);
         assert_eq!(steps_of(&unsolved, "sac").over_sindy, None);
     }

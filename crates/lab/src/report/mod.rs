@@ -16,6 +16,7 @@ mod scores;
 mod shown;
 mod stats;
 
+pub(crate) use content::gaps;
 pub(crate) use digest::Digest;
 pub(crate) use gather::gather;
 pub(crate) use groups::{Group, groups};
@@ -39,7 +40,9 @@ pub(crate) const DIGEST: &str = "digest";
 pub(crate) fn write(digest: &Digest, groups: &[Group], directory: &Path) -> Result<(), Failure> {
     let blocks = content::blocks(digest, groups);
     save(&directory.join("summary.json"), &json(&groups)?)?;
-    save(&directory.join("table.md"), markdown::markdown(TITLE, &content::speed_ups(groups), "figures").as_bytes())?;
+    let mut table = content::speed_ups(groups);
+    table.extend(gaps(digest).map(Block::Text));
+    save(&directory.join("table.md"), markdown::markdown(TITLE, &table, "figures").as_bytes())?;
     draw(&blocks, &directory.join("figures"), Pixels::Too)?;
     save(&directory.join("report.html"), html::page(TITLE, &blocks).as_bytes())
 }
@@ -55,11 +58,21 @@ pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], source: &Path, p
         return Err(Failure::new(format!("{} is there already and is no report", path.display()))
             .hint("name another file with --markdown"));
     }
-    let command = format!("Made by `sindyna report {} --markdown {}`.", source.display(), path.display());
+    if !path.exists() && fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_some()) {
+        return Err(Failure::new(format!("the figures would go to {}, which holds something else", folder.display()))
+            .hint("name another file with --markdown"));
+    }
+    let command = format!("Made by `sindyna report {} --markdown {}`.", quoted(source), quoted(path));
     let mut blocks = vec![Block::text(command)];
     blocks.extend(content::blocks(digest, groups));
     draw(&blocks, &folder, Pixels::No)?;
     save(path, markdown::markdown(TITLE, &blocks, name).as_bytes())
+}
+
+/// A path as a shell takes it.
+fn quoted(path: &Path) -> String {
+    let text = path.display().to_string();
+    if text.chars().any(char::is_whitespace) { format!("'{text}'") } else { text }
 }
 
 /// Whether figures are wanted as pixels beside the drawings.

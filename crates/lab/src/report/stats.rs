@@ -44,7 +44,7 @@ pub(crate) struct Interval {
 }
 
 /// Samples drawn for one interval.
-const RESAMPLES: usize = 2_000;
+const RESAMPLES: usize = 10_000;
 
 /// The stratified percentile bootstrap: 95 % of what `statistic` comes to when every one of `strata` is drawn anew from
 /// itself, with replacement (Efron 1979; strata as in Agarwal et al. 2021, whose library is rliable).
@@ -55,11 +55,12 @@ pub(crate) fn interval(strata: &[&[f64]], statistic: impl Fn(&[Vec<f64>]) -> Opt
     if strata.is_empty() || strata.iter().any(|stratum| stratum.len() < 2) {
         return None;
     }
-    let mut rng = Seed::new(0).stream("bootstrap", 0);
+    // Each stratum has draws of its own: the same values are drawn alike, whatever stands beside them.
+    let mut rngs: Vec<_> = (0..strata.len() as u64).map(|i| Seed::new(0).stream("bootstrap", i)).collect();
     let mut sample: Vec<Vec<f64>> = strata.iter().map(|stratum| stratum.to_vec()).collect();
     let mut found = Vec::with_capacity(RESAMPLES);
     for _ in 0..RESAMPLES {
-        for (drawn, stratum) in sample.iter_mut().zip(strata) {
+        for ((drawn, stratum), rng) in sample.iter_mut().zip(strata).zip(&mut rngs) {
             for value in drawn {
                 *value = stratum[rng.random_range(0..stratum.len())];
             }

@@ -49,7 +49,7 @@ fn overview(digest: &Digest) -> String {
     seeds.dedup();
     format!(
         "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
-         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 2,000 samples, each task and method drawn from \
+         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 10,000 samples, each task and method drawn from \
          itself).",
         plural(digest.runs.len(), "run"),
         plural(methods.len(), "method"),
@@ -59,7 +59,7 @@ fn overview(digest: &Digest) -> String {
 }
 
 /// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
-fn gaps(digest: &Digest) -> Option<String> {
+pub(crate) fn gaps(digest: &Digest) -> Option<String> {
     let asked = |task: &str, method: &str| {
         digest.asked.iter().find(|a| a.task == task && a.method == method).map(|a| a.seeds as usize)
     };

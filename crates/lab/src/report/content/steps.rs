@@ -44,7 +44,7 @@ pub(in crate::report) fn speed_ups(groups: &[Group]) -> Vec<Block> {
         Block::text(
             "Solved: for methods that learn on the real system, the first of three checks in a row that all reach the task's mark; for \
              the others, the mean return of 100 episodes at the end. A run that never solves its task counts as infinitely long; \
-             where that makes the ratio infinite, the budget tells what it is at least. The paper does not say how many updates a \
+             where that makes the ratio infinite, “at least” says what it would be if all of those had solved it as soon as their last checks allow. The paper does not say how many updates a \
              step its SAC makes, nor when it counts a task as solved; its one number for SAC stands beside both of ours.",
         ),
     ]
