@@ -47,6 +47,7 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1"]);
     refuses(&["train", "pendulum", "--solver", "least-squares", "--ridge", "-1"], &["ridge", "-1"]);
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
+    refuses(&["train", "pendulum", "--refit"], &["--refit means nothing", "--imagined-rollouts"]);
     refuses(
         &["train", "pendulum", "--threshold", "0.1"],
         &["--threshold means nothing to the solver `best-subset`", "--solver stlsq"],

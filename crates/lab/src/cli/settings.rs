@@ -118,6 +118,12 @@ impl Settings {
             config = config.with(text)?;
         }
         self.identification.check(&config.identification)?;
+        if self.refit && config.imagination.rollouts_per_real == "inf" {
+            return Err(Failure::new(
+                "--refit means nothing where no real rollouts follow: --imagined-rollouts is inf",
+            )
+            .hint("give --imagined-rollouts a number, or leave --refit out"));
+        }
         self.settle_coordinates(&mut config);
         self.settle_patience(&mut config);
         if config.task != problem.name() {
