@@ -2,7 +2,8 @@
 
 Runs `sindyna compare --methods sac`, reads the settings it left, and trains Stable-Baselines3 with them under the same
 protocol: a check of ten episodes at the same intervals, solved at the first of three in a row that reach the mark, a hundred
-episodes at the end. Steps do not depend on how busy the machine is. What is done is kept under --work and not done twice.
+episodes at the end. Steps do not depend on how busy the machine is. What is done is kept under --work and not done twice; in --out
+other tasks stay as they are.
 
 Usage: .venv-peers/bin/python benches/baselines.py [--seeds 20] [--tasks pendulum,...] [--jobs 2] [--out results/baselines.json]
 """
@@ -175,14 +176,16 @@ def main():
         task, seed, settings = args.one
         print(json.dumps(peer(task, int(seed), json.loads(settings))))
         return
-    result = {"command": "benches/baselines.py " + " ".join(sys.argv[1:]), "versions": versions(), "tasks": {}}
+    result = json.loads(args.out.read_text()) if args.out.exists() else {"tasks": {}}
+    result["versions"] = versions()
     found = ours(args.binary, args.tasks.split(","), args.seeds, args.work, args.jobs)
-    result["sindyna"] = tomllib.loads((args.work / "ours" / "compare.toml").read_text())
+    made_by = tomllib.loads((args.work / "ours" / "compare.toml").read_text())
     for task, (settings, mine) in found.items():
         with ThreadPoolExecutor(args.jobs) as pool:
             peers = list(pool.map(lambda seed: theirs(task, seed, settings, args.work), range(args.seeds)))
         mean = lambda runs: statistics.mean(r["return"] for r in runs)
         result["tasks"][task] = {
+            "command": f"benches/baselines.py --tasks {task} --seeds {args.seeds}", "made_by": made_by,
             "settings": settings, "sindyna": mine, "stable_baselines3": peers,
             "median_steps": [median_steps(mine), median_steps(peers)],
             "ratio_of_medians": ratio(mine, peers), "ratio_interval": interval(mine, peers, ratio),
