@@ -11,7 +11,7 @@ use super::{Verdict, print};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
 use crate::identification::Stepping;
-use crate::record::write_atomic;
+use crate::record::save;
 use crate::registry;
 
 /// Writes equations as a program in another language
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let directory = file.parent().unwrap_or(Path::new(""));
     let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
     let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
-    write_atomic(&out, module.as_bytes()).with_context(|| format!("cannot write {}", out.display()))?;
+    save(&out, module.as_bytes())?;
     print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
     Ok(Verdict::Done)
 }

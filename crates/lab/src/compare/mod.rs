@@ -10,8 +10,6 @@ mod store;
 
 pub(crate) use asked::Asked;
 pub(crate) use method::{Method, is_anchor, learns_on_the_real_system};
-#[cfg(test)]
-pub(crate) use outcome::Point;
 pub(crate) use outcome::{Outcome, mean};
 pub(crate) use pace::Pace;
 pub(crate) use run::Job;

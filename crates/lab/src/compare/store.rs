@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::asked::{self, Asked};
 use super::{Job, Outcome};
 use crate::failure::Failure;
-use crate::record::{Held, from_csv, is_unfinished, json, sweep, to_csv, write_atomic};
+use crate::record::{Held, from_csv, is_unfinished, json, save, sweep, to_csv};
 
 /// The file with what runs depend on besides task, method and seed.
 const SETTINGS: &str = "compare.toml";
@@ -115,11 +115,6 @@ fn other_settings(root: &Path, before: &str, now: &str) -> Failure {
         differ.map(|name| format!("{name} {} there, {} here", shown(&before, name), shown(&now, name))).collect();
     Failure::new(format!("{} holds runs of other settings: {}", root.display(), differ.join("; ")))
         .hint("name another directory with --out, or take this one away; `sindyna report` still tells what is in it")
-}
-
-fn save(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    write_atomic(path, contents).with_context(|| format!("cannot write {}", path.display()))?;
-    Ok(())
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ use std::path::Path;
 use anyhow::Context as _;
 
 use crate::failure::Failure;
-use crate::record::{json, write_atomic};
+use crate::record::{json, save};
 use document::{Block, figures};
 
 const TITLE: &str = "How many real steps each method needs";
@@ -92,10 +92,5 @@ fn draw(blocks: &[Block], folder: &Path, pixels: Pixels) -> Result<(), Failure> 
             save(&folder.join(format!("{}.png", figure.name)), &figure::png(&svg)?)?;
         }
     }
-    Ok(())
-}
-
-fn save(path: &Path, contents: &[u8]) -> Result<(), Failure> {
-    write_atomic(path, contents).with_context(|| format!("cannot write {}", path.display()))?;
     Ok(())
 }
