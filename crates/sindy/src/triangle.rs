@@ -160,6 +160,14 @@ impl Triangle {
         self.solve_scaled(support, target, ridge, |_| 1.0)
     }
 
+    /// Minimises ‖Θ_S ξ − y‖² over the columns `support` for the column `target`, ξ (|S|), each column scaled to unit length first: so
+    /// that units of the columns decide nothing.
+    pub(crate) fn solve_unit(&self, support: &[usize], target: usize) -> Vec<f64> {
+        let length = |j: usize| self.norm(j).max(f64::MIN_POSITIVE);
+        let xi = self.solve_scaled(support, target, 0.0, length);
+        xi.iter().zip(support).map(|(c, &j)| c / length(j)).collect()
+    }
+
     /// [`Self::solve`] with column j of Θ divided by `scale(j)` first; ξ belongs to the scaled columns.
     pub(crate) fn solve_scaled(
         &self,

@@ -165,3 +165,74 @@ fn noise_does_not_hide_a_declared_limit() {
         assert_terms(&found, 1, &[("sin θ", 15.0), ("u", 3.0)], 0.05);
     }
 }
+
+/// A log of one rollout: channels with their roles, and the samples that `step` makes from `start` under random inputs.
+fn logged(
+    state: Vec<Channel>,
+    dt: f64,
+    steps: usize,
+    scales: &[f64],
+    start: &[f64],
+    step: impl Fn(&mut [f64], f64),
+) -> (Spec, Dataset) {
+    let spec = Spec {
+        name: "log".into(),
+        observation: state.clone(),
+        state,
+        control: vec![Channel::new("u", "", Kind::Plain, 1.0)],
+        action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
+        precision: Precision::F64,
+        noise: 0.0,
+        dt,
+        max_steps: steps,
+        solved_at: None,
+    };
+    let mut rng = sindyna_core::Seed::new(5).stream("inputs", 0);
+    let scaled = |x: &[f64]| x.iter().zip(scales).map(|(x, s)| x * s).collect::<Vec<_>>();
+    let mut data = Dataset::new(start.len(), 1, 1, dt);
+    let mut x = start.to_vec();
+    data.begin(&scaled(&x)).expect("finite states");
+    for _ in 0..steps {
+        let u = uniform(&mut rng, -1.0, 1.0);
+        step(&mut x, u);
+        data.push(&[u], &[u], 0.0, &scaled(&x)).expect("finite states");
+    }
+    (spec, data)
+}
+
+#[test]
+fn units_of_nanometres_change_no_coefficient() {
+    for s in [1e-12, 1e-9, 1.0, 1e9] {
+        let channels = vec![Channel::new("x", "", Kind::Plain, s), Channel::new("v", "", Kind::RateOf(0), s)];
+        let (spec, data) = logged(channels, 0.01, 200, &[s, s], &[1.0, 0.0], |x, u| {
+            x[1] += 0.01 * (-4.0 * x[0] - 0.5 * x[1] - 0.3 * x[0] * x[1] + 2.0 * u);
+            x[0] += 0.01 * x[1];
+        });
+        let found = identify(&spec, &data);
+        assert_terms(&found, 1, &[("x", -4.0), ("v", -0.5), ("x·v", -0.3 / s), ("u", 2.0 * s)], 1e-6);
+    }
+}
+
+#[test]
+fn a_chain_of_rates_is_stepped_from_the_last_rate_to_the_first() {
+    let channel = |name: &str, kind| Channel::new(name, "", kind, 1.0);
+    let channels =
+        vec![channel("x", Kind::Plain), channel("v", Kind::RateOf(0)), channel("a", Kind::RateOf(1))];
+    let (spec, data) = logged(channels, 0.05, 400, &[1.0; 3], &[0.3, -0.1, 0.2], |x, u| {
+        x[2] += 0.05 * (-2.0 * x[2] - 3.0 * x[1] - 1.5 * x[0] + 2.0 * u);
+        x[1] += 0.05 * x[2];
+        x[0] += 0.05 * x[1];
+    });
+    let found = identify(&spec, &data);
+    assert_terms(&found, 2, &[("a", -2.0), ("v", -3.0), ("x", -1.5), ("u", 2.0)], 1e-9);
+    // The model is the map that made the data.
+    let mut next = [0.0; 3];
+    let mut rng = sindyna_core::Seed::new(0).stream("none", 0);
+    let (x, u) = ([0.3, -0.1, 0.2], 0.7);
+    sindyna_core::Dynamics::step(&found.model, &x, &[u], &mut rng, &mut next).expect("a finite step");
+    let a = x[2] + 0.05 * (-2.0 * x[2] - 3.0 * x[1] - 1.5 * x[0] + 2.0 * u);
+    let v = x[1] + 0.05 * a;
+    for (got, expected) in next.iter().zip([x[0] + 0.05 * v, v, a]) {
+        assert!((got - expected).abs() < 1e-9, "{next:?}");
+    }
+}

@@ -176,11 +176,11 @@ impl Writer<'_> {
                  k4 = rhs(x + h * k3, u)\n        x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)\n    return x\n"
             ),
             Stepping::SemiImplicitEuler { positions } => {
-                let flags: Vec<&str> = positions.iter().map(|p| if *p { "True" } else { "False" }).collect();
+                let order: Vec<String> = positions.iter().map(usize::to_string).collect();
                 format!(
-                    "    positions = np.array([{}])\n    moved = np.where(positions, x, x + DT * rhs(x, u))\n    \
-                     return np.where(positions, x + DT * rhs(moved, u), moved)\n",
-                    flags.join(", ")
+                    "    moved = x + DT * rhs(x, u)\n    for i in [{}]:\n        \
+                     moved[..., i] = x[..., i] + DT * rhs(moved, u)[..., i]\n    return moved\n",
+                    order.join(", ")
                 )
             }
             _ => "    return x + DT * rhs(x, u)\n".to_owned(),

@@ -17,8 +17,8 @@ pub enum Stepping {
     Euler,
     /// The equations give ẋ; what is no position moves first, then each position by what its rate has become.
     SemiImplicitEuler {
-        /// Per state: whether it is a position.
-        positions: Vec<bool>,
+        /// The positions, each after the state that is its rate.
+        positions: Vec<usize>,
     },
     /// The equations give ẋ, stepped by the classical Runge–Kutta scheme.
     Rk4 {
@@ -59,11 +59,11 @@ impl System {
         let shape = |what, got| if got == n { Ok(()) } else { Err(ModelError::Shape { what, expected: n, got }) };
         shape("equations", self.equations.len())?;
         shape("equations as text", self.text.len())?;
-        if let Stepping::SemiImplicitEuler { positions } = &self.stepping {
-            shape("positions", positions.len())?;
-        }
         let below =
             |what, index, count| if index < count { Ok(()) } else { Err(ModelError::NoSuch { what, index, count }) };
+        if let Stepping::SemiImplicitEuler { positions } = &self.stepping {
+            positions.iter().try_for_each(|&i| below("position", i, n))?;
+        }
         for entry in self.equations.iter().flatten() {
             below("term", entry.term, self.terms.len())?;
             below("rate of state", entry.rate.unwrap_or(0), n)?;
@@ -88,7 +88,7 @@ impl From<&Model> for System {
             stepping: match model.form() {
                 Form::Discrete => Stepping::Map,
                 Form::Increment => Stepping::Increment,
-                Form::SemiImplicit => Stepping::SemiImplicitEuler { positions: model.kinematic().to_vec() },
+                Form::SemiImplicit => Stepping::SemiImplicitEuler { positions: model.positions().to_vec() },
                 Form::Continuous(Scheme::Euler) => Stepping::Euler,
                 Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Rk4 { substeps },
             },

@@ -32,6 +32,14 @@ pub enum ParseError {
         /// Position in the text, counted in characters from 1.
         position: usize,
     },
+    /// More operators than any term needs.
+    #[error("`{text}`: more than {limit} operators")]
+    TooLong {
+        /// The beginning of the term.
+        text: String,
+        /// Operators allowed.
+        limit: usize,
+    },
     /// Parentheses nested deeper than any term needs.
     #[error("`{text}`: nested deeper than {limit} levels")]
     TooDeep {
@@ -44,6 +52,9 @@ pub enum ParseError {
 
 /// Levels of nesting allowed.
 const MAX_DEPTH: usize = 64;
+
+/// Operators allowed. A sum of many terms is a tree as deep as it is long, and trees are walked by recursion.
+const MAX_OPERATORS: usize = 1000;
 
 /// Reads a term over the variables `names`.
 ///
@@ -62,7 +73,7 @@ const MAX_DEPTH: usize = 64;
 /// # Ok::<(), sindyna_sindy::ParseError>(())
 /// ```
 pub fn parse(text: &str, names: &[String]) -> Result<Expr, ParseError> {
-    let mut parser = Parser { text, chars: text.chars().collect(), at: 0, names, depth: 0 };
+    let mut parser = Parser { text, chars: text.chars().collect(), at: 0, names, depth: 0, operators: 0 };
     let expr = parser.sum()?;
     parser.skip_space();
     if parser.at < parser.chars.len() {
@@ -91,6 +102,7 @@ struct Parser<'a> {
     at: usize,
     names: &'a [String],
     depth: usize,
+    operators: usize,
 }
 
 impl Parser<'_> {
@@ -125,10 +137,20 @@ impl Parser<'_> {
         Ok(())
     }
 
+    fn longer(&mut self) -> Result<(), ParseError> {
+        self.operators += 1;
+        if self.operators > MAX_OPERATORS {
+            let text = self.text.chars().take(40).chain("…".chars()).collect();
+            return Err(ParseError::TooLong { text, limit: MAX_OPERATORS });
+        }
+        Ok(())
+    }
+
     fn sum(&mut self) -> Result<Expr, ParseError> {
         self.deeper()?;
         let mut left = self.product()?;
         while let Some(sign) = self.take(&['+', '-', '−']) {
+            self.longer()?;
             let right = self.product()?;
             left = match sign {
                 '+' => Expr::Add(Box::new(left), Box::new(right)),
@@ -142,6 +164,7 @@ impl Parser<'_> {
     fn product(&mut self) -> Result<Expr, ParseError> {
         let mut left = self.signed()?;
         while let Some(sign) = self.take(&['*', '·', '/']) {
+            self.longer()?;
             let right = self.signed()?;
             left = match sign {
                 '/' => Expr::Div(Box::new(left), Box::new(right)),
@@ -267,6 +290,22 @@ impl Parser<'_> {
         match self.names.iter().position(|n| *n == name) {
             Some(i) => Ok(Expr::Variable(i)),
             None => Err(unknown("variable", self.names.iter().map(String::as_str).collect())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_term_without_end_is_refused() {
+        let names = ["x".to_owned()];
+        let long = |operator: &str, n: usize| vec!["x"; n].join(operator);
+        for operator in ["+", "*", "-", "/"] {
+            assert!(parse(&long(operator, 500), &names).is_ok());
+            let error = parse(&long(operator, 100_000), &names).expect_err("too long");
+            assert!(error.to_string().ends_with("…`: more than 1000 operators"), "{error}");
         }
     }
 }

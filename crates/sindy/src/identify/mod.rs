@@ -299,7 +299,13 @@ impl Identifier {
             Some(polished) => (polished.model, polished.errors),
             None => (found.model.clone(), Vec::new()),
         };
-        let residuals = motion::Search { runs, ..search }.residuals(&found, &model);
+        let search = motion::Search { runs, ..search };
+        let residuals = search.residuals(&found, &model);
+        // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
+        let most = search.most_explained(rows - strays);
+        for (fit, (residual, floor)) in found.fits.iter_mut().zip(&residuals) {
+            fit.reached_floor &= *residual <= most * floor;
+        }
         let counts = (rows - strays, at_limits, strays);
         let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })

@@ -90,6 +90,12 @@ pub enum ModelError {
         /// Its value.
         value: f64,
     },
+    /// A state that is, by way of others, the rate of itself.
+    #[error("the state `{state}` is, by way of others, its own rate")]
+    CircularRates {
+        /// Its name.
+        state: String,
+    },
     /// A term that cannot be read.
     #[error(transparent)]
     Term(#[from] ParseError),
@@ -159,7 +165,8 @@ impl Model {
         let terms: Vec<Expr> = parts.terms.iter().map(|t| parse(t, &names)).collect::<Result<_, _>>()?;
         let tape = Tape::new(names.len(), &terms);
         let right = RightSide::new(&parts.equations, tape.outputs());
-        Ok(Self { parts, terms, tape, right })
+        let positions = if parts.form == Form::SemiImplicit { positions(&parts, &terms)? } else { Vec::new() };
+        Ok(Self { parts, terms, tape, right, positions })
     }
 
     /// The model as JSON, with every digit of every number.
@@ -179,6 +186,26 @@ impl Model {
         let document: Document = serde_json::from_str(text).map_err(json)?;
         document.try_into()
     }
+}
+
+/// The kinematic states of `parts`, each after the state that is its rate.
+///
+/// # Errors
+/// [`ModelError::CircularRates`] if a state is, by way of others, its own rate.
+fn positions(parts: &ModelParts, terms: &[Expr]) -> Result<Vec<usize>, ModelError> {
+    let rate = |i: usize| parts.equations[i].iter().find_map(|e| terms[e.term].max_variable());
+    let mut pending: Vec<usize> = (0..parts.states.len()).filter(|&i| parts.kinematic[i]).collect();
+    let mut ordered = Vec::with_capacity(pending.len());
+    while !pending.is_empty() {
+        let waits = |i: &usize| rate(*i).is_some_and(|r| pending.contains(&r));
+        let (waiting, ready): (Vec<usize>, Vec<usize>) = pending.iter().partition(|i| waits(i));
+        if ready.is_empty() {
+            return Err(ModelError::CircularRates { state: parts.states[waiting[0]].clone() });
+        }
+        ordered.extend(ready);
+        pending = waiting;
+    }
+    Ok(ordered)
 }
 
 /// Version of the JSON form.

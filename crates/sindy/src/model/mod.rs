@@ -37,6 +37,8 @@ pub struct Model {
     terms: Vec<Expr>,
     tape: Tape,
     right: RightSide,
+    /// Of a semi-implicit model the states whose rate is a state too, each after that state: the order of a step.
+    positions: Vec<usize>,
 }
 
 impl Model {
@@ -83,6 +85,12 @@ impl Model {
     #[must_use]
     pub fn kinematic(&self) -> &[bool] {
         &self.parts.kinematic
+    }
+
+    /// Of a semi-implicit model the states whose rate is a state too, each after that state: of a chain x, v, a with ẋ = v, v̇ = a first v, then x.
+    #[must_use]
+    pub fn positions(&self) -> &[usize] {
+        &self.positions
     }
 
     /// How the model's states follow from the task's; `None` if they are the same.

@@ -44,8 +44,8 @@ impl Model {
                 for (next, z) in next.iter_mut().zip(z) {
                     *next = z + self.parts.dt * *next;
                 }
-                let rows = self.parts.equations.iter().zip(&self.parts.kinematic).enumerate();
-                for (i, (row, _)) in rows.filter(|(_, (_, kinematic))| **kinematic) {
+                for &i in &self.positions {
+                    let row = &self.parts.equations[i];
                     let moved: f64 = row.iter().map(|e| e.coefficient * self.terms[e.term].eval(next)).sum();
                     next[i] = z[i] + self.parts.dt * moved;
                 }

@@ -9,7 +9,7 @@ use super::whiten::whiten;
 use super::{Run, Stepping, System};
 use crate::model::ModelError;
 use crate::regression::model;
-use crate::solve::{Selected, Selection};
+use crate::solve::{FLOOR_FACTOR, Selected, Selection};
 use crate::{Expr, Model, Triangle};
 
 /// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
@@ -34,6 +34,11 @@ impl Search<'_> {
     /// than one, and three standard deviations of that.
     pub(super) fn floor(&self, rows: usize) -> f64 {
         if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
+    }
+
+    /// The largest RMS residual, as a multiple of that of the samples' errors, that these explain.
+    pub(crate) fn most_explained(&self, rows: usize) -> f64 {
+        FLOOR_FACTOR * self.floor(rows)
     }
 
     /// One round: averages along the way of `along`, then the terms and coefficients of each equation. Rows weigh as much as

@@ -219,8 +219,7 @@ fn gauss_newton(model: &Model, xi: &[f64], pieces: &[Piece<'_>]) -> Option<Step>
         heads.push(r);
     }
     let all: Vec<usize> = (0..p).collect();
-    let delta = triangle.solve_scaled(&all, p, 0.0, |j| triangle.norm(j).max(f64::MIN_POSITIVE));
-    let delta: Vec<f64> = delta.iter().zip(&all).map(|(d, &j)| d / triangle.norm(j).max(f64::MIN_POSITIVE)).collect();
+    let delta = triangle.solve_unit(&all, p);
     let starts = heads.iter().zip(pieces).map(|(r, piece)| {
         let n = piece.start.len();
         let a = Mat::from_fn(n, n, |i, j| if i <= j { r[(i, j)] } else { 0.0 });

@@ -188,7 +188,7 @@ impl BestSubset {
         };
         let ties: Vec<Vec<usize>> = equal.iter().filter_map(exchanged).chain(equals).take(TIES).collect();
         let proved = sizes.get(support.len()).is_some_and(|(_, proved)| *proved);
-        let coefficients = triangle.solve(&support, target, 0.0);
+        let coefficients = triangle.solve_unit(&support, target);
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let path = sizes.iter().map(|(found, proved)| SizeReport {
             support: found.first().map_or(vec![], |c| support_of(c, &columns)),
@@ -222,9 +222,7 @@ impl Selected {
     /// All columns before `target`, with their least-squares coefficients.
     pub(crate) fn all(triangle: &Triangle, target: usize, floor: f64) -> Self {
         let support: Vec<usize> = (0..target).collect();
-        let coefficients = triangle.solve_scaled(&support, target, 0.0, |j| triangle.norm(j).max(f64::MIN_POSITIVE));
-        let unscaled = |(c, j): (&f64, &usize)| c / triangle.norm(*j).max(f64::MIN_POSITIVE);
-        let coefficients: Vec<f64> = coefficients.iter().zip(&support).map(unscaled).collect();
+        let coefficients = triangle.solve_unit(&support, target);
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;

@@ -7,7 +7,7 @@ use super::problem::Problem;
 use crate::Triangle;
 
 /// Residuals up to this many times the floor count as rounding.
-pub(super) const FLOOR_FACTOR: f64 = 2.0;
+pub(crate) const FLOOR_FACTOR: f64 = 2.0;
 
 /// Probability at which a subset is believed not to have reached the floor by chance.
 const CHANCE: f64 = 1e-3;

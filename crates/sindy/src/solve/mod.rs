@@ -14,6 +14,7 @@ mod tree;
 
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
 pub(crate) use candidates::binomial;
+pub(crate) use criterion::FLOOR_FACTOR;
 pub(crate) use least_squares::{least_squares, truncated};
 pub use path::{ConstraintError, Constraints, Path, SizeResult, Subset, SubsetPath};
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};
