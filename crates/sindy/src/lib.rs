@@ -7,6 +7,7 @@
 //! Not here: agents, tasks, rewards; files, clocks, the terminal.
 
 mod coordinates;
+mod data;
 mod differentiate;
 mod error;
 pub mod export;
@@ -19,6 +20,7 @@ mod names;
 mod number;
 mod plain;
 mod regression;
+mod shooting;
 mod solve;
 mod triangle;
 

@@ -1,5 +1,6 @@
 //! Terms of an equation as small expression trees: built, parsed, printed and evaluated here.
 
+mod derivative;
 mod function;
 mod parse;
 mod pretty;

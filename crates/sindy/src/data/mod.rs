@@ -1,0 +1,7 @@
+//! Recorded trajectories, their noise, and the signals behind it.
+
+mod segment;
+mod smoother;
+
+pub(crate) use segment::Segment;
+pub(crate) use smoother::{Signals, smooth};

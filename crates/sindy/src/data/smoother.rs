@@ -1,0 +1,406 @@
+//! Signals and noise levels of measured channels, before any equation is known.
+
+use nalgebra::{DMatrix, DVector, SMatrix, SVector};
+use ndarray::Array2;
+
+use super::Segment;
+
+/// Smoothed channels.
+#[derive(Debug, Clone)]
+pub(crate) struct Signals {
+    /// Per segment: values of all states at the samples (T + 1, n).
+    pub(crate) x: Vec<Array2<f64>>,
+    /// Per segment: their derivatives there (T + 1, n).
+    pub(crate) x_dot: Vec<Array2<f64>>,
+    /// Standard deviation of the noise of each state (n).
+    pub(crate) sigma: Vec<f64>,
+}
+
+/// Samples that decide on noise and smoothness, at most: more change no digit that matters.
+const SAMPLES: usize = 1000;
+
+/// Logarithms of the ratio of intensity to the noise's variance among which the likeliest is looked for.
+const LOGS: (f64, f64) = (-24.0, 32.0);
+
+/// Smooths every state of `segments` and estimates the standard deviation of its noise, at least `floor` (n), by maximum
+/// likelihood.
+///
+/// A channel is taken as an integrated Wiener process, whose order and intensity are estimated, seen with white
+/// noise. `rates` holds, per state, the state that is its rate; a chain of rates is smoothed as one process of which every
+/// derivative down the chain is measured. Sampling may be uneven.
+///
+/// # References
+/// Wahba (1978), J. R. Stat. Soc. B 40(3): the posterior mean is a smoothing spline. Särkkä (2013), Bayesian Filtering and
+/// Smoothing, algorithms 4.2 (filter) and 8.2 (smoother).
+pub(crate) fn smooth(segments: &[Segment], rates: &[Option<usize>], floor: &[f64]) -> Signals {
+    let n = rates.len();
+    let zeros = || segments.iter().map(|s| Array2::zeros(s.x.dim())).collect::<Vec<_>>();
+    let mut signals = Signals { x: zeros(), x_dot: zeros(), sigma: vec![0.0; n] };
+    let is_rate = |i: usize| rates.contains(&Some(i));
+    let mut done = vec![false; n];
+    // Chains first from their heads; what a circle of rates leaves is smoothed alone.
+    let heads: Vec<usize> = (0..n).filter(|&i| !is_rate(i)).chain(0..n).collect();
+    for head in heads {
+        let mut chain = Vec::new();
+        let mut next = Some(head);
+        while let Some(i) = next.filter(|&i| !done[i] && chain.len() < 3) {
+            done[i] = true;
+            chain.push(i);
+            next = rates[i];
+        }
+        // A chain longer than three goes on with the next head.
+        match chain.len() {
+            0 => {}
+            1 => fill(segments, &chain, floor, &ALONE, &mut signals),
+            2 => fill(segments, &chain, floor, &[order::<3>(), order::<4>(), order::<6>()], &mut signals),
+            _ => fill(segments, &chain, floor, &[order::<4>(), order::<5>(), order::<7>()], &mut signals),
+        }
+    }
+    signals
+}
+
+/// What a process of one order does.
+#[derive(Clone, Copy)]
+struct Order {
+    likelihood: fn(&[Segment], &[usize], &Scale, &[f64], f64) -> Innovations,
+    smoothed: fn(&Segment, &[usize], &Scale, &[f64], f64) -> (Array2<f64>, Array2<f64>),
+}
+
+const fn order<const D: usize>() -> Order {
+    Order { likelihood: likelihood::<D>, smoothed: smoothed::<D> }
+}
+
+/// The orders tried for a channel by itself: from a signal with a jerky slope, as a state has on which an input acts, to one as
+/// smooth as an orbit.
+const ALONE: [Order; 3] = [order::<2>(), order::<3>(), order::<5>()];
+
+/// Smooths one chain with the likeliest of the processes `orders`.
+fn fill(segments: &[Segment], chain: &[usize], floor: &[f64], orders: &[Order], signals: &mut Signals) {
+    let scale = Scale::of(segments, chain);
+    let noise: Vec<f64> = chain.iter().map(|&i| noise_of(segments, i, floor[i])).collect();
+    for (&i, sigma) in chain.iter().zip(&noise) {
+        signals.sigma[i] = *sigma;
+    }
+    let noise: Vec<f64> = noise.iter().enumerate().map(|(j, s)| s / scale.of_derivative(j)).collect();
+    let of = |order: &Order| (intensity(order, segments, chain, &scale, &noise), *order);
+    let likeliest = orders.iter().map(of).min_by(|a, b| a.0.1.total_cmp(&b.0.1));
+    let Some(((intensity, _), order)) = likeliest else { return };
+    for at in 0..segments.len() {
+        let (x, x_dot) = (order.smoothed)(&segments[at], chain, &scale, &noise, intensity);
+        for (j, &i) in chain.iter().enumerate() {
+            signals.x[at].column_mut(i).assign(&x.column(j));
+            signals.x_dot[at].column_mut(i).assign(&x_dot.column(j));
+        }
+    }
+}
+
+/// Units in which the numbers of a chain are neither large nor small: time in sampling intervals.
+struct Scale {
+    dt: f64,
+    /// Unit of the head of the chain.
+    value: f64,
+}
+
+impl Scale {
+    fn of(segments: &[Segment], chain: &[usize]) -> Self {
+        let mut steps: Vec<f64> = segments.iter().flat_map(|s| s.dt.iter().copied()).collect();
+        steps.sort_by(f64::total_cmp);
+        let dt = steps.get(steps.len() / 2).copied().unwrap_or(1.0);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for segment in segments {
+            let column = segment.x.column(chain[0]);
+            let mean = column.mean().unwrap_or(0.0);
+            sum += column.iter().map(|v| (v - mean).powi(2)).sum::<f64>();
+            count += column.len() as f64;
+        }
+        let value = (sum / f64::max(count, 1.0)).sqrt();
+        Self { dt, value: if value > 0.0 { value } else { 1.0 } }
+    }
+
+    fn of_derivative(&self, order: usize) -> f64 {
+        self.value / self.dt.powi(order as i32)
+    }
+}
+
+/// Noise of state `i` alone, at least `floor`.
+fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
+    let scale = Scale::of(segments, &[i]);
+    let found = ALONE.iter().map(|order| {
+        let unit = |log_ratio: f64| (order.likelihood)(segments, &[i], &scale, &[1.0], log_ratio.exp());
+        unit(minimum(LOGS, |l| unit(l).profile()))
+    });
+    let likeliest = found.min_by(|a, b| a.profile().total_cmp(&b.profile()));
+    likeliest.map_or(0.0, |found| scale.value * found.scale()).max(floor)
+}
+
+/// The intensity of the process of a chain with known `noise`, and −2 ln L there.
+fn intensity(order: &Order, segments: &[Segment], chain: &[usize], scale: &Scale, noise: &[f64]) -> (f64, f64) {
+    let smallest = noise.iter().fold(f64::INFINITY, |m, s| m.min(*s)).max(1e-14);
+    let at = |log: f64| (order.likelihood)(segments, chain, scale, noise, log.exp() * smallest * smallest).total();
+    let best = minimum(LOGS, at);
+    (best.exp() * smallest * smallest, at(best))
+}
+
+/// Where `f` is smallest: the best of a coarse grid over `range`, refined by golden sections.
+fn minimum((low, high): (f64, f64), f: impl Fn(f64) -> f64) -> f64 {
+    const GRID: usize = 16;
+    const ROUNDS: usize = 9;
+    let step = (high - low) / GRID as f64;
+    let place = |i: usize| low + i as f64 * step;
+    let values: Vec<f64> = (0..=GRID).map(|i| f(place(i))).collect();
+    let best = (0..=GRID).min_by(|&a, &b| values[a].total_cmp(&values[b])).unwrap_or(0);
+    let golden = 0.5 * (5_f64.sqrt() - 1.0);
+    let (mut a, mut b) = ((place(best) - step).max(low), (place(best) + step).min(high));
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut f_c, mut f_d) = (f(c), f(d));
+    for _ in 0..ROUNDS {
+        if f_c < f_d {
+            (b, d, f_d) = (d, c, f_c);
+            c = b - golden * (b - a);
+            f_c = f(c);
+        } else {
+            (a, c, f_c) = (c, d, f_d);
+            d = a + golden * (b - a);
+            f_d = f(d);
+        }
+    }
+    0.5 * (a + b)
+}
+
+/// Sums over the innovations of a filter.
+#[derive(Default, Clone, Copy)]
+struct Innovations {
+    count: f64,
+    squares: f64,
+    logs: f64,
+}
+
+impl Innovations {
+    /// −2 ln L but for a constant.
+    fn total(&self) -> f64 {
+        self.squares + self.logs
+    }
+
+    /// The same with the scale of all variances chosen best.
+    fn profile(&self) -> f64 {
+        if self.count < 1.0 { return 0.0 }
+        self.count * (self.squares / self.count).max(f64::MIN_POSITIVE).ln() + self.logs
+    }
+
+    /// That scale, as a standard deviation.
+    fn scale(&self) -> f64 {
+        (self.squares / self.count.max(1.0)).sqrt()
+    }
+}
+
+/// The innovations of the first [`SAMPLES`] samples.
+fn likelihood<const D: usize>(
+    segments: &[Segment],
+    chain: &[usize],
+    scale: &Scale,
+    noise: &[f64],
+    intensity: f64,
+) -> Innovations {
+    let mut sums = Innovations::default();
+    for segment in segments {
+        if sums.count as usize > SAMPLES * chain.len() {
+            break;
+        }
+        let mut filter = Filter::<D>::new(segment, chain, scale, noise, intensity);
+        for t in 0..=segment.len() {
+            filter.predict(t);
+            filter.update(t, &mut sums);
+        }
+    }
+    sums
+}
+
+/// A Kalman filter of an integrated Wiener process of order D whose first derivatives are measured.
+struct Filter<'a, const D: usize> {
+    segment: &'a Segment,
+    chain: &'a [usize],
+    scale: &'a Scale,
+    noise: &'a [f64],
+    intensity: f64,
+    mean: SVector<f64, D>,
+    covariance: SMatrix<f64, D, D>,
+}
+
+/// Standard deviation of the start, as it follows from the first samples, in units of what one step and one measurement add.
+const DIFFUSE: f64 = 100.0;
+
+/// The state at the first sample of the polynomial through the first samples.
+fn start<const D: usize>(segment: &Segment, chain: &[usize], scale: &Scale) -> SVector<f64, D> {
+    let samples = D.div_ceil(chain.len()).min(segment.len() + 1);
+    let mut time = 0.0;
+    let (mut rows, mut values) = (Vec::new(), Vec::new());
+    for t in 0..samples {
+        let transition = Filter::<D>::transition(time);
+        for (j, &i) in chain.iter().enumerate() {
+            rows.push(transition.row(j).into_owned());
+            values.push(segment.x[[t, i]] / scale.of_derivative(j));
+        }
+        time += segment.dt.get(t).map_or(0.0, |dt| dt / scale.dt);
+    }
+    let polynomial = DMatrix::from_fn(rows.len(), D, |i, j| rows[i][j]);
+    match polynomial.svd(true, true).solve(&DVector::from_vec(values), 1e-12) {
+        Ok(found) => SVector::from_fn(|j, _| found[j]),
+        Err(_) => SVector::zeros(),
+    }
+}
+
+impl<'a, const D: usize> Filter<'a, D> {
+    fn new(segment: &'a Segment, chain: &'a [usize], scale: &'a Scale, noise: &'a [f64], intensity: f64) -> Self {
+        let mean = start(segment, chain, scale);
+        let measured = noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
+        let covariance = SMatrix::from_diagonal_element(DIFFUSE * DIFFUSE * (intensity + measured));
+        Self { segment, chain, scale, noise, intensity, mean, covariance }
+    }
+
+    /// The transition over `h` sampling intervals.
+    fn transition(h: f64) -> SMatrix<f64, D, D> {
+        SMatrix::from_fn(|i, j| if j < i { 0.0 } else { power_over_factorial(h, j - i) })
+    }
+
+    /// The covariance that the process gathers over `h` sampling intervals.
+    fn gathered(h: f64) -> SMatrix<f64, D, D> {
+        SMatrix::from_fn(|i, j| {
+            let (a, b) = (D - 1 - i, D - 1 - j);
+            h.powi((a + b + 1) as i32) / ((a + b + 1) as f64 * factorial(a) * factorial(b))
+        })
+    }
+
+    /// From sample t − 1 to t.
+    fn predict(&mut self, t: usize) -> SMatrix<f64, D, D> {
+        if t == 0 {
+            return SMatrix::identity();
+        }
+        let h = self.segment.dt[t - 1] / self.scale.dt;
+        let f = Self::transition(h);
+        self.mean = f * self.mean;
+        self.covariance = f * self.covariance * f.transpose() + Self::gathered(h) * self.intensity;
+        f
+    }
+
+    fn update(&mut self, t: usize, sums: &mut Innovations) {
+        for (j, (&i, sigma)) in self.chain.iter().zip(self.noise).enumerate() {
+            let y = self.segment.x[[t, i]] / self.scale.of_derivative(j);
+            let variance = self.covariance[(j, j)] + sigma * sigma;
+            let innovation = y - self.mean[j];
+            let gain = self.covariance.column(j) / variance;
+            self.mean += gain * innovation;
+            // Joseph's form, which stays positive.
+            let mut left = SMatrix::<f64, D, D>::identity();
+            let column = left.column(j) - gain;
+            left.set_column(j, &column);
+            self.covariance =
+                left * self.covariance * left.transpose() + gain * gain.transpose() * (sigma * sigma);
+            // The first samples only fix the start.
+            if t >= D {
+                sums.count += 1.0;
+                sums.squares += innovation * innovation / variance;
+                sums.logs += variance.ln();
+            }
+        }
+    }
+}
+
+/// Values and derivatives of the channels of `chain` (T + 1, chain) by the Rauch–Tung–Striebel smoother.
+fn smoothed<const D: usize>(
+    segment: &Segment,
+    chain: &[usize],
+    scale: &Scale,
+    noise: &[f64],
+    intensity: f64,
+) -> (Array2<f64>, Array2<f64>) {
+    let mut filter = Filter::<D>::new(segment, chain, scale, noise, intensity);
+    let mut ignored = Innovations::default();
+    let mut passed = Vec::with_capacity(segment.len() + 1);
+    for t in 0..=segment.len() {
+        let transition = filter.predict(t);
+        let predicted = (filter.mean, filter.covariance);
+        filter.update(t, &mut ignored);
+        passed.push((transition, predicted, filter.mean, filter.covariance));
+    }
+    let shape = (segment.len() + 1, chain.len());
+    let (mut x, mut x_dot) = (Array2::zeros(shape), Array2::zeros(shape));
+    let mut later: Option<SVector<f64, D>> = None;
+    for t in (0..=segment.len()).rev() {
+        let (_, _, mut mean, covariance) = passed[t];
+        if let (Some(later), Some((transition, predicted, ..))) = (later, passed.get(t + 1)) {
+            if let Some(factor) = predicted.1.cholesky() {
+                mean += covariance * transition.transpose() * factor.solve(&(later - predicted.0));
+            }
+        }
+        for j in 0..chain.len() {
+            x[[t, j]] = mean[j] * scale.of_derivative(j);
+            x_dot[[t, j]] = mean[j + 1] * scale.of_derivative(j + 1);
+        }
+        later = Some(mean);
+    }
+    (x, x_dot)
+}
+
+fn factorial(n: usize) -> f64 {
+    (1..=n).map(|i| i as f64).product()
+}
+
+fn power_over_factorial(h: f64, n: usize) -> f64 {
+    h.powi(n as i32) / factorial(n)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt as _;
+    use sindyna_core::Seed;
+
+    fn wave(noise: f64, samples: usize, uneven: bool) -> Segment {
+        let mut rng = Seed::new(3).stream("noise", 0);
+        let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        let mut t = 0.0;
+        let mut dt = Vec::new();
+        let mut x = Array2::zeros((samples, 2));
+        for i in 0..samples {
+            x[[i, 0]] = f64::sin(3.0 * t) + noise * normal();
+            x[[i, 1]] = 3.0 * f64::cos(3.0 * t) + noise * normal();
+            let step = if uneven { 0.02 + 0.03 * (i % 3) as f64 } else { 0.04 };
+            if i + 1 < samples {
+                dt.push(step);
+            }
+            t += step;
+        }
+        Segment { u: Array2::zeros((samples - 1, 0)), x, dt }
+    }
+
+    #[test]
+    fn noise_is_found_to_a_few_percent_and_the_signal_below_it() {
+        for uneven in [false, true] {
+            for noise in [1e-4, 1e-2, 0.1] {
+                let segment = wave(noise, 400, uneven);
+                let clean = wave(0.0, 400, uneven);
+                let signals = smooth(&[segment], &[Some(1), None], &[1e-12; 2]);
+                for i in 0..2 {
+                    let ratio = signals.sigma[i] / noise;
+                    assert!((0.85..1.15).contains(&ratio), "{uneven} {noise} {i}: {ratio}");
+                    let left = (&signals.x[0].column(i) - &clean.x.column(i)).mapv(|v| v * v).mean();
+                    let left = left.expect("samples").sqrt();
+                    assert!(left < 0.7 * noise, "{noise} {i}: {left}");
+                }
+                let slope = (&signals.x_dot[0].column(0) - &clean.x.column(1)).mapv(|v| v * v).mean();
+                assert!(slope.expect("samples").sqrt() < 0.7 * noise, "the rate is measured too");
+            }
+        }
+    }
+
+    #[test]
+    fn without_noise_the_samples_are_kept() {
+        let clean = wave(0.0, 200, false);
+        let signals = smooth(&[clean.clone()], &[None, None], &[1e-12; 2]);
+        for i in 0..2 {
+            assert!(signals.sigma[i] < 2e-5, "{:?}", signals.sigma);
+            let left = (&signals.x[0].column(i) - &clean.x.column(i)).mapv(f64::abs);
+            assert!(left.iter().all(|v| *v < 2e-5), "{left}");
+        }
+    }
+}

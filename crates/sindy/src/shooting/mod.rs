@@ -1,0 +1,8 @@
+//! Coefficients by the prediction error of whole trajectories: multiple shooting with continuity.
+
+mod eliminate;
+mod fit;
+mod flow;
+
+pub(crate) use fit::{Fit, fit};
+pub(crate) use flow::{Flow, Stage};
