@@ -1,0 +1,89 @@
+//! The method under test: the one place to change when another is to be tried.
+
+use ndarray::Axis;
+use sindyna_core::{Channel, Dataset, Dynamics, Kind, Precision, Space, Spec};
+use sindyna_sindy::Identifier;
+
+use crate::equations::Term;
+use crate::log::{Log, Role, Trajectory};
+
+/// What a method makes of a log.
+pub struct Found {
+    /// Terms of each state's equation.
+    pub equations: Vec<Vec<Term>>,
+    /// Whether the method claims that nothing is left to explain.
+    pub adequate: bool,
+    /// One sampling interval of what was found.
+    pub dynamics: Box<dyn Dynamics>,
+}
+
+/// Identifies equations from `log` with the defaults: no noise declared, no terms added.
+///
+/// # Errors
+/// Why nothing was identified.
+pub fn identify(log: &Log) -> anyhow::Result<Found> {
+    let spec = spec(log);
+    let found = Identifier::new(&spec).identify(&dataset(log)?)?;
+    let (model, names) = (found.model, log.variables());
+    let terms = model.shifted_terms();
+    let row = |i: usize| {
+        let term = |e: &sindyna_sindy::Entry| {
+            let text = terms[e.term].display(&names).to_string();
+            Term { text, rate: e.rate, coefficient: e.coefficient }
+        };
+        model.coefficients(i).iter().map(term).collect()
+    };
+    let judged = |i: &usize| !model.kinematic()[*i];
+    Ok(Found {
+        equations: (0..log.states.len()).map(row).collect(),
+        adequate: (0..log.states.len()).filter(judged).all(|i| found.report.equations[i].reached_floor),
+        dynamics: Box::new(model),
+    })
+}
+
+/// The log as a declared system, as `sindyna identify` declares one whose noise nobody gave.
+fn spec(log: &Log) -> Spec {
+    let reach = |of: fn(&Trajectory) -> &ndarray::Array2<f64>, i: usize| {
+        let columns = log.trajectories.iter().map(|t| of(t).index_axis(Axis(1), i));
+        let largest = columns.flatten().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        if largest > 0.0 { largest } else { 1.0 }
+    };
+    let kind = |role: &Role| match role {
+        Role::Plain => Kind::Plain,
+        Role::Angle | Role::Turning => Kind::Angle,
+        Role::RateOf(of) => Kind::RateOf(*of),
+    };
+    let states = log.states.iter().zip(&log.roles).enumerate();
+    let state: Vec<_> = states.map(|(i, (s, r))| Channel::new(s, "", kind(r), reach(|t| &t.states, i))).collect();
+    let controls = log.controls.iter().enumerate();
+    let control: Vec<_> = controls.map(|(i, u)| Channel::new(u, "", Kind::Plain, reach(|t| &t.controls, i))).collect();
+    let high: Vec<f64> = control.iter().map(|c| c.scale).collect();
+    Spec {
+        name: "log".into(),
+        observation: state.clone(),
+        state,
+        control,
+        action_space: Space::Box { low: high.iter().map(|h| -h).collect(), high },
+        precision: Precision::F64,
+        noise: 0.0,
+        dt: log.dt,
+        max_steps: usize::MAX,
+        solved_at: None,
+    }
+}
+
+/// The recordings as rollouts.
+fn dataset(log: &Log) -> anyhow::Result<Dataset> {
+    let k = log.controls.len();
+    let mut data = Dataset::new(log.states.len(), k, k, log.dt);
+    for trajectory in &log.trajectories {
+        anyhow::ensure!(trajectory.times.is_none(), "samples that are not evenly spaced are not taken");
+        let mut rows = trajectory.states.rows().into_iter().map(|row| row.to_vec());
+        data.begin(&rows.next().unwrap_or_default())?;
+        for (next, control) in rows.zip(trajectory.controls.rows()) {
+            let control = control.to_vec();
+            data.push(&control, &control, 0.0, &next)?;
+        }
+    }
+    Ok(data)
+}

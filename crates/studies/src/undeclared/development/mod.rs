@@ -1,0 +1,14 @@
+//! Systems to develop methods on. What is tuned, is tuned here; no result is ever reported on them.
+
+mod chaos;
+mod circuits;
+mod mechanics;
+mod populations;
+mod vehicles;
+
+use super::System;
+
+/// All of them.
+pub(super) fn systems() -> Vec<System> {
+    [chaos::systems(), circuits::systems(), mechanics::systems(), populations::systems(), vehicles::systems()].concat()
+}
