@@ -8,8 +8,10 @@
 
 mod coordinates;
 mod data;
+mod design;
 mod differentiate;
 mod error;
+mod estimate;
 pub mod export;
 mod expr;
 mod identify;

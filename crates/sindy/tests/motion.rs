@@ -216,8 +216,7 @@ fn units_of_nanometres_change_no_coefficient() {
 #[test]
 fn a_chain_of_rates_is_stepped_from_the_last_rate_to_the_first() {
     let channel = |name: &str, kind| Channel::new(name, "", kind, 1.0);
-    let channels =
-        vec![channel("x", Kind::Plain), channel("v", Kind::RateOf(0)), channel("a", Kind::RateOf(1))];
+    let channels = vec![channel("x", Kind::Plain), channel("v", Kind::RateOf(0)), channel("a", Kind::RateOf(1))];
     let (spec, data) = logged(channels, 0.05, 400, &[1.0; 3], &[0.3, -0.1, 0.2], |x, u| {
         x[2] += 0.05 * (-2.0 * x[2] - 3.0 * x[1] - 1.5 * x[0] + 2.0 * u);
         x[1] += 0.05 * x[2];

@@ -2,6 +2,8 @@
 
 use ndarray::Array2;
 
+use crate::motion::Run;
+
 /// Consecutive samples of one trajectory.
 #[derive(Debug, Clone)]
 pub(crate) struct Segment {
@@ -14,6 +16,11 @@ pub(crate) struct Segment {
 }
 
 impl Segment {
+    /// The samples of `run`, `dt` \[s\] apart.
+    pub(crate) fn even(run: &Run, dt: f64) -> Self {
+        Self { x: run.x.clone(), u: run.u.clone(), dt: vec![dt; run.len()] }
+    }
+
     /// Number of steps T.
     pub(crate) fn len(&self) -> usize {
         self.u.nrows()

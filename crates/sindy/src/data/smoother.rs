@@ -183,7 +183,9 @@ impl Innovations {
 
     /// The same with the scale of all variances chosen best.
     fn profile(&self) -> f64 {
-        if self.count < 1.0 { return 0.0 }
+        if self.count < 1.0 {
+            return 0.0;
+        }
         self.count * (self.squares / self.count).max(f64::MIN_POSITIVE).ln() + self.logs
     }
 
@@ -293,8 +295,7 @@ impl<'a, const D: usize> Filter<'a, D> {
             let mut left = SMatrix::<f64, D, D>::identity();
             let column = left.column(j) - gain;
             left.set_column(j, &column);
-            self.covariance =
-                left * self.covariance * left.transpose() + gain * gain.transpose() * (sigma * sigma);
+            self.covariance = left * self.covariance * left.transpose() + gain * gain.transpose() * (sigma * sigma);
             // The first samples only fix the start.
             if t >= D {
                 sums.count += 1.0;

@@ -90,8 +90,19 @@ mod tests {
     fn derivatives_are_those_of_differences() {
         let names = ["x".to_owned(), "y".to_owned()];
         for text in [
-            "3", "x", "-x*y", "x^3*sin(2*y)", "x/(1+y^2)", "tan(x)*exp(y)", "log(2+x)-sqrt(y)", "abs(x)*x",
-            "tanh(x/0.1)", "cos(x-y)*(x+y)", "sign(x)*y", "x^-2", "1/x",
+            "3",
+            "x",
+            "-x*y",
+            "x^3*sin(2*y)",
+            "x/(1+y^2)",
+            "tan(x)*exp(y)",
+            "log(2+x)-sqrt(y)",
+            "abs(x)*x",
+            "tanh(x/0.1)",
+            "cos(x-y)*(x+y)",
+            "sign(x)*y",
+            "x^-2",
+            "1/x",
         ] {
             let term = parse(text, &names).expect("a term");
             let at = [0.7, 1.3];

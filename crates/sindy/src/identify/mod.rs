@@ -1,6 +1,7 @@
 //! From recorded rollouts to equations of motion.
 
 mod choices;
+mod estimated;
 mod region;
 mod report;
 mod rows;
@@ -18,6 +19,7 @@ use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
 use crate::{BestSubset, CoordinateMode, motion};
+use report::Counts;
 use rows::Rows;
 
 /// Identifies equations of motion from rollouts of a system that a [`Spec`] declares.
@@ -288,7 +290,16 @@ impl Identifier {
         let space = Space { kinematic, ..self.space().map_err(failed)? };
         let search =
             motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
-        let mut found = search.run().map_err(|e| failed(e.to_string()))?;
+        let explained = if search.noisy { None } else { search.roughly() };
+        if explained.is_none()
+            && let Some(found) = self.estimated(tiers.terms.clone(), &runs, at_limits, &space, solver)?
+        {
+            return Ok(found);
+        }
+        let mut found = match explained {
+            Some(found) => found,
+            None => search.run().map_err(|e| failed(e.to_string()))?,
+        };
         let (mut kept, mut strays) = (None, 0);
         let strays_matter = !found.explains() && !search.noisy;
         if let Some((explained, runs, count)) = strays_matter.then(|| search.without_strays()).flatten() {
@@ -306,7 +317,7 @@ impl Identifier {
         for (fit, (residual, floor)) in found.fits.iter_mut().zip(&residuals) {
             fit.reached_floor &= *residual <= most * floor;
         }
-        let counts = (rows - strays, at_limits, strays);
+        let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
         let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
         Ok(Identified { model, report })
     }

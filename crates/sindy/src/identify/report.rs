@@ -2,6 +2,7 @@
 
 use super::rows::Rows;
 use crate::Triangle;
+use crate::estimate::Estimate;
 use crate::library::Term;
 use crate::model::Model;
 use crate::motion::Found;
@@ -58,22 +59,34 @@ pub struct EquationReport {
     pub ties: Vec<Vec<usize>>,
 }
 
+/// Steps by what became of them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Counts {
+    pub(super) rows: usize,
+    pub(super) at_limit: usize,
+    pub(super) astray: usize,
+}
+
+/// The term as people write it.
+fn feature(term: &Term, names: &[String]) -> String {
+    match term.rate {
+        None => term.expr.pretty(names).to_string(),
+        Some(l) if term.expr.is_one() => format!("d{}/dt", names[l]),
+        Some(l) => format!("{}·d{}/dt", term.expr.pretty(names).as_factor(), names[l]),
+    }
+}
+
 impl Report {
     /// The account of a fit by [`Search`](crate::motion::Search): `found`, with the `residuals` of each equation, and `model`,
     /// its coefficients polished, with their standard errors.
     pub(super) fn in_motion(
         names: &[String],
         terms: &[Term],
-        (rows, rows_at_limit, rows_astray): (usize, usize, usize),
+        counts: Counts,
         found: Found,
         residuals: &[(f64, f64)],
         (model, errors): (&Model, &[f64]),
     ) -> Self {
-        let feature = |t: &Term| match t.rate {
-            None => t.expr.pretty(names).to_string(),
-            Some(l) if t.expr.is_one() => format!("d{}/dt", names[l]),
-            Some(l) => format!("{}·d{}/dt", t.expr.pretty(names).as_factor(), names[l]),
-        };
         let offsets = model.offsets().iter().filter(|v| **v != 0.0).count();
         let mut errors = errors.iter().copied().skip(offsets);
         let equations = found.fits.into_iter().zip(names).enumerate().map(|(i, (fit, state))| {
@@ -92,11 +105,36 @@ impl Report {
             }
         });
         Self {
-            rows,
-            rows_at_limit,
-            rows_astray,
-            features: terms.iter().map(feature).collect(),
+            rows: counts.rows,
+            rows_at_limit: counts.at_limit,
+            rows_astray: counts.astray,
+            features: terms.iter().map(|t| feature(t, names)).collect(),
             condition: found.condition,
+            equations: equations.collect(),
+        }
+    }
+
+    /// The account of an estimate. Residuals are those of one step: what the noise of both samples adds to Δx/Δt.
+    pub(super) fn estimated(names: &[String], terms: &[Term], counts: Counts, found: &Estimate, dt: f64) -> Self {
+        let of_a_step = |sigma: f64| 2_f64.sqrt() * sigma / dt;
+        let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
+            state: state.clone(),
+            residual: of_a_step(found.sigma[i]),
+            floor: of_a_step(found.signal_noise[i]),
+            reached_floor: found.adequate[i],
+            proved: false,
+            support: fit.support.clone(),
+            coefficients: fit.coefficients.clone(),
+            standard_errors: found.errors[i].clone(),
+            path: fit.path.clone(),
+            ties: fit.ties.clone(),
+        });
+        Self {
+            rows: counts.rows,
+            rows_at_limit: counts.at_limit,
+            rows_astray: counts.astray,
+            features: terms.iter().map(|t| feature(t, names)).collect(),
+            condition: 1.0,
             equations: equations.collect(),
         }
     }

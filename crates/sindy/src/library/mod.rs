@@ -3,6 +3,7 @@
 mod auto;
 mod build;
 mod complexity;
+mod general;
 mod mechanical;
 mod paper;
 mod role;
@@ -10,6 +11,7 @@ mod role;
 pub(crate) use auto::auto;
 pub use build::{Library, LibraryError};
 pub(crate) use complexity::complexity;
+pub(crate) use general::general;
 pub(crate) use mechanical::{Tiers, mechanical};
 pub(crate) use paper::{paper, paper_degree2};
 pub use role::{Input, Role};

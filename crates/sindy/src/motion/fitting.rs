@@ -5,8 +5,8 @@ use ndarray::{Array2, Axis, concatenate};
 use super::choice::Choice;
 use super::search::{Found, Search};
 use super::unseen::unseen;
-use super::whiten::whiten;
 use super::{Run, Stepping, System};
+use crate::design::whiten;
 use crate::model::ModelError;
 use crate::regression::model;
 use crate::solve::{FLOOR_FACTOR, Selected, Selection};
@@ -173,7 +173,7 @@ pub(super) fn whitened(
         let target = Array2::from_shape_fn((run.len(), 1), |(t, _)| (run.x[[t + 1, i]] - run.x[[t, i]]) / system.dt);
         let mut rows = concatenate![Axis(1), theta.select(Axis(1), allowed), target];
         let extra = extra.map_or_else(|| vec![0.0; run.len()], |e| e[at].column(i).to_vec());
-        whiten(rows.view_mut(), &run.sigma.column(i).to_vec(), &extra, system.dt);
+        whiten(rows.view_mut(), &run.sigma.column(i).to_vec(), &extra, &vec![system.dt; run.len()]);
         triangle.push(rows.view()).map_err(|_| ModelError::BadNumber { what: "a term", value: f64::NAN })?;
     }
     Ok(triangle)

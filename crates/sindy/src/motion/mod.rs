@@ -17,10 +17,9 @@ mod strays;
 mod tilt;
 mod unseen;
 mod untangle;
-mod whiten;
 
 pub(crate) use averages::System;
 pub(crate) use polish::polished;
 pub(crate) use runs::{Run, at_limit, runs};
 pub(crate) use search::{Found, Search};
-pub(crate) use stepping::Stepping;
+pub(crate) use stepping::{Stepping, shown};

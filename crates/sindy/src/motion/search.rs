@@ -56,7 +56,7 @@ impl Search<'_> {
     }
 
     /// Equations that explain the data, if there are some that a short search finds.
-    pub(super) fn roughly(&self) -> Option<Found> {
+    pub(crate) fn roughly(&self) -> Option<Found> {
         let solver = self.solver.within(ROUGHLY);
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }

@@ -3,7 +3,7 @@
 use sindyna_core::Scheme;
 
 use super::Run;
-use super::whiten::whiten;
+use crate::design::whiten;
 use crate::model::Form;
 
 /// How the equations of motion are stepped through one control interval.
@@ -40,7 +40,7 @@ const CLEAR: f64 = 12.0;
 /// something between the two. `rates` holds, per state, the state that is its rate. `None` where no state has one.
 ///
 /// What the data cannot tell is taken as continuous.
-pub(super) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<Stepping> {
+pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<Stepping> {
     let pairs: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect();
     if pairs.is_empty() {
         return None;
@@ -68,6 +68,6 @@ fn chi_squared(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> f6
     let mut rows = ndarray::Array2::from_shape_fn((run.len(), 1), |(t, _)| error(t));
     // The error of the rate enters too.
     let sigma: Vec<f64> = (0..=run.len()).map(|t| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]])).collect();
-    whiten(rows.view_mut(), &sigma, &vec![0.0; run.len()], dt);
+    whiten(rows.view_mut(), &sigma, &vec![0.0; run.len()], &vec![dt; run.len()]);
     rows.iter().map(|w| w * w).sum()
 }

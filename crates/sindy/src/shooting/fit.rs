@@ -33,7 +33,8 @@ const ITERATIONS: (usize, usize) = (3, 12);
 const ENOUGH: f64 = 1e-7;
 
 /// Fits the coefficients of `flow` to `segments`, from `xi` and states `x` (T + 1, n each) near the data; `sigma` (n) is a guess
-/// of the noise, which is estimated anew, but not below `floor` (n). `None` if the equations cannot follow the data.
+/// of the noise, which is estimated anew, but not below `floor` (n). `parts` are the numbers of the [`PARTS`] gone through. `None` if the
+/// equations cannot follow the data.
 ///
 /// Minimises Σ ((x measured − x)/σ)² + Σ ((x⁺ − F(x; ξ))/q)² over ξ and all x, where q is a small part of σ: the equations are
 /// followed through each whole trajectory, and yet every sample is a node from which they are linearised.
@@ -46,21 +47,18 @@ pub(crate) fn fit(
     start: (&[f64], &[Array2<f64>]),
     sigma: &[f64],
     floor: &[f64],
-    parts: usize,
+    parts: std::ops::Range<usize>,
 ) -> Option<Fit> {
     let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec() };
-    let mut triangle = None;
-    for (stage, part) in PARTS.iter().take(parts).enumerate() {
-        let last = stage + 1 == parts;
-        for _ in 0..if last { 2 } else { 1 } {
-            triangle = Some(state.iterate(flow, segments, *part, if last { ITERATIONS.1 } else { ITERATIONS.0 })?);
-            state.update_noise(flow, segments, floor);
-        }
+    let last = parts.end.min(PARTS.len()).saturating_sub(1);
+    for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
+        let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
+        state.iterate(flow, segments, *part, iterations)?;
+        state.update_noise(flow, segments, floor);
     }
     // With the noise that was found at last.
-    let part = PARTS[parts.min(PARTS.len()) - 1];
-    triangle = state.iterate(flow, segments, part, 2).or(triangle);
-    let triangle = triangle?;
+    let triangle = state.iterate(flow, segments, PARTS[last], 3)?;
+    state.update_noise(flow, segments, floor);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
     Some(Fit { xi: state.xi, errors, x: state.x, sigma: state.sigma, triangle })
@@ -175,11 +173,8 @@ impl State {
         let fitted = flow.n_parameters() + segments.len() * n;
         let freedom = (1.0 - fitted as f64 / (samples * n) as f64).max(0.1);
         for i in 0..n {
-            let squares: f64 = segments
-                .iter()
-                .zip(&self.x)
-                .map(|(s, x)| (&s.x.column(i) - &x.column(i)).mapv(|v| v * v).sum())
-                .sum();
+            let squares: f64 =
+                segments.iter().zip(&self.x).map(|(s, x)| (&s.x.column(i) - &x.column(i)).mapv(|v| v * v).sum()).sum();
             self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(floor[i]);
         }
     }
@@ -237,7 +232,7 @@ mod tests {
         for seed in 0..seeds {
             let (flow, segment) = oscillator(seed, 200, 0.05, noise);
             let x = [segment.x.clone()];
-            let found = fit(&flow, &[segment], (&[-8.0, 0.0, 0.5], &x), &[0.1, 0.1], &[1e-9; 2], 4).expect("a fit");
+            let found = fit(&flow, &[segment], (&[-8.0, 0.0, 0.5], &x), &[0.1, 0.1], &[1e-9; 2], 0..4).expect("a fit");
             for i in 0..3 {
                 let z = (found.xi[i] - truth[i]) / found.errors[i];
                 squares[i] += z * z;

@@ -110,6 +110,10 @@ impl Flow {
         self.summands[parameter].row
     }
 
+    pub(crate) fn stepping(&self) -> Stepping {
+        self.stepping
+    }
+
     /// The same equations stepped in another way.
     pub(crate) fn with_stepping(&self, stepping: Stepping) -> Self {
         Self { stepping, ..self.clone() }
@@ -355,7 +359,11 @@ mod tests {
             for j in 0..10 {
                 let mut at = |h: f64| {
                     let (mut x, mut xi) = (x, xi.clone());
-                    if j < 4 { x[j] += h } else { xi[j - 4] += h }
+                    if j < 4 {
+                        x[j] += h
+                    } else {
+                        xi[j - 4] += h
+                    }
                     step(&x, &xi, None)
                 };
                 let (up, down) = (at(1e-6), at(-1e-6));

@@ -1,0 +1,7 @@
+//! Rows of the regression of each equation: terms averaged over each step along a path, whitened.
+
+mod path;
+mod whiten;
+
+pub(crate) use path::{Path, averages};
+pub(crate) use whiten::whiten;

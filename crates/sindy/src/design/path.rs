@@ -1,0 +1,89 @@
+//! Terms averaged over each step along a path.
+
+use ndarray::Array2;
+
+use crate::data::{Segment, Signals};
+use crate::expr::Tape;
+use crate::library::Term;
+use crate::shooting::{Flow, Stage};
+
+/// What the states do between samples.
+pub(crate) enum Path<'a> {
+    /// As measured and smoothed: the cubic through values and derivatives at both ends of a step.
+    Measured(&'a Signals),
+    /// As equations say, from the states `x` (T + 1, n) of each segment.
+    Model { flow: &'a Flow, xi: &'a [f64], x: &'a [Array2<f64>] },
+    /// As at the sample before the step: for maps, and rates that hold for a whole step.
+    Held { x: &'a [Array2<f64>] },
+}
+
+/// Abscissae and weights of Gauss–Lobatto quadrature with four points on \[0, 1\].
+const LOBATTO: [(f64, f64); 4] =
+    [(0.0, 1.0 / 12.0), (0.276_393_202_250_021_03, 5.0 / 12.0), (0.723_606_797_749_979, 5.0 / 12.0), (1.0, 1.0 / 12.0)];
+
+/// The average of every term over each step of segment number `at` (T, F).
+///
+/// Where the path of a model does not end at the next state, the derivatives on it are moved by what is missing.
+pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path<'_>) -> Array2<f64> {
+    let (n, k) = (segment.x.ncols(), segment.u.ncols());
+    let mut theta = Array2::zeros((segment.len(), terms.len()));
+    let tape = Tape::new(n + k, terms.iter().map(|t| &t.expr));
+    let mut registers = vec![0.0; tape.n_registers()];
+    for t in 0..segment.len() {
+        let mut add = |stage: &Stage<'_>| {
+            registers[..n + k].copy_from_slice(stage.z);
+            tape.run(&mut registers);
+            for (j, (term, &register)) in terms.iter().zip(tape.outputs()).enumerate() {
+                let rate = term.rate.map_or(1.0, |l| stage.x_dot[l]);
+                theta[[t, j]] += stage.weight * registers[register as usize] * rate;
+            }
+        };
+        match path {
+            Path::Measured(signals) => hermite(segment, t, &signals.x[at], &signals.x_dot[at], &mut add),
+            Path::Held { x } => {
+                let z: Vec<f64> = x[at].row(t).iter().chain(segment.u.row(t)).copied().collect();
+                let rate = |i: usize| (x[at][[t + 1, i]] - x[at][[t, i]]) / segment.dt[t];
+                let x_dot: Vec<f64> = (0..n).map(rate).collect();
+                add(&Stage { weight: 1.0, z: &z, x_dot: &x_dot });
+            }
+            Path::Model { flow, xi, x } => follow(flow, xi, segment, t, &x[at], &mut add),
+        }
+    }
+    theta
+}
+
+/// Visits the points of the quadrature along the cubic through values `x` and derivatives `x_dot` at both ends.
+fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, add: &mut dyn FnMut(&Stage<'_>)) {
+    let (n, h) = (x.ncols(), segment.dt[t]);
+    let mut z = vec![0.0; n + segment.u.ncols()];
+    let mut slopes = vec![0.0; n];
+    z[n..].iter_mut().zip(segment.u.row(t)).for_each(|(slot, u)| *slot = *u);
+    for (s, weight) in LOBATTO {
+        for i in 0..n {
+            let (a, b) = (x[[t, i]], x[[t + 1, i]]);
+            let (p, q) = (h * x_dot[[t, i]], h * x_dot[[t + 1, i]]);
+            let (c, d) = (3.0 * (b - a) - 2.0 * p - q, 2.0 * (a - b) + p + q);
+            z[i] = a + s * (p + s * (c + s * d));
+            slopes[i] = (p + s * (2.0 * c + 3.0 * s * d)) / h;
+        }
+        add(&Stage { weight, z: &z, x_dot: &slopes });
+    }
+}
+
+/// Visits the stages of the step of `flow` from row t of `x`.
+fn follow(flow: &Flow, xi: &[f64], segment: &Segment, t: usize, x: &Array2<f64>, add: &mut dyn FnMut(&Stage<'_>)) {
+    let n = x.ncols();
+    let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+    let mut next = vec![0.0; n];
+    let mut stages: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
+    let mut scratch = flow.scratch();
+    flow.step((&now, &u, segment.dt[t]), xi, &mut next, None, &mut scratch, &mut |stage| {
+        stages.push((stage.weight, stage.z.to_vec(), stage.x_dot.to_vec()));
+    });
+    for (weight, z, mut x_dot) in stages {
+        for i in 0..n {
+            x_dot[i] += (x[[t + 1, i]] - next[i]) / segment.dt[t];
+        }
+        add(&Stage { weight, z: &z, x_dot: &x_dot });
+    }
+}

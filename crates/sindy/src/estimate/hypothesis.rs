@@ -1,0 +1,100 @@
+//! One hypothesis and its score.
+
+use ndarray::Array2;
+
+use super::search::Problem;
+use crate::motion::Stepping;
+use crate::shooting::{Fit, Flow, fit};
+use crate::solve::binomial;
+
+/// Terms of every equation, a way of stepping, and what fits them best.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    /// Terms of each state's equation, ascending; none for states with declared rates.
+    pub(super) supports: Vec<Vec<usize>>,
+    pub(super) flow: Flow,
+    pub(super) fit: Fit,
+    /// Smaller is better.
+    pub(super) score: f64,
+}
+
+/// Part of the noise by which one step may be wrong numerically.
+const TRUNCATION: f64 = 3e-3;
+
+/// Runge–Kutta steps per sampling interval, at most.
+const FINEST: usize = 64;
+
+impl Problem<'_> {
+    /// The hypothesis that equations have the terms `supports`, fitted from coefficients `xi` and states `x`. `None` if such equations
+    /// cannot follow the data.
+    pub(super) fn hypothesis(
+        &self,
+        supports: Vec<Vec<usize>>,
+        stepping: Stepping,
+        (xi, x, sigma): (&[f64], &[Array2<f64>], &[f64]),
+        parts: std::ops::Range<usize>,
+    ) -> Option<Hypothesis> {
+        let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, stepping);
+        let flow = self.accurate(flow, stepping, xi, x, sigma);
+        let fit = fit(&flow, self.segments, (xi, x), sigma, self.floor, parts)?;
+        let score = self.score(&supports, &fit.sigma);
+        score.is_finite().then_some(Hypothesis { supports, flow, fit, score })
+    }
+
+    /// `flow` with as many Runge–Kutta steps as the noise makes worth while.
+    fn accurate(&self, flow: Flow, stepping: Stepping, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> Flow {
+        let Stepping::Continuous { substeps: first } = stepping else { return flow };
+        let of = |substeps: usize| flow.with_stepping(Stepping::Continuous { substeps });
+        let mut substeps = first;
+        while substeps < FINEST {
+            let (coarse, fine) = (of(substeps), of(2 * substeps));
+            if self.difference(&coarse, &fine, xi, x, sigma) < TRUNCATION * 16.0 / 15.0 {
+                break;
+            }
+            substeps *= 2;
+        }
+        of(substeps)
+    }
+
+    /// RMS difference of the steps of two flows, in standard deviations of the noise.
+    fn difference(&self, a: &Flow, b: &Flow, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> f64 {
+        let n = sigma.len();
+        let (mut left, mut right) = (vec![0.0; n], vec![0.0; n]);
+        let (mut scratch_a, mut scratch_b) = (a.scratch(), b.scratch());
+        let (mut sum, mut count) = (0.0, 0.0);
+        for (segment, x) in self.segments.iter().zip(x) {
+            for t in 0..segment.len() {
+                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+                let step = (&now[..], &u[..], segment.dt[t]);
+                let finite = a.step(step, xi, &mut left, None, &mut scratch_a, &mut |_| {})
+                    && b.step(step, xi, &mut right, None, &mut scratch_b, &mut |_| {});
+                if finite {
+                    sum += (0..n).map(|i| ((left[i] - right[i]) / sigma[i]).powi(2)).sum::<f64>();
+                    count += n as f64;
+                }
+            }
+        }
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// −2 ln L + Σ ln N + 2 ln C(F, k) + complexity: the extended BIC of the prediction error, with the noise of each channel at its
+    /// likeliest.
+    ///
+    /// # References
+    /// Chen, Chen (2008), Biometrika 95(3), with γ = 1.
+    pub(super) fn score(&self, supports: &[Vec<usize>], sigma: &[f64]) -> f64 {
+        let samples = self.samples();
+        let likelihood: f64 = sigma.iter().map(|s| 2.0 * samples * s.ln()).sum();
+        likelihood + supports.iter().map(|support| self.penalty(support)).sum::<f64>()
+    }
+
+    /// What the terms of one equation cost.
+    pub(super) fn penalty(&self, support: &[usize]) -> f64 {
+        let complexity: f64 = support.iter().map(|&j| f64::from(self.terms[j].complexity)).sum();
+        support.len() as f64 * self.samples().ln() + 2.0 * binomial(self.terms.len(), support.len()).ln() + complexity
+    }
+
+    pub(super) fn samples(&self) -> f64 {
+        self.segments.iter().map(|s| s.x.nrows() as f64).sum()
+    }
+}

@@ -1,0 +1,136 @@
+//! The candidate terms of a system about which nothing is known but the roles of its variables.
+
+use super::{Input, Role, Term, complexity};
+use crate::expr::{Expr, Function};
+
+/// The complexity a derivative adds to the term it is multiplied by.
+const OF_A_RATE: u32 = 3;
+
+/// Highest frequency of waves of lengths.
+const FREQUENCIES: usize = 3;
+
+/// Candidate terms over the variables `inputs`, of which `rates` are states that are rates of others. `positive` says which
+/// variables (n + k) are positive on all data.
+///
+/// With a, b straight variables (no angles), q, r rates, w waves (sine and cosine of angles, of twice an angle, of sums and
+/// differences of two):
+///
+/// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
+/// - a·|a|, sign a of states: drag and dry friction; √a of states that stay positive,
+/// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
+/// - v·tan u of a state and an input: steering,
+/// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
+/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates.
+pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> Vec<Term> {
+    let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
+    let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
+    let straight = of(|r| !matches!(r, Role::Angle | Role::Turning));
+    let states = of(|r| matches!(r, Role::Plain | Role::Rate));
+    let (lengths, controls) = (of(|r| r == Role::Plain), of(|r| r == Role::Control));
+    let speeds: Vec<usize> = of(|r| r == Role::Rate);
+    let mut terms = Terms::new(inputs);
+    terms.add(Expr::Constant(1.0), None);
+    for power in 1..=3 {
+        straight.iter().for_each(|&a| terms.add(variable(a).to_power(power), None));
+    }
+    for (a, b) in pairs(&straight) {
+        terms.add(variable(a).times(variable(b)), None);
+    }
+    for &a in &straight {
+        straight.iter().filter(|&&b| b != a).for_each(|&b| terms.add(variable(a).to_power(2).times(variable(b)), None));
+    }
+    for &a in &states {
+        terms.add(variable(a).times(call(Function::Abs, variable(a))), None);
+        terms.add(call(Function::Sign, variable(a)), None);
+        if positive[a] {
+            terms.add(call(Function::Sqrt, variable(a)), None);
+        }
+    }
+    let single: Vec<Expr> = angles.iter().flat_map(|&a| waves(variable(a))).collect();
+    let twice = angles.iter().flat_map(|&a| [Function::Sin, Function::Cos].map(|f| Expr::wave(f, 2, variable(a))));
+    let sums = pairs(&angles).into_iter().flat_map(|(a, b)| {
+        let (a, b) = (Box::new(variable(a)), Box::new(variable(b)));
+        [Expr::Add(a.clone(), b.clone()), Expr::Sub(a, b)].into_iter().flat_map(waves)
+    });
+    let all: Vec<Expr> = single.iter().cloned().chain(twice).chain(sums).collect();
+    angles.iter().filter(|&&a| inputs[a].role == Role::Angle).for_each(|&a| terms.add(variable(a), None));
+    for wave in &all {
+        terms.add(wave.clone(), None);
+        for product in squares_and_products(&speeds) {
+            terms.add(product.times(wave.clone()), None);
+        }
+    }
+    for wave in &single {
+        for &a in &straight {
+            terms.add(variable(a).times(wave.clone()), None);
+            terms.add(variable(a).to_power(2).times(wave.clone()), None);
+        }
+    }
+    for &u in &controls {
+        terms.add(call(Function::Tan, variable(u)), None);
+        states.iter().for_each(|&v| terms.add(variable(v).times(call(Function::Tan, variable(u))), None));
+    }
+    if !angles.is_empty() {
+        for &l in rates {
+            terms.add(Expr::Constant(1.0), Some(l));
+            all.iter().for_each(|wave| terms.add(wave.clone(), Some(l)));
+        }
+    }
+    for k in 1..=FREQUENCIES {
+        lengths.iter().for_each(|&a| {
+            [Function::Sin, Function::Cos].into_iter().for_each(|f| terms.add(Expr::wave(f, k, variable(a)), None));
+        });
+    }
+    terms.terms
+}
+
+/// Terms as they are gathered, each once.
+struct Terms {
+    roles: Vec<Role>,
+    names: Vec<String>,
+    terms: Vec<Term>,
+}
+
+impl Terms {
+    fn new(inputs: &[Input]) -> Self {
+        Self {
+            roles: inputs.iter().map(|i| i.role).collect(),
+            names: inputs.iter().map(|i| i.name.clone()).collect(),
+            terms: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, expr: Expr, rate: Option<usize>) {
+        if self.terms.iter().any(|t| t.rate == rate && t.expr == expr) {
+            return;
+        }
+        let text = expr.display(&self.names).to_string();
+        let (name, complexity) = match rate {
+            None => (text, complexity(&expr, &self.roles)),
+            Some(l) if expr.is_one() => (format!("d{}/dt", self.names[l]), OF_A_RATE),
+            Some(l) => (format!("d{}/dt*{text}", self.names[l]), OF_A_RATE + complexity(&expr, &self.roles)),
+        };
+        self.terms.push(Term { expr, name, complexity, rate });
+    }
+}
+
+fn variable(i: usize) -> Expr {
+    Expr::Variable(i)
+}
+
+fn call(f: Function, a: Expr) -> Expr {
+    Expr::Call(f, Box::new(a))
+}
+
+fn waves(a: Expr) -> [Expr; 2] {
+    [call(Function::Sin, a.clone()), call(Function::Cos, a)]
+}
+
+fn pairs(of: &[usize]) -> Vec<(usize, usize)> {
+    of.iter().enumerate().flat_map(|(at, &a)| of[at + 1..].iter().map(move |&b| (a, b))).collect()
+}
+
+fn squares_and_products(of: &[usize]) -> Vec<Expr> {
+    let squares = of.iter().map(|&a| variable(a).to_power(2));
+    squares.chain(pairs(of).into_iter().map(|(a, b)| variable(a).times(variable(b)))).collect()
+}
