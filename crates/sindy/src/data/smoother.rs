@@ -20,7 +20,7 @@ pub(crate) struct Signals {
 const SAMPLES: usize = 1000;
 
 /// Logarithms of the ratio of intensity to the noise's variance among which the likeliest is looked for.
-const LOGS: (f64, f64) = (-24.0, 32.0);
+const LOGS: (f64, f64) = (-24.0, 24.0);
 
 /// Smooths every state of `segments` and estimates the standard deviation of its noise, at least `floor` (n), by maximum
 /// likelihood.
@@ -59,6 +59,12 @@ pub(crate) fn smooth(segments: &[Segment], rates: &[Option<usize>], floor: &[f64
     signals
 }
 
+/// Searches along each parameter of a chain.
+const TURNS: usize = 3;
+
+/// Logarithms of the factors among which one search looks.
+const FACTORS: (f64, f64) = (-8.0, 8.0);
+
 /// What a process of one order does.
 #[derive(Clone, Copy)]
 struct Order {
@@ -77,14 +83,15 @@ const ALONE: [Order; 3] = [order::<2>(), order::<3>(), order::<5>()];
 /// Smooths one chain with the likeliest of the processes `orders`.
 fn fill(segments: &[Segment], chain: &[usize], floor: &[f64], orders: &[Order], signals: &mut Signals) {
     let scale = Scale::of(segments, chain);
-    let noise: Vec<f64> = chain.iter().map(|&i| noise_of(segments, i, floor[i])).collect();
-    for (&i, sigma) in chain.iter().zip(&noise) {
-        signals.sigma[i] = *sigma;
+    let alone = chain.iter().enumerate().map(|(j, &i)| noise_of(segments, i, floor[i]) / scale.of_derivative(j));
+    let alone: Vec<f64> = alone.collect();
+    let of = |order: &Order| (together(order, segments, chain, &scale, &alone), *order);
+    let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
+    let Some(((intensity, mut noise, _), order)) = likeliest else { return };
+    for (j, &i) in chain.iter().enumerate() {
+        noise[j] = noise[j].max(floor[i] / scale.of_derivative(j));
+        signals.sigma[i] = noise[j] * scale.of_derivative(j);
     }
-    let noise: Vec<f64> = noise.iter().enumerate().map(|(j, s)| s / scale.of_derivative(j)).collect();
-    let of = |order: &Order| (intensity(order, segments, chain, &scale, &noise), *order);
-    let likeliest = orders.iter().map(of).min_by(|a, b| a.0.1.total_cmp(&b.0.1));
-    let Some(((intensity, _), order)) = likeliest else { return };
     for at in 0..segments.len() {
         let (x, x_dot) = (order.smoothed)(&segments[at], chain, &scale, &noise, intensity);
         for (j, &i) in chain.iter().enumerate() {
@@ -133,12 +140,35 @@ fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
     likeliest.map_or(0.0, |found| scale.value * found.scale()).max(floor)
 }
 
-/// The intensity of the process of a chain with known `noise`, and −2 ln L there.
-fn intensity(order: &Order, segments: &[Segment], chain: &[usize], scale: &Scale, noise: &[f64]) -> (f64, f64) {
-    let smallest = noise.iter().fold(f64::INFINITY, |m, s| m.min(*s)).max(1e-14);
-    let at = |log: f64| (order.likelihood)(segments, chain, scale, noise, log.exp() * smallest * smallest).total();
-    let best = minimum(LOGS, at);
-    (best.exp() * smallest * smallest, at(best))
+/// The intensity of the process of a chain, the noise of its channels, and −2 ln L there; by searches along one of them after the
+/// other from the noise each channel has `alone`.
+fn together(
+    order: &Order,
+    segments: &[Segment],
+    chain: &[usize],
+    scale: &Scale,
+    alone: &[f64],
+) -> (f64, Vec<f64>, f64) {
+    let mut noise = alone.to_vec();
+    let unit = alone.iter().fold(f64::INFINITY, |m, s| m.min(*s)).max(1e-12).powi(2);
+    let at = |intensity: f64, noise: &[f64]| (order.likelihood)(segments, chain, scale, noise, intensity).total();
+    let mut log = minimum(LOGS, |l| at(l.exp() * unit, &noise));
+    // A channel by itself has the noise that it has; those of a chain tell of each other.
+    for _ in 0..if chain.len() > 1 { TURNS } else { 0 } {
+        for j in 0..noise.len() {
+            let moved = |l: f64| {
+                let mut noise = noise.clone();
+                noise[j] *= l.exp();
+                noise
+            };
+            let best = minimum(FACTORS, |l| at(log.exp() * unit, &moved(l)));
+            noise = moved(best);
+        }
+        log = minimum((log - FACTORS.1, log + FACTORS.1), |l| at(l.exp() * unit, &noise));
+    }
+    let intensity = log.exp() * unit;
+    let total = at(intensity, &noise);
+    (intensity, noise, total)
 }
 
 /// Where `f` is smallest: the best of a coarse grid over `range`, refined by golden sections.
@@ -291,11 +321,7 @@ impl<'a, const D: usize> Filter<'a, D> {
             let innovation = y - self.mean[j];
             let gain = self.covariance.column(j) / variance;
             self.mean += gain * innovation;
-            // Joseph's form, which stays positive.
-            let mut left = SMatrix::<f64, D, D>::identity();
-            let column = left.column(j) - gain;
-            left.set_column(j, &column);
-            self.covariance = left * self.covariance * left.transpose() + gain * gain.transpose() * (sigma * sigma);
+            self.covariance -= gain * gain.transpose() * variance;
             // The first samples only fix the start.
             if t >= D {
                 sums.count += 1.0;

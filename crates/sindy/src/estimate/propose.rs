@@ -6,13 +6,16 @@ use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
 use crate::shooting::Flow;
-use crate::solve::{Selected, Selection};
+use crate::solve::{SizeReport, Subset};
 
 /// Part of the noise that is left on a smoothed path.
 const SMOOTHED: f64 = 0.5;
 
 /// Rates of errors on the path before anything is known of the equations, in standard deviations of a channel per step.
 const UNKNOWN: f64 = 0.2;
+
+/// Sizes looked at beyond the best one.
+const PATIENCE: usize = 4;
 
 /// Operations for each size of an equation.
 const BUDGET: u64 = 100_000;
@@ -25,7 +28,7 @@ impl Problem<'_> {
         path: &Path<'_>,
         sigma: &[f64],
         along: Option<(&Flow, &[f64], &[Array2<f64>])>,
-    ) -> Vec<Selected> {
+    ) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
@@ -33,13 +36,21 @@ impl Problem<'_> {
         (0..self.rates.len())
             .map(|i| {
                 if self.rates[i].is_some() {
-                    return nothing();
+                    return Regression::none();
                 }
                 let choice = self.choice(i);
-                let Some(triangle) = self.rows(&theta, &choice, i, sigma, &errors) else { return nothing() };
+                let Some(triangle) = self.rows(&theta, &choice, i, sigma, &errors) else { return Regression::none() };
                 let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
-                let selection = Selection { floor: 0.0, complexity: &complexity, region: None };
-                solver.solve(&triangle, choice.len(), selection).renumbered(&choice)
+                let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
+                let enough = |best_of_size: &Subset| {
+                    let support: Vec<usize> = best_of_size.support.iter().map(|&c| choice[c]).collect();
+                    let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
+                    since = if score < best { 0 } else { since + 1 };
+                    best = best.min(score);
+                    since > PATIENCE
+                };
+                let sizes = solver.candidates(&triangle, choice.len(), &complexity, enough);
+                Regression { sizes, triangle, choice }
             })
             .collect()
     }
@@ -100,15 +111,78 @@ impl Problem<'_> {
     }
 }
 
-/// An equation without terms.
-fn nothing() -> Selected {
-    Selected {
-        support: Vec::new(),
-        coefficients: Vec::new(),
-        residual: 0.0,
-        reached_floor: true,
-        proved: false,
-        path: Vec::new(),
-        ties: Vec::new(),
+/// The regression of one equation.
+#[derive(Debug, Clone)]
+pub(super) struct Regression {
+    /// The best subsets of each size, by columns, and whether they are proved.
+    sizes: Vec<(Vec<Subset>, bool)>,
+    triangle: Triangle,
+    /// The term of each column of the triangle.
+    choice: Vec<usize>,
+}
+
+/// Terms proposed for one equation.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Proposal {
+    pub(super) support: Vec<usize>,
+    pub(super) coefficients: Vec<f64>,
+    /// Smaller is better.
+    pub(super) score: f64,
+}
+
+impl Regression {
+    /// Of an equation that is not fitted.
+    fn none() -> Self {
+        Self { sizes: Vec::new(), triangle: Triangle::new(1), choice: Vec::new() }
+    }
+
+    /// The terms with the best score when every term costs `times` what `penalty` says.
+    ///
+    /// Errors of the path are not independent from row to row, so the rows tell less than their number, nobody knows how much
+    /// less.
+    pub(super) fn best(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> Proposal {
+        let scored = self.scored(times, penalty);
+        let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((score, subset)) => self.proposal(score, subset),
+            None => Proposal { support: Vec::new(), coefficients: Vec::new(), score: 0.0 },
+        }
+    }
+
+    /// At most `most` proposals whose scores are within `gap` of the best one, best first.
+    pub(super) fn near_best(&self, gap: f64, most: usize, penalty: impl Fn(&[usize]) -> f64) -> Vec<Proposal> {
+        let mut scored: Vec<(f64, &Subset)> = self.scored(1.0, penalty).collect();
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = scored.first().map_or(0.0, |s| s.0);
+        scored.iter().take(most).filter(|s| s.0 <= least + gap).map(|s| self.proposal(s.0, s.1)).collect()
+    }
+
+    fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
+        let rows = self.triangle.n_rows() as f64;
+        self.sizes.iter().flat_map(|(subsets, _)| subsets).filter(|s| s.rss.is_finite()).map(move |subset| {
+            let free = (rows - subset.support.len() as f64).max(1.0);
+            let likelihood = rows * (subset.rss / free).max(f64::MIN_POSITIVE).ln();
+            (likelihood + times * penalty(&self.terms(subset)), subset)
+        })
+    }
+
+    fn terms(&self, subset: &Subset) -> Vec<usize> {
+        subset.support.iter().map(|&c| self.choice[c]).collect()
+    }
+
+    fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
+        let coefficients = self.triangle.solve_unit(&subset.support, self.choice.len());
+        Proposal { support: self.terms(subset), coefficients, score }
+    }
+
+    /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
+    pub(super) fn path(&self) -> Vec<SizeReport> {
+        let rows = self.triangle.n_rows() as f64;
+        let best = self.sizes.iter().filter_map(|(subsets, proved)| Some((subsets.first()?, *proved)));
+        best.map(|(subset, proved)| {
+            let free = (rows - subset.support.len() as f64).max(1.0);
+            SizeReport { support: self.terms(subset), residual: (subset.rss / free).sqrt(), proved }
+        })
+        .collect()
     }
 }

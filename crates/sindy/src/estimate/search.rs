@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::Hypothesis;
+use super::propose::Regression;
 use super::white::is_white;
 use crate::BestSubset;
 use crate::data::{Segment, Signals, smooth};
@@ -46,79 +47,120 @@ const ROUNDS: usize = 6;
 /// Noise larger than this many times what the smoothness of the signals tells is no noise.
 const LARGER: f64 = 1.25;
 
+/// Passes of exchanges, at most.
+const PASSES: usize = 4;
+
+/// Difference of scores of regressions up to which other terms are tried for an equation, and how many of them.
+const NEAR: f64 = 12.0;
+const RIVALS: usize = 6;
+
+/// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
+const TOLD_APART: f64 = 6.0;
+
 /// Part of a channel's spread below which nothing is left to explain.
 const NOTHING: f64 = 1e-9;
 
 /// The equations with the best score.
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let proposed = match stepping {
-        Stepping::Continuous { .. } => problem.propose(&Path::Measured(&signals), &signals.sigma, None),
-        _ => problem.propose(&Path::Held { x: &signals.x }, &signals.sigma, None),
+    let path = match stepping {
+        Stepping::Continuous { .. } => Path::Measured(&signals),
+        _ => Path::Held { x: &signals.x },
     };
-    let (mut best, mut selected) = problem.rounds(&signals, proposed, stepping)?;
-    problem.prune(&mut best, &mut selected);
-    Some(problem.account(best, selected, &signals))
+    let proposed = problem.propose(&path, &signals.sigma, None);
+    let mut best = problem.rounds(&signals, proposed, stepping)?;
+    problem.prune(&mut best);
+    let (best, regressions, gaps) = problem.exchanged(best);
+    Some(problem.account(best, &regressions, &gaps, &signals))
 }
 
+/// What every term costs in the regressions that propose, as multiples of its penalty.
+const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
+
 impl Problem<'_> {
-    /// Proposals along the path of the last hypothesis until one comes back; the best hypothesis with the proposals it came from.
-    fn rounds(
-        &self,
-        signals: &Signals,
-        mut proposed: Vec<Selected>,
-        stepping: Stepping,
-    ) -> Option<(Hypothesis, Vec<Selected>)> {
-        let mut best: Option<(Hypothesis, Vec<Selected>)> = None;
+    /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.
+    fn rounds(&self, signals: &Signals, mut proposed: Vec<Regression>, stepping: Stepping) -> Option<Hypothesis> {
+        let mut best: Option<Hypothesis> = None;
         let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
         for _ in 0..ROUNDS {
-            let supports: Vec<Vec<usize>> = proposed.iter().map(|s| s.support.clone()).collect();
-            if tried.contains(&supports) {
-                break;
-            }
-            tried.push(supports.clone());
-            let xi: Vec<f64> = proposed.iter().flat_map(|s| s.coefficients.clone()).collect();
-            let from = (&xi[..], &signals.x[..], &signals.sigma[..]);
-            // States that follow the data more than the equations, which may be wrong.
-            let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { break };
-            let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
-            let strict = self.hypothesis(supports, stepping, from, 2..4);
-            if std::env::var("SINDY_TRACE").is_ok() {
-                eprintln!(
-                    "round: score {:?} sigma {:?} of {:?}",
-                    strict.as_ref().map(|s| s.score),
-                    strict.as_ref().map(|s| &s.fit.sigma),
-                    signals.sigma
-                );
-                for (i, s) in proposed.iter().enumerate() {
-                    eprintln!(
-                        "  {i}: {:?}",
-                        s.support
-                            .iter()
-                            .zip(&s.coefficients)
-                            .map(|(j, c)| format!("{:.4} {}", c, self.terms[*j].name))
-                            .collect::<Vec<_>>()
-                    );
+            let mut along: Option<Hypothesis> = None;
+            for times in TIMES {
+                let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
+                let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
+                    proposals.map(|p| (p.support, p.coefficients)).unzip();
+                if tried.contains(&supports) {
+                    continue;
+                }
+                tried.push(supports.clone());
+                let xi = xi.concat();
+                let from = (&xi[..], &signals.x[..], &signals.sigma[..]);
+                // First with states that follow the data more than the equations, which may be wrong.
+                let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
+                let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
+                let strict = self.hypothesis(supports, stepping, from, 2..4);
+                trace(self, times, &loose, strict.as_ref(), signals);
+                let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
+                if let Some(strict) = better {
+                    let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
+                    along = Some(if near { strict.clone() } else { loose });
+                    best = Some(strict);
+                } else if best.is_none() {
+                    along = Some(loose);
                 }
             }
-            let near = |h: &Hypothesis| h.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
-            let along = strict.as_ref().filter(|h| near(h)).unwrap_or(&loose).clone();
-            if let Some(strict) = strict
-                && best.as_ref().is_none_or(|(b, _)| strict.score < b.score)
-            {
-                best = Some((strict, proposed.clone()));
-            }
-            let path = match stepping {
-                Stepping::Continuous { .. } => Path::Model { flow: &along.flow, xi: &along.fit.xi, x: &along.fit.x },
-                _ => Path::Held { x: &along.fit.x },
-            };
-            proposed = self.propose(&path, &signals.sigma, Some((&along.flow, &along.fit.xi, &along.fit.x)));
+            let Some(along) = along else { break };
+            proposed = self.propose_along(&along);
         }
         best
     }
 
+    fn propose_along(&self, along: &Hypothesis) -> Vec<Regression> {
+        let (flow, fit) = (&along.flow, &along.fit);
+        let path = match flow.stepping() {
+            Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
+            _ => Path::Held { x: &fit.x },
+        };
+        self.propose(&path, &fit.sigma, Some((flow, &fit.xi, &fit.x)))
+    }
+
+    /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
+    /// improves the score. Also the regressions of the last pass and, per equation, by how much the score of the next best is
+    /// worse.
+    fn exchanged(&self, mut best: Hypothesis) -> (Hypothesis, Vec<Regression>, Vec<f64>) {
+        let mut regressions = Vec::new();
+        let mut gaps = Vec::new();
+        for _ in 0..PASSES {
+            regressions = self.propose_along(&best);
+            gaps = vec![f64::INFINITY; self.rates.len()];
+            let mut improved: Option<Hypothesis> = None;
+            for (i, regression) in regressions.iter().enumerate() {
+                for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
+                    if proposal.support == best.supports[i] {
+                        continue;
+                    }
+                    let mut supports = best.supports.clone();
+                    supports[i].clone_from(&proposal.support);
+                    let first: usize = best.supports[..i].iter().map(Vec::len).sum();
+                    let mut xi = best.fit.xi.clone();
+                    xi.splice(first..first + best.supports[i].len(), proposal.coefficients);
+                    let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
+                    let Some(rival) = self.hypothesis(supports, best.flow.stepping(), from, 2..4) else { continue };
+                    gaps[i] = gaps[i].min(rival.score - best.score);
+                    if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
+                        improved = Some(rival);
+                    }
+                }
+            }
+            match improved {
+                Some(better) => best = better,
+                None => break,
+            }
+        }
+        (best, regressions, gaps)
+    }
+
     /// Drops terms that the score does not pay for, the least significant first.
-    fn prune(&self, best: &mut Hypothesis, selected: &mut [Selected]) {
+    fn prune(&self, best: &mut Hypothesis) {
         loop {
             let z = |p: usize| (best.fit.xi[p] / best.fit.errors[p]).abs();
             let Some(least) = (0..best.fit.xi.len()).min_by(|&a, &b| z(a).total_cmp(&z(b))) else { break };
@@ -135,28 +177,21 @@ impl Problem<'_> {
             xi.remove(least);
             let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
             match self.hypothesis(supports, best.flow.stepping(), from, 2..4) {
-                Some(fewer) if fewer.score < best.score => {
-                    selected[row].support = fewer.supports[row].clone();
-                    *best = fewer;
-                }
+                Some(fewer) if fewer.score < best.score => *best = fewer,
                 _ => break,
             }
         }
     }
 
-    fn account(&self, best: Hypothesis, selected: Vec<Selected>, signals: &Signals) -> Estimate {
+    fn account(&self, best: Hypothesis, regressions: &[Regression], gaps: &[f64], signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&best.fit.x).map(|(s, x)| &s.x - x).collect();
-        let explained = |i: usize| {
-            let sigma = best.fit.sigma[i];
-            let near = sigma <= LARGER * signals.sigma[i] && is_white(&residuals, i);
-            near || sigma <= NOTHING * self.spread(i)
-        };
+        let explained = |i: usize| is_white(&residuals, i) || best.fit.sigma[i] <= NOTHING * self.spread(i);
         let explained: Vec<bool> = (0..n).map(explained).collect();
         // What a rate leaves shows in the states it is the rate of.
         let adequate = (0..n).map(|i| {
             let mut at = i;
-            let mut all = explained[i];
+            let mut all = explained[i] && gaps[i] > TOLD_APART;
             while let Some(head) = self.rates.iter().position(|r| *r == Some(at)).filter(|&h| h != i) {
                 all &= explained[head];
                 at = head;
@@ -170,15 +205,19 @@ impl Problem<'_> {
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
-        for (i, mut fit) in selected.into_iter().enumerate() {
+        for (i, regression) in regressions.iter().enumerate() {
             let range = parameter..parameter + best.supports[i].len();
             parameter = range.end;
-            fit.support = best.supports[i].clone();
-            fit.coefficients = best.fit.xi[range.clone()].to_vec();
-            fit.reached_floor = adequate[i];
-            fit.proved = false;
+            fits.push(Selected {
+                support: best.supports[i].clone(),
+                coefficients: best.fit.xi[range.clone()].to_vec(),
+                residual: best.fit.sigma[i],
+                reached_floor: adequate[i],
+                proved: false,
+                path: regression.path(),
+                ties: Vec::new(),
+            });
             errors.push(best.fit.errors[range].to_vec());
-            fits.push(fit);
         }
         Estimate {
             fits,
@@ -195,5 +234,14 @@ impl Problem<'_> {
         let values: Vec<f64> = self.segments.iter().flat_map(|s| s.x.column(i).to_vec()).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
+    }
+}
+
+fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&Hypothesis>, signals: &Signals) {
+    if std::env::var("SINDY_TRACE").is_err() { return }
+    eprintln!("x{times}: loose {:.1} strict {:?} sigma {:?} of {:?}", loose.score, strict.map(|s| s.score), strict.map(|s| &s.fit.sigma), signals.sigma);
+    let mut p = 0;
+    for (i, s) in loose.supports.iter().enumerate() {
+        eprintln!("  {i}: {:?}", s.iter().map(|j| { p += 1; format!("{:.4} {}", loose.fit.xi[p - 1], problem.terms[*j].name)}).collect::<Vec<_>>());
     }
 }

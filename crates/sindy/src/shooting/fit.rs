@@ -136,6 +136,7 @@ impl State {
         part: f64,
     ) -> Option<(Triangle, Vec<f64>, Vec<Array2<f64>>)> {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
+        let rough = flow.for_derivatives();
         let mut scratch = flow.scratch();
         let mut triangle = Triangle::new(p + 1);
         let q: Vec<f64> = self.sigma.iter().map(|s| part * s).collect();
@@ -151,7 +152,9 @@ impl State {
                 }
                 let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
                 let step = (&now[..], &u[..], segment.dt[t]);
-                if !flow.step(step, &self.xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {}) {
+                if !rough.step(step, &self.xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {})
+                    || !flow.step(step, &self.xi, &mut next, None, &mut scratch, &mut |_| {})
+                {
                     return None;
                 }
                 let d: Vec<f64> = (0..n).map(|i| next[i] - x[[t + 1, i]]).collect();

@@ -46,6 +46,9 @@ pub(crate) struct Stage<'a> {
     pub(crate) x_dot: &'a [f64],
 }
 
+/// Runge–Kutta steps per interval in which derivatives are followed, at most.
+const DERIVATIVE_SUBSTEPS: usize = 2;
+
 impl Flow {
     /// The flow of the equations whose terms are numbered in `supports`, one list per state; coefficients are numbered equation by
     /// equation. States with declared `rates` have no terms.
@@ -117,6 +120,16 @@ impl Flow {
     /// The same equations stepped in another way.
     pub(crate) fn with_stepping(&self, stepping: Stepping) -> Self {
         Self { stepping, ..self.clone() }
+    }
+
+    /// The same with no more substeps than derivatives need: they only point the way to the next iterate.
+    pub(crate) fn for_derivatives(&self) -> Self {
+        match self.stepping {
+            Stepping::Continuous { substeps } => {
+                self.with_stepping(Stepping::Continuous { substeps: substeps.min(DERIVATIVE_SUBSTEPS) })
+            }
+            _ => self.clone(),
+        }
     }
 
     /// Scratch space for [`Self::step`].

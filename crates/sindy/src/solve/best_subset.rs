@@ -6,6 +6,7 @@ use super::exchange::grow;
 use super::prepare::{distinct, most_promising_first, problem, split, unit};
 use super::problem::Problem;
 use super::tree::{Bound, Limits, search};
+use super::path::Subset;
 use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
@@ -110,6 +111,41 @@ impl BestSubset {
     #[must_use]
     pub(crate) fn within(self, budget: u64) -> Self {
         Self { budget: self.budget.min(budget), ..self }
+    }
+
+    /// The best subsets of each size from none on, at most [`KEPT`] of each, best first, and whether none better was missed; until
+    /// `enough` says of the best of a size that larger ones are of no interest.
+    ///
+    /// `complexity` (F) decides which of equal columns stands for the others.
+    pub(crate) fn candidates(
+        &self,
+        triangle: &Triangle,
+        target: usize,
+        complexity: &[u32],
+        mut enough: impl FnMut(&Subset) -> bool,
+    ) -> Vec<(Vec<Subset>, bool)> {
+        let (columns, _, problem) = simplest(triangle, target, complexity);
+        let rows = triangle.n_rows();
+        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
+        let mut sizes: Vec<(Vec<Subset>, bool)> = Vec::new();
+        let mut smaller: Vec<Candidate> = Vec::new();
+        for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
+            let mut kept = Kept::new(KEPT, NEAR_BEST, 0.0);
+            if size > 0 {
+                grow(&problem, &smaller, &mut kept);
+            }
+            let begun = rows > columns.len() || problem.n_subsets(size) <= self.budget as f64;
+            let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
+            smaller = kept.into_best();
+            let subset = |c: &Candidate| Subset { support: support_of(c, &columns), rss: c.rss };
+            let found: Vec<Subset> = smaller.iter().map(subset).collect();
+            let stop = found.first().is_none_or(&mut enough);
+            sizes.push((found, complete));
+            if stop {
+                break;
+            }
+        }
+        sizes
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
