@@ -5,10 +5,26 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use serde::Serialize;
+
 /// Time between two looks at the process.
 const LOOK: Duration = Duration::from_millis(10);
 
-/// How a run ended.
+/// How an identification ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Outcome {
+    /// Equations came back.
+    Identified,
+    /// The method, or the system, gave a reason why not.
+    Refused,
+    /// Nothing came back in time.
+    TimedOut,
+    /// The process broke.
+    Crashed,
+}
+
+/// How a process ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ended {
     /// With this on its standard output.

@@ -9,6 +9,7 @@ mod equations;
 mod log;
 mod measure;
 pub mod method;
+pub mod odebench;
 mod points;
 mod rival;
 pub mod undeclared;

@@ -14,7 +14,7 @@ use clap::Parser;
 use cpu_time::ProcessTime;
 use serde::Serialize;
 use sindyna_core::Seed;
-use sindyna_studies::child::{self, Ended};
+use sindyna_studies::child::{self, Ended, Outcome};
 use sindyna_studies::method;
 use sindyna_studies::undeclared::{Judge, Set, System, Verdict, export, find, generate, systems};
 
@@ -44,6 +44,9 @@ struct Options {
     /// Write the lines to this file.
     #[arg(long)]
     out: Option<PathBuf>,
+    /// Print the names of the systems and do nothing else.
+    #[arg(long)]
+    list: bool,
     /// Do one run in this process.
     #[arg(long, hide = true)]
     alone: bool,
@@ -53,20 +56,6 @@ struct Options {
 fn seeds(text: &str) -> Result<(u64, u64), std::num::ParseIntError> {
     let (first, last) = text.split_once('-').unwrap_or((text, text));
     Ok((first.parse()?, last.parse()?))
-}
-
-/// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-enum Outcome {
-    /// Equations came back.
-    Identified,
-    /// The method gave a reason why not.
-    Refused,
-    /// Nothing came back in time.
-    TimedOut,
-    /// The process broke.
-    Crashed,
 }
 
 /// Which log.
@@ -108,6 +97,11 @@ fn main() -> anyhow::Result<()> {
         Some(path) => Box::new(File::create(path).with_context(|| format!("cannot write {}", path.display()))?),
         None => Box::new(io::stdout()),
     };
+    if options.list {
+        let names: Vec<&str> = systems(options.set).iter().map(System::name).collect();
+        writeln!(out, "{}", names.join("\n"))?;
+        return Ok(());
+    }
     let cases = cases(&options)?;
     for (number, (system, case)) in cases.iter().enumerate() {
         if let Some(folder) = &options.export {
