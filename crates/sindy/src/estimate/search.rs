@@ -57,11 +57,16 @@ const RIVALS: usize = 6;
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
 
+/// Multiple of the smallest error that is believed, up to which an error is that.
+const FLOOR: f64 = 1.5;
+
 /// Part of a channel's spread below which nothing is left to explain.
 const NOTHING: f64 = 1e-9;
 
 /// The equations with the best score.
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
+    let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
+    let problem = &Problem { floor: &floor, ..*problem };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
     let path = match stepping {
         Stepping::Continuous { .. } => Path::Measured(&signals),
@@ -101,6 +106,9 @@ impl Problem<'_> {
                 trace(self, times, &loose, strict.as_ref(), signals);
                 let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
                 if let Some(strict) = better {
+                    if self.leaves_nothing(&strict) {
+                        return Some(strict);
+                    }
                     let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
                     along = Some(if near { strict.clone() } else { loose });
                     best = Some(strict);
@@ -112,6 +120,11 @@ impl Problem<'_> {
             proposed = self.propose_along(&along);
         }
         best
+    }
+
+    /// Whether what is left of every state is below all that numbers can tell.
+    fn leaves_nothing(&self, hypothesis: &Hypothesis) -> bool {
+        hypothesis.fit.sigma.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
     }
 
     fn propose_along(&self, along: &Hypothesis) -> Vec<Regression> {
@@ -132,6 +145,9 @@ impl Problem<'_> {
         for _ in 0..PASSES {
             regressions = self.propose_along(&best);
             gaps = vec![f64::INFINITY; self.rates.len()];
+            if self.leaves_nothing(&best) {
+                break;
+            }
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
                 for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
@@ -186,7 +202,7 @@ impl Problem<'_> {
     fn account(&self, best: Hypothesis, regressions: &[Regression], gaps: &[f64], signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&best.fit.x).map(|(s, x)| &s.x - x).collect();
-        let explained = |i: usize| is_white(&residuals, i) || best.fit.sigma[i] <= NOTHING * self.spread(i);
+        let explained = |i: usize| is_white(&residuals, i) || best.fit.sigma[i] <= self.floor[i];
         let explained: Vec<bool> = (0..n).map(explained).collect();
         // What a rate leaves shows in the states it is the rate of.
         let adequate = (0..n).map(|i| {
