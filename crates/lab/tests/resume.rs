@@ -84,3 +84,19 @@ fn a_configuration_no_run_can_have_is_refused_when_it_is_resumed() {
         assert!(code == 2 && stderr.contains(says) && !stderr.contains("panicked"), "{setting}: {stderr}");
     }
 }
+
+#[test]
+fn a_run_that_lacks_a_file_is_not_finished() {
+    let temp = tempfile::tempdir().unwrap();
+    let code = run(temp.path(), &["pendulum"]);
+    let all = ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "timing.json"];
+    for lost in &all[1..] {
+        let left: Vec<&str> = all.iter().copied().filter(|name| name != lost).chain(["summary.json"]).collect();
+        cut(temp.path(), &left);
+        let (again, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "cut"]));
+        assert_eq!(again, code, "{lost}: {stderr}");
+        assert!(stderr.contains(&format!("{lost} is missing")), "{stderr}");
+        same_record(temp.path(), lost);
+        assert!(temp.path().join("cut/timing.json").is_file());
+    }
+}

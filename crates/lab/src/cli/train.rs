@@ -77,9 +77,13 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
     let progress = Progress::new(args.common.quiet);
     let (config, problem) = Settings::of_run(run_dir.path())?;
     let finished = run_dir.read("summary.json").and_then(|text| serde_json::from_str::<Summary>(&text).ok());
-    if let Some(Summary { interrupted: false, evaluation, .. }) = finished {
-        progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
-        return Ok(evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+    if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
+        let missing = summary.files().into_iter().find(|name| !path.join(name).is_file());
+        let Some(missing) = missing else {
+            progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
+            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+        };
+        progress.say(&format!("note: {missing} is missing, so all of it is done again"));
     }
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
@@ -215,8 +219,6 @@ impl Run<'_> {
             ("events.jsonl", Some(log.as_bytes().to_vec())),
             ("timing.json", Some(timing)),
             ("policy.safetensors", policy),
-            // Where this is, the run is whole.
-            ("summary.json", Some(summary)),
         ];
         // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
         let mut written = Ok(());
@@ -225,7 +227,11 @@ impl Run<'_> {
                 written = written.and(dir.write(name, &contents));
             }
         }
-        Ok(written?)
+        // Where this is, the run is whole: it comes after all others, or not at all.
+        written.and_then(|()| dir.write("summary.json", &summary)).map_err(|e| {
+            let path = dir.path().display();
+            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` does the run again"))
+        })
     }
 
     /// What the user reads when all is done.
