@@ -133,10 +133,11 @@ fn files_that_are_not_what_they_should_be_are_named() {
 fn an_existing_run_is_never_overwritten() {
     let temp = tempfile::tempdir().unwrap();
     fs::create_dir(temp.path().join("mine")).unwrap();
+    fs::write(temp.path().join("mine/notes"), "mine").unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--out", "mine"]));
     assert_eq!(code, 2);
     assert!(stderr.contains("mine exists already") && stderr.contains("hint:"), "{stderr}");
-    assert_eq!(fs::read_dir(temp.path().join("mine")).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(temp.path().join("mine")).unwrap().count(), 1);
 }
 
 #[test]

@@ -66,3 +66,18 @@ fn what_is_no_regular_file_stays_what_it_is() {
     assert!(fs::symlink_metadata(&fifo).unwrap().file_type().is_fifo());
     assert!(fs::symlink_metadata(temp.path().join("link")).unwrap().file_type().is_symlink());
 }
+
+#[cfg(unix)]
+#[test]
+fn files_are_as_readable_as_the_umask_says() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let temp = tempfile::tempdir().unwrap();
+    fs::write(temp.path().join("model.json"), MODEL).unwrap();
+    for (mask, mode) in [("077", 0o600), ("027", 0o640), ("002", 0o664)] {
+        let script = format!("umask {mask}; exec {} export model.json --to python", env!("CARGO_BIN_EXE_sindyna"));
+        let output = std::process::Command::new("sh").current_dir(temp.path()).args(["-c", &script]).output().unwrap();
+        assert_eq!(parts(&output).0, 0);
+        let permissions = fs::metadata(temp.path().join("model.py")).unwrap().permissions();
+        assert_eq!(permissions.mode() & 0o777, mode, "umask {mask}");
+    }
+}

@@ -100,3 +100,24 @@ fn a_run_that_lacks_a_file_is_not_finished() {
         assert!(temp.path().join("cut/timing.json").is_file());
     }
 }
+
+#[test]
+fn a_command_killed_before_its_record_began_can_be_given_again() {
+    let temp = tempfile::tempdir().unwrap();
+    let at = |name: &str| temp.path().join(name);
+    let log = at("log.csv");
+    let rows: String = (0..60).map(|i| format!("{},{}\n", f64::from(i) * 0.1, (f64::from(i) * -0.05).exp())).collect();
+    fs::write(&log, format!("t,x\n{rows}")).unwrap();
+    for args in [
+        &["train", "pendulum", "--max-updates", "250", "--episodes", "5", "--quiet"][..],
+        &["identify", "log.csv", "--states", "x", "--quiet"],
+    ] {
+        fs::create_dir(at("out")).unwrap();
+        fs::write(at("out/.unfinished-abc"), "half a").unwrap();
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &[args, &["--out", "out"]].concat()));
+        assert!(code < 2 && !at("out/.unfinished-abc").exists(), "{args:?}: {stderr}");
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &[args, &["--out", "out"]].concat()));
+        assert!(code == 2 && stderr.contains("out exists already"), "{stderr}");
+        fs::remove_dir_all(at("out")).unwrap();
+    }
+}

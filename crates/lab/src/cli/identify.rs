@@ -101,7 +101,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     if let Some(out) = &args.out {
-        RunDir::refuse_existing(out)?;
+        RunDir::refuse_existing(out, &FILES)?;
     }
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
@@ -334,21 +334,21 @@ struct Document<'a> {
     account: &'a Account,
 }
 
+/// The files of a model's directory, in the order in which they are written.
+const FILES: [&str; 3] = ["config.toml", "model.json", "identify.json"];
+
 fn write(out: Option<&Path>, record: &Record, found: &Identified, account: &Account) -> Result<RunDir, Failure> {
+    let [config, model, account_file] = FILES;
     let files = [
-        ("config.toml", toml::to_string(record)?.into_bytes()),
-        ("model.json", found.model.to_json().into_bytes()),
-        ("identify.json", json(&Document { record, account })?),
+        (config, toml::to_string(record)?.into_bytes()),
+        (model, found.model.to_json().into_bytes()),
+        (account_file, json(&Document { record, account })?),
     ];
-    let dir = match out {
-        Some(path) => RunDir::create(path)?,
+    match out {
+        Some(path) => RunDir::create(path, &files),
         None => {
             let name = Path::new(&record.log).file_stem().unwrap_or("log".as_ref());
-            RunDir::create_numbered(&Path::new("models").join(name))?
+            RunDir::create_numbered(&Path::new("models").join(name), &files)
         }
-    };
-    for (name, contents) in files {
-        dir.write(name, &contents)?;
     }
-    Ok(dir)
 }

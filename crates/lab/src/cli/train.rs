@@ -55,12 +55,16 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &problem)?;
     let pool = args.common.pool()?;
+    // With config.toml, which comes last, a run can be resumed.
+    let mut files = problem.files()?;
+    files.push(("config.toml", config.to_toml()?.into_bytes()));
     let run_dir = match &args.out {
-        Some(path) => RunDir::create(path)?,
-        None => RunDir::create_numbered(&Path::new("runs").join(format!("{}-seed{}", config.task, config.seed)))?,
+        Some(path) => RunDir::create(path, &files)?,
+        None => {
+            let stem = Path::new("runs").join(format!("{}-seed{}", config.task, config.seed));
+            RunDir::create_numbered(&stem, &files)?
+        }
     };
-    run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
-    problem.record(&run_dir)?;
     let progress = Progress::new(args.common.quiet);
     let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))

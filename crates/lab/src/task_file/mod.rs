@@ -15,7 +15,6 @@ use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search};
 use sindyna_sindy::{Expr, parse};
 
 use crate::failure::Failure;
-use crate::record::RunDir;
 use condition::Condition;
 use document::{Document, State, StateKind};
 use task::FormulaTask;
@@ -109,21 +108,22 @@ impl TaskFile {
         }
     }
 
-    /// Writes the task and its model into a run directory, where they are enough to run it again.
+    /// The task and its model as files of a run directory, where they are enough to run it again.
     ///
     /// A model that needs other files (meshes, included models) does not compile there; the record then names the
     /// original.
-    pub(crate) fn record(&self, run_dir: &RunDir) -> Result<(), Failure> {
+    pub(crate) fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
         let Source { text, model_name, model_path, model_text } = &self.source;
-        run_dir.write(RECORDED_MODEL, model_text)?;
-        let stands_alone = MujocoModel::from_file(&self.library, run_dir.path().join(RECORDED_MODEL)).is_ok();
-        let model = match stands_alone {
-            true => RECORDED_MODEL.into(),
-            false => std::path::absolute(model_path)?.display().to_string(),
+        let apart = tempfile::tempdir().context("cannot make a temporary directory")?;
+        let copy = apart.path().join(RECORDED_MODEL);
+        fs::write(&copy, model_text).with_context(|| format!("cannot write {}", copy.display()))?;
+        let model = match MujocoModel::from_file(&self.library, &copy) {
+            Ok(_) => RECORDED_MODEL.into(),
+            Err(_) => std::path::absolute(model_path)?.display().to_string(),
         };
         let mut text = text.clone();
         text.replace_range(model_name.clone(), &toml::Value::String(model).to_string());
-        Ok(run_dir.write(RECORDED_TASK, text.as_bytes())?)
+        Ok(vec![(RECORDED_MODEL, model_text.clone()), (RECORDED_TASK, text.into_bytes())])
     }
 }
 
