@@ -10,7 +10,7 @@ use sindyna_sindy::{Model, export};
 use super::{Verdict, print};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
-use crate::identification::Stepping;
+use crate::identification::{Stepping, read_model};
 use crate::record::Own;
 use crate::registry;
 
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
             Failure::from(e).hint("DIR is a directory that `sindyna identify` or `sindyna train` left, or a model.json")
         })?;
-    let model = Model::from_json(&text).with_context(|| format!("{} is not a model", file.display()))?;
+    let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
     let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
     // To rename a file over what standard output leads to would replace it.

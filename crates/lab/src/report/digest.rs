@@ -7,9 +7,10 @@ use std::path::Path;
 use anyhow::Context as _;
 use serde::{Deserialize, Serialize};
 
-use crate::compare::{Asked, Outcome};
+use crate::compare::{Asked, Method, Outcome};
 use crate::failure::Failure;
 use crate::record::{from_csv, save, to_csv};
+use crate::registry;
 
 /// One run: a line of `runs.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -143,13 +144,16 @@ impl Digest {
             fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
         };
         let models = text(MODELS)?;
-        let models = models.lines().map(serde_json::from_str).collect::<Result<_, _>>();
+        let model = |(number, line): (usize, &str)| {
+            serde_json::from_str(line).with_context(|| format!("cannot understand {MODELS}, line {}", number + 1))
+        };
+        let models = models.lines().enumerate().map(model).collect::<Result<_, _>>()?;
         let digest = Self {
             settings: text(SETTINGS)?,
             asked: from_csv(&text(ASKED)?).with_context(|| format!("cannot understand {ASKED}"))?,
             runs: from_csv(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
             checks: from_csv(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
-            models: models.with_context(|| format!("cannot understand {MODELS}"))?,
+            models,
             times: from_csv(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
         };
         let damage = || {
@@ -169,7 +173,17 @@ impl Digest {
     }
 
     /// Whether the files can belong together: lines that were lost or changed mostly show in those that were not.
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
+        // Names become those of files, and stand in pages: none but ours.
+        let named = self.asked.iter().map(|a| (ASKED, &a.task, &a.method));
+        for (name, task, method) in named.chain(self.runs.iter().map(|run| (RUNS, &run.task, &run.method))) {
+            if registry::system(task).is_err() {
+                return Err(format!("{name} names the task `{task}`, which there is not"));
+            }
+            if Method::named(method).is_err() {
+                return Err(format!("{name} names the method `{method}`, which there is not"));
+            }
+        }
         let mut known = BTreeSet::new();
         for run in &self.runs {
             let key = (run.task.as_str(), run.method.as_str(), run.seed);
@@ -276,15 +290,25 @@ mod tests {
 
     #[test]
     fn files_that_do_not_belong_together_are_refused() {
-        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("any", "sac", seed) };
+        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("pendulum", "sac", seed) };
         let mut digest = Digest::default();
         digest.add(&outcome(0), Some(1.0));
         digest.add(&outcome(1), Some(1.0));
         assert_eq!(digest.check(), Ok(()));
         let lost = Digest { runs: digest.runs[..1].to_vec(), ..digest.clone() };
-        assert!(lost.check().unwrap_err().contains("timing.csv has any sac seed 1"));
+        assert!(lost.check().unwrap_err().contains("timing.csv has pendulum sac seed 1"));
         let twice = Digest { runs: [&digest.runs[..], &digest.runs[1..]].concat(), ..digest.clone() };
         assert!(twice.check().unwrap_err().contains("seed 1 twice"));
+        for (task, method, says) in [
+            ("x/../../evil", "sac", "runs.csv names the task `x/../../evil`"),
+            ("pendulum", "<script>", "runs.csv names the method `<script>`"),
+        ] {
+            let mut strange = Digest::default();
+            strange.add(&Outcome::new(task, method, 0), None);
+            assert!(strange.check().unwrap_err().contains(says));
+        }
+        let asked = vec![Asked { task: "pendulum".into(), method: "\u{7}".into(), seeds: 1 }];
+        assert!(Digest { asked, ..Digest::default() }.check().unwrap_err().contains("asked.csv names the method"));
         digest.runs[0].mean_return = Some(f64::NAN);
         assert!(digest.check().unwrap_err().contains("no number"));
     }
