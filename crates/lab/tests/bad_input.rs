@@ -5,7 +5,6 @@
 mod common;
 
 use std::fs;
-use std::io::{BufRead as _, BufReader};
 use std::process::Stdio;
 
 use common::{command, json, parts, sindyna};
@@ -164,27 +163,6 @@ fn training_that_diverges_loses_nothing_that_was_learned_before() {
     let run = temp.path().join("run");
     assert!(run.join("model.json").exists());
     assert!(json(&run.join("summary.json"))["training"]["failure"].as_str().unwrap().contains("diverged"));
-}
-
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_a_valid_record() {
-    let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "mountain-car", "--max-updates", "100000000", "--out", "run"];
-    let mut child = command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let run = temp.path().join("run");
-    let mut progress = BufReader::new(child.stderr.take().unwrap()).lines();
-    assert!(progress.any(|line| line.unwrap().starts_with("training:")), "the run never came to a trial");
-    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    let summary = json(&run.join("summary.json"));
-    assert_eq!(summary["interrupted"], true);
-    assert_eq!(summary["evaluation"], serde_json::Value::Null);
-    assert_eq!(summary["real_steps"], 10);
-    for name in ["model.json", "policy.safetensors", "timing.json"] {
-        assert!(run.join(name).exists(), "{name} is missing");
-    }
 }
 
 #[cfg(unix)]
