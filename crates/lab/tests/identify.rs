@@ -337,6 +337,7 @@ fn bad_options_are_named() {
     refuses(&log, &with(&["--angles", "u"]), &["no state for --angles named `u`"]);
     refuses(&log, &with(&["--rates", "w"]), &["RATE=OF"]);
     refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
+    refuses(&log, &with(&["--rates", "w=th,th=w"]), &["--rates th=w closes a circle", "leave one of the pairs out"]);
     refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
     refuses(&log, &with(&["--circles", "th=th"]), &["th=th"]);
     refuses(&log, &with(&["--circles", "th=w"]), &["th=w", "do not add up to 1"]);
