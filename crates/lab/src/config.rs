@@ -195,9 +195,9 @@ impl TrainConfig {
 
     /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
     pub(crate) fn with(self, text: &str) -> Result<Self, Failure> {
-        let mut document = toml::Table::try_from(&self)?;
+        let mut document = toml::from_str(&self.to_toml()?)?;
         overrides::change(&mut document, text)?;
-        document.try_into().map_err(|e| Failure::new(format!("--set {text}: {e}")))
+        Self::parse(&toml::to_string(&document)?).map_err(|e| Failure::new(format!("--set {text}: {}", e.message())))
     }
 
     /// Refuses settings no run can have; the parts check their own when they are built.
@@ -365,12 +365,19 @@ mod tests {
         assert_eq!((config.sac.reward_scale, config.sac.hidden.clone()), (1.0, vec![32, 32]));
         assert_eq!(config.warmup.explorer, "random");
         assert_eq!(config.with("sac.target_entropy=-2").unwrap().sac.target_entropy, Some(-2.0));
+        let config = TrainConfig { seed: u64::MAX, ..defaults() }.with("sac.polyak=1").unwrap();
+        let config = config.with("identification.terms=['v*abs(v)', \"x\"]").unwrap();
+        assert_eq!((config.seed, config.sac.polyak, config.identification.terms.len()), (u64::MAX, 1.0, 2));
+        assert_eq!(config.with("seed=9223372036854775808").unwrap().seed, 1 << 63);
         for (text, says) in [
             ("sac.reward_scal=1", "did you mean `reward_scale`?"),
             ("sac.reward_scale=much", "reward_scale"),
             ("sac.target_entropy=little", "target_entropy"),
             ("seed.x=1", "not a group"),
             ("seed", "KEY=VALUE"),
+            ("seed=-1", "--set seed=-1: "),
+            ("seed=18446744073709551616", "--set seed=18446744073709551616: "),
+            ("imagination.worlds=1\nseed=3", "imagination.worlds=1"),
         ] {
             let refusal = defaults().with(text).unwrap_err().to_string();
             assert!(refusal.contains(says), "{text}: {refusal}");
