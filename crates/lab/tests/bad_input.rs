@@ -129,6 +129,29 @@ fn files_that_are_not_what_they_should_be_are_named() {
 }
 
 #[test]
+fn nothing_in_a_file_speaks_to_the_terminal() {
+    let temp = tempfile::tempdir().unwrap();
+    let log = |header: &str, cell: &str| {
+        let rows: String =
+            (0..40).map(|i| format!("{},{},1\n", 0.1 * f64::from(i), (-0.05 * f64::from(i)).exp())).collect();
+        fs::write(temp.path().join("log.csv"), format!("t,{header},z\n{rows}{cell}")).unwrap();
+    };
+    let escape = "x\u{1b}]0;mine\u{7}";
+    log(&format!("{escape} [m\u{1b}c]"), "");
+    let args = ["identify", "log.csv", "--states", escape, "--out", "model"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 && stdout.contains("x\\u{1b}]0;mine\\u{7}"), "{stdout}{stderr}");
+    let (_, exported, _) = parts(&sindyna(temp.path(), &["export", "model", "--to", "python"]));
+    log("x", &format!("4,\u{1b}[31m{},1\n", "9".repeat(3_000_000)));
+    let (code, _, long) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--states", "x"]));
+    assert!(code == 2 && long.contains("line 42") && long.len() < 3_000, "{} bytes", long.len());
+    let (_, _, unknown) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--states", "\u{1b}[2J"]));
+    for told in [stdout, stderr, exported, long, unknown] {
+        assert!(!told.contains(['\u{1b}', '\u{7}']), "{told:?}");
+    }
+}
+
+#[test]
 fn an_existing_run_is_never_overwritten() {
     let temp = tempfile::tempdir().unwrap();
     fs::create_dir(temp.path().join("mine")).unwrap();

@@ -7,7 +7,7 @@ use serde_json::Value;
 use sindyna_core::Channel;
 use sindyna_sindy::{Model, export};
 
-use super::{Verdict, print};
+use super::{Verdict, print, write_out};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
 use crate::identification::{Stepping, read_model};
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
-        print(&module)?;
+        write_out(&module)?;
         return Ok(Verdict::Done);
     }
     let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));

@@ -17,6 +17,7 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::interrupt::EXIT_INTERRUPTED;
+use crate::plain::plain;
 
 /// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
 /// inside them.
@@ -76,8 +77,13 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Writes `text` to stdout; a reader that has gone away (`| head`) is not an error.
+/// Writes `text` to stdout, for people to read.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    write_out(&plain(text))
+}
+
+/// Writes `text` to stdout as it is; a reader that has gone away (`| head`) is not an error.
+pub(crate) fn write_out(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
