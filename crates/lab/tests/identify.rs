@@ -327,6 +327,28 @@ fn bad_logs_are_named_by_line_column_value_and_bound() {
 }
 
 #[test]
+fn logs_without_equations_say_what_is_odd_about_them() {
+    let of = |scale: f64, still: &str| {
+        let row = |line: &str| {
+            let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+            format!("{},{:e},{:e},{:e},{still}\n", cells[0], scale * cells[1], scale * cells[2], cells[3])
+        };
+        "t,th,w,u,z\n".to_owned() + &example().lines().skip(1).map(row).collect::<String>()
+    };
+    refuses(
+        &of(1.0, "0"),
+        &["--states", "th,w,z", "--inputs", "u"],
+        &["no equations in log.csv", "`z` is 0 in every row"],
+    );
+    refuses(&of(1e-150, "0"), &COLUMNS, &["`w` reaches", "e-150: give it in other units"]);
+    refuses(&example(), &[&COLUMNS[..], &["--dt", "1e-300"]].concat(), &["a step every 1e-300 s"]);
+    refuses(&example(), &[&COLUMNS[..], &["--limits", "th=100:101"]].concat(), &["the --limits of `th`"]);
+    let many: Vec<String> = (0..2_500).map(|i| format!("--term=sin({i}.5*th)")).collect();
+    let many: Vec<&str> = COLUMNS.iter().copied().chain(many.iter().map(String::as_str)).collect();
+    refuses(&example(), &many, &["more than the 2000", "fewer --term"]);
+}
+
+#[test]
 fn bad_options_are_named() {
     let log = example();
     let with = |args: &[&'static str]| [&COLUMNS[..], args].concat();

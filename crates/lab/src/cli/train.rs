@@ -4,7 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
+use sindyna_core::{Event, Explorer, FitError, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_rl::{Isa, SavedPolicy};
 
@@ -205,7 +205,7 @@ impl Run<'_> {
             }
         };
         real.check()?;
-        learned.map_err(explain)
+        learned.map_err(|e| explain(e, self.config.noise))
     }
 
     fn record(
@@ -276,8 +276,11 @@ impl Run<'_> {
 }
 
 /// What can be done about a run that could not go on.
-fn explain(error: DynaError) -> Failure {
+fn explain(error: DynaError, noise: f64) -> Failure {
     let hint = match &error {
+        DynaError::Fit(FitError::TooFewRows { .. }) if noise > 0.0 => Some(
+            "steps within three standard deviations of a limit are left out: give it less --noise, or more real data with --real-steps",
+        ),
         DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
         _ => None,
     };
@@ -362,6 +365,20 @@ struct Recorder<'a> {
     start: Instant,
 }
 
+impl Recorder<'_> {
+    /// Where the data that were kept and `text` begin to differ.
+    fn otherwise(&self, text: &str) -> String {
+        let mut lines = self.kept.lines().zip(text.lines()).enumerate();
+        let (number, (before, now)) = lines.find(|(_, (before, now))| before != now).unwrap_or_default();
+        let path = self.run_dir.path().join("rollout.csv");
+        format!(
+            "the real system did not answer as it did before: {}, line {} has `{before}`, now it is `{now}`; the file is kept",
+            path.display(),
+            number + 1
+        )
+    }
+}
+
 impl Observer for Recorder<'_> {
     fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
         self.log.note(event);
@@ -372,7 +389,7 @@ impl Observer for Recorder<'_> {
                 // Real data are what cannot be had again: on the disk before anything else happens.
                 let text = rollout_csv(self.spec, data);
                 if !text.starts_with(&self.kept) && !self.kept.starts_with(&text) {
-                    return Err(io::Error::other("the real system did not answer as it did before; its data are kept"));
+                    return Err(io::Error::other(self.otherwise(&text)));
                 }
                 if text.len() > self.kept.len() {
                     self.run_dir.write("rollout.csv", text.as_bytes())?;

@@ -3,6 +3,7 @@
 mod circles;
 mod clock;
 mod declare;
+mod doubts;
 mod jumps;
 mod rates;
 mod recording;

@@ -51,6 +51,10 @@ impl Table {
     }
 
     fn parse(path: &Path, text: String) -> Result<Self, Failure> {
+        if text.contains('\r') && !text.contains('\n') {
+            return Err(Failure::new(format!("{} has one line: carriage returns break none", path.display()))
+                .hint("end every line with a line feed, as `tr '\\r' '\\n' < LOG` does"));
+        }
         let mut lines = without_comments(&text, lines(&text));
         while lines.last().is_some_and(|(_, place)| text[place.clone()].trim().is_empty()) {
             lines.pop();
@@ -253,6 +257,7 @@ mod tests {
             ("", "is empty"),
             ("\n\n", "is empty"),
             ("a,b\n", "no rows"),
+            ("a,b\r1,2\r3,4\r", "has one line: carriage returns break none"),
             ("a,b\n1,2\n3\n4,5\n", "line 3: 1 cell where the header names 2 columns"),
             ("a,b\n1,2\n3,4,5\n", "line 3: 3 cells where"),
             ("a,b\n1,2\n3", "line 3: cut off (`3`)"),

@@ -144,20 +144,26 @@ impl Digest {
             fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
         };
         let models = text(MODELS)?;
+        // A line of JSON counts its own lines: the number that helps is that in the file.
         let model = |(number, line): (usize, &str)| {
-            serde_json::from_str(line).with_context(|| format!("cannot understand {MODELS}, line {}", number + 1))
+            serde_json::from_str(line).map_err(|e| {
+                let (why, path) = (e.to_string(), directory.join(MODELS));
+                let why = why.split(" at line ").next().unwrap_or_default();
+                Failure::new(format!("cannot understand {}, line {}: {why}", path.display(), number + 1))
+            })
         };
         let models = models.lines().enumerate().map(model).collect::<Result<_, _>>()?;
+        let unread = |name: &str| format!("cannot understand {}", directory.join(name).display());
         let digest = Self {
             settings: text(SETTINGS)?,
-            asked: from_csv(&text(ASKED)?).with_context(|| format!("cannot understand {ASKED}"))?,
-            runs: from_csv(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
-            checks: from_csv(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
+            asked: from_csv(&text(ASKED)?).with_context(|| unread(ASKED))?,
+            runs: from_csv(&text(RUNS)?).with_context(|| unread(RUNS))?,
+            checks: from_csv(&text(CHECKS)?).with_context(|| unread(CHECKS))?,
             models,
-            times: from_csv(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
+            times: from_csv(&text(TIMES)?).with_context(|| unread(TIMES))?,
         };
         let damage = || {
-            let sums: Vec<Sum> = from_csv(&text(SUMS)?).with_context(|| format!("cannot understand {SUMS}"))?;
+            let sums: Vec<Sum> = from_csv(&text(SUMS)?).with_context(|| unread(SUMS))?;
             for name in [SETTINGS, ASKED, RUNS, CHECKS, MODELS] {
                 if !sums.contains(&Sum::of(name, text(name)?.as_bytes())) {
                     return Ok::<_, Failure>(Err(format!("{name} was changed since")));
@@ -286,6 +292,10 @@ mod tests {
             fs::write(temp.path().join(name), whole).expect("it can be written");
         }
         assert!(Digest::read(temp.path()).is_ok());
+        let models = fs::read_to_string(temp.path().join(MODELS)).expect("it is there");
+        fs::write(temp.path().join(MODELS), format!("{models}{{\n")).expect("it can be written");
+        let refusal = Digest::read(temp.path()).expect_err("its second line is no JSON").to_string();
+        assert!(refusal.contains("models.jsonl, line 2: ") && !refusal.contains("line 1"), "{refusal}");
     }
 
     #[test]
