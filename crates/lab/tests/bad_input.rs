@@ -57,6 +57,10 @@ fn settings_out_of_range_are_named_with_their_bound() {
     );
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
+    refuses(
+        &["train", "pendulum", "--set", "sac.hidden=[4096,4096]", "--batch-size", "65536"],
+        &["a batch of 65536", "536870912 values", "--batch-size"],
+    );
     for noise in ["-0.1", "1.5", "NaN"] {
         refuses(&["train", "pendulum", "--noise", noise], &["--noise", "between 0 and 1", noise, "hint:"]);
     }
@@ -71,6 +75,7 @@ fn settings_no_machine_can_hold_are_refused_before_they_are_tried() {
         ("imagination.worlds=100000000", ["imagination.worlds", "10000"]),
         ("sac.hidden=[100000,100000]", ["sac.hidden", "4096"]),
         ("sac.hidden=[8,8,8,8,8,8,8,8,8]", ["sac.hidden", "8"]),
+        ("sac.hidden=[4096,4096,4096]", ["sac.hidden", "33554432 weights"]),
         ("evaluation_episodes=10000000000", ["evaluation_episodes", "10000"]),
         ("optimality.trial_episodes=10000000000", ["trial_episodes", "10000"]),
         ("imagination.replay_capacity=1000000000000", ["replay_capacity", "10000000"]),

@@ -1,6 +1,7 @@
 //! `sindyna train`: the main job.
 
-use std::io;
+mod recorder;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -21,6 +22,7 @@ use crate::progress::Progress;
 use crate::real::Real;
 use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, json, rollout_csv};
 use crate::{machine, registry, table};
+use recorder::{Clock, Recorder};
 
 /// Learns a system from one short real rollout and trains a controller for it
 ///
@@ -341,64 +343,5 @@ fn summary(
             failure: learned.failure.as_ref().map(ToString::to_string),
         },
         interrupted: learned.interrupted,
-    }
-}
-
-/// Seconds since the start, and what they went into.
-#[derive(Debug, Clone, Copy, Default)]
-struct Clock {
-    /// When real data came in last.
-    collected: f64,
-    /// Seconds spent on identification, over all fits.
-    identified: f64,
-}
-
-/// Watches a run: writes down, shows, times.
-struct Recorder<'a> {
-    spec: &'a Spec,
-    run_dir: &'a RunDir,
-    progress: &'a Progress,
-    /// Real data that were there when the run began: of the same run, cut off.
-    kept: String,
-    log: EventLog,
-    clock: Clock,
-    start: Instant,
-}
-
-impl Recorder<'_> {
-    /// Where the data that were kept and `text` begin to differ.
-    fn otherwise(&self, text: &str) -> String {
-        let mut lines = self.kept.lines().zip(text.lines()).enumerate();
-        let (number, (before, now)) = lines.find(|(_, (before, now))| before != now).unwrap_or_default();
-        let path = self.run_dir.path().join("rollout.csv");
-        format!(
-            "the real system did not answer as it did before: {}, line {} has `{before}`, now it is `{now}`; the file is kept",
-            path.display(),
-            number + 1
-        )
-    }
-}
-
-impl Observer for Recorder<'_> {
-    fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
-        self.log.note(event);
-        self.progress.show(event);
-        let now = self.start.elapsed().as_secs_f64();
-        match event {
-            Event::Collected { data } => {
-                // Real data are what cannot be had again: on the disk before anything else happens.
-                let text = rollout_csv(self.spec, data);
-                if !text.starts_with(&self.kept) && !self.kept.starts_with(&text) {
-                    return Err(io::Error::other(self.otherwise(&text)));
-                }
-                if text.len() > self.kept.len() {
-                    self.run_dir.write("rollout.csv", text.as_bytes())?;
-                }
-                self.clock.collected = now;
-            }
-            Event::Fitted { .. } => self.clock.identified += now - self.clock.collected,
-            _ => {}
-        }
-        Ok(())
     }
 }
