@@ -89,6 +89,10 @@ impl<A: Agent> Improvement<'_, A> {
                 if self.updates.is_multiple_of(rule.trial_every) {
                     self.trial(model, schedule, seed, losses, observer)?;
                 }
+                // A turn may be as many updates as one likes.
+                if interrupted() {
+                    return Ok(Stop::Interrupted);
+                }
             }
             if interrupted() {
                 return Ok(Stop::Interrupted);

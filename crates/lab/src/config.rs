@@ -1,5 +1,7 @@
 //! `config.toml`: everything that is needed to run a run again.
 
+mod check;
+
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
@@ -9,6 +11,7 @@ use sindyna_sindy::Identifier;
 use crate::failure::Failure;
 use crate::identification::IdentificationConfig;
 use crate::overrides;
+pub(crate) use check::check_episodes;
 
 /// The settings of `sindyna train`, defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -38,28 +41,6 @@ pub(crate) struct TrainConfig {
     pub(crate) sac: SacConfig,
     pub(crate) evaluation_episodes: usize,
 }
-
-/// Real steps a warm-up may take: all of them, times all terms, are held in memory at once.
-const MOST_REAL_STEPS: usize = 100_000;
-
-/// Episodes of one evaluation: as many systems stand side by side.
-const MOST_EPISODES: usize = 10_000;
-
-/// Imagined worlds side by side.
-const MOST_WORLDS: usize = 10_000;
-
-/// Transitions in the replay: gigabytes for any larger number.
-const MOST_TRANSITIONS: usize = 10_000_000;
-
-/// Steps or updates of one turn of the training.
-const MOST_PER_TURN: usize = 1_000_000;
-
-/// Transitions of one update.
-const MOST_IN_BATCH: usize = 65_536;
-
-/// Hidden layers of a network, and units of one of them.
-const MOST_LAYERS: usize = 8;
-const MOST_UNITS: usize = 4_096;
 
 /// Real data before anything is learned.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -195,47 +176,9 @@ impl TrainConfig {
 
     /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
     pub(crate) fn with(self, text: &str) -> Result<Self, Failure> {
-        let mut document = toml::Table::try_from(&self)?;
+        let mut document = toml::from_str(&self.to_toml()?)?;
         overrides::change(&mut document, text)?;
-        document.try_into().map_err(|e| Failure::new(format!("--set {text}: {e}")))
-    }
-
-    /// Refuses settings no run can have; the parts check their own when they are built.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        at_least_one("--warmup-rollouts", self.warmup.rollouts)?;
-        at_least_one("--rollout-len (or --real-steps)", self.warmup.rollout_len)?;
-        let real_steps = self.warmup.rollouts.saturating_mul(self.warmup.rollout_len);
-        if real_steps > MOST_REAL_STEPS {
-            return Err(Failure::new(format!(
-                "{real_steps} real steps are more than the {MOST_REAL_STEPS} a run may take"
-            ))
-            .hint("the equations are there after a few dozen"));
-        }
-        within("--batch-size", self.sac.batch_size, MOST_IN_BATCH)?;
-        within("number of sac.hidden layers", self.sac.hidden.len().max(1), MOST_LAYERS)?;
-        self.sac.hidden.iter().try_for_each(|width| within("width of a sac.hidden layer", *width, MOST_UNITS))?;
-        let discount = self.sac.discount;
-        if !(0.0..1.0).contains(&discount) {
-            return Err(Failure::new(format!("discount must be at least 0 and below 1, got {discount}"))
-                .hint("rewards without end have no finite value undiscounted; 0.999 looks a thousand steps ahead"));
-        }
-        within("imagination.replay_capacity", self.imagination.replay_capacity, MOST_TRANSITIONS)?;
-        within("imagination.worlds", self.imagination.worlds, MOST_WORLDS)?;
-        within("imagination.rollout_len", self.imagination.rollout_len, MOST_PER_TURN)?;
-        within("imagination.updates_per_turn", self.imagination.updates_per_turn, MOST_PER_TURN)?;
-        at_least_one("optimality.trial_every", self.optimality.trial_every as usize)?;
-        within("optimality.trial_episodes", self.optimality.trial_episodes, MOST_EPISODES)?;
-        at_least_one("--max-updates", self.optimality.max_updates as usize)?;
-        let tolerance = self.optimality.tolerance;
-        if !(tolerance.is_finite() && tolerance >= 0.0) {
-            return Err(Failure::new(format!("optimality.tolerance must be finite and at least 0, got {tolerance}")));
-        }
-        check_episodes(self.evaluation_episodes)?;
-        if !(0.0..=1.0).contains(&self.imagination.scattered_starts) {
-            let got = self.imagination.scattered_starts;
-            return Err(Failure::new(format!("scattered_starts must be between 0 and 1, got {got}")));
-        }
-        self.rollouts_per_real().map(drop)
+        Self::parse(&toml::to_string(&document)?).map_err(|e| Failure::new(format!("--set {text}: {}", e.message())))
     }
 
     fn rollouts_per_real(&self) -> Result<Rollouts, Failure> {
@@ -314,26 +257,6 @@ pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -
     })
 }
 
-/// Refuses a number of evaluation episodes there cannot be.
-pub(crate) fn check_episodes(episodes: usize) -> Result<(), Failure> {
-    within("--episodes (evaluation_episodes)", episodes, MOST_EPISODES)
-}
-
-fn within(name: &str, value: usize, most: usize) -> Result<(), Failure> {
-    at_least_one(name, value)?;
-    if value > most {
-        return Err(Failure::new(format!("{name} must be at most {most}, got {value}")));
-    }
-    Ok(())
-}
-
-fn at_least_one(name: &str, value: usize) -> Result<(), Failure> {
-    match value {
-        0 => Err(Failure::new(format!("{name} must be at least 1, got 0"))),
-        _ => Ok(()),
-    }
-}
-
 /// Observations scaled to about −1..1: by their declared bounds, else by their typical magnitude.
 fn scaling(spec: &Spec) -> Scaling {
     let of = |c: &Channel| match c.bounds {
@@ -365,12 +288,19 @@ mod tests {
         assert_eq!((config.sac.reward_scale, config.sac.hidden.clone()), (1.0, vec![32, 32]));
         assert_eq!(config.warmup.explorer, "random");
         assert_eq!(config.with("sac.target_entropy=-2").unwrap().sac.target_entropy, Some(-2.0));
+        let config = TrainConfig { seed: u64::MAX, ..defaults() }.with("sac.polyak=1").unwrap();
+        let config = config.with("identification.terms=['v*abs(v)', \"x\"]").unwrap();
+        assert_eq!((config.seed, config.sac.polyak, config.identification.terms.len()), (u64::MAX, 1.0, 2));
+        assert_eq!(config.with("seed=9223372036854775808").unwrap().seed, 1 << 63);
         for (text, says) in [
             ("sac.reward_scal=1", "did you mean `reward_scale`?"),
             ("sac.reward_scale=much", "reward_scale"),
             ("sac.target_entropy=little", "target_entropy"),
             ("seed.x=1", "not a group"),
             ("seed", "KEY=VALUE"),
+            ("seed=-1", "--set seed=-1: "),
+            ("seed=18446744073709551616", "--set seed=18446744073709551616: "),
+            ("imagination.worlds=1\nseed=3", "imagination.worlds=1"),
         ] {
             let refusal = defaults().with(text).unwrap_err().to_string();
             assert!(refusal.contains(says), "{text}: {refusal}");

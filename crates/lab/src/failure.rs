@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::plain::message;
+
 /// Why a command could not run, with a hint where there is one.
 #[derive(Debug)]
 pub(crate) struct Failure {
@@ -39,12 +41,13 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {:#}", self.error)?;
-        match (&self.hint, self.disk_is_full()) {
-            (Some(hint), _) => write!(f, "\n\nhint: {hint}"),
-            (None, true) => write!(f, "\n\nhint: free some room, or name a directory on another disk with --out"),
-            (None, false) => Ok(()),
-        }
+        let hint = match (&self.hint, self.disk_is_full()) {
+            (Some(hint), _) => Some(hint.as_str()),
+            (None, true) => Some("free some room, or name a directory on another disk with --out"),
+            (None, false) => None,
+        };
+        let hint = hint.map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();
+        f.write_str(&message(&format!("error: {:#}{hint}", self.error)))
     }
 }
 

@@ -14,6 +14,7 @@ mod log;
 mod machine;
 mod number;
 mod overrides;
+mod plain;
 mod problem;
 mod progress;
 mod real;

@@ -1,9 +1,27 @@
 //! One setting changed by `KEY=VALUE`.
 
-use toml::{Table, Value};
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 use crate::registry::unknown;
+
+/// Settings by name.
+pub(crate) type Settings = BTreeMap<String, Setting>;
+
+/// A setting of any kind. TOML's own values end at 2⁶³, and seeds do not.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub(crate) enum Setting {
+    Switch(bool),
+    Natural(u64),
+    Whole(i64),
+    Fraction(f64),
+    Text(String),
+    List(Vec<Setting>),
+    Group(Settings),
+}
 
 /// Numbers that may be left to a rule, and are then absent from a table.
 const OPEN: [(&str, &str); 1] = [("sac", "target_entropy")];
@@ -12,17 +30,17 @@ const OPEN: [(&str, &str); 1] = [("sac", "target_entropy")];
 const AUTO: &str = "auto";
 
 /// Changes `document` by `text`, such as `sac.reward_scale=1`.
-pub(crate) fn change(document: &mut Table, text: &str) -> Result<(), Failure> {
+pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Failure> {
     let value = match text.split_once('=') {
         Some((_, value)) => value.trim(),
         None => return Err(Failure::new(format!("--set takes KEY=VALUE, got `{text}`"))),
     };
     let open = OPEN.iter().find(|(group, name)| key(text).split_once('.') == Some((group, name)));
     if let Some((group, name)) = open {
-        if let Some(Value::Table(group)) = document.get_mut(*group) {
+        if let Some(Setting::Group(group)) = document.get_mut(*group) {
             match value {
                 AUTO => group.remove(*name),
-                _ => group.insert((*name).to_owned(), read(&Value::Float(0.0), value)),
+                _ => group.insert((*name).to_owned(), read(&Setting::Fraction(0.0), value)),
             };
         }
         return Ok(());
@@ -38,7 +56,7 @@ pub(crate) fn key(text: &str) -> &str {
 }
 
 /// The place of the setting called `key`, groups before it joined by points.
-fn slot<'a>(document: &'a mut Table, key: &str) -> Result<&'a mut Value, Failure> {
+fn slot<'a>(document: &'a mut Settings, key: &str) -> Result<&'a mut Setting, Failure> {
     let mut table = document;
     let mut path = key.split('.').peekable();
     while let Some(name) = path.next() {
@@ -48,7 +66,7 @@ fn slot<'a>(document: &'a mut Table, key: &str) -> Result<&'a mut Value, Failure
             return Err(unknown("setting", name, &known));
         };
         match (slot, path.peek()) {
-            (Value::Table(inner), Some(_)) => table = inner,
+            (Setting::Group(inner), Some(_)) => table = inner,
             (slot, None) => return Ok(slot),
             (_, Some(_)) => return Err(Failure::new(format!("`{name}` in `{key}` is not a group of settings"))),
         }
@@ -57,10 +75,17 @@ fn slot<'a>(document: &'a mut Table, key: &str) -> Result<&'a mut Value, Failure
 }
 
 /// `text` as a value of the kind `old` is; a whole number will do for a fraction, and words need no quotes.
-fn read(old: &Value, text: &str) -> Value {
-    match (old, text.parse::<Value>()) {
-        (Value::Float(_), Ok(Value::Integer(i))) => Value::Float(i as f64),
-        (Value::String(_), _) | (_, Err(_)) => Value::String(text.trim_matches('"').to_owned()),
+fn read(old: &Setting, text: &str) -> Setting {
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Line {
+        value: Setting,
+    }
+    let value = toml::from_str(&format!("value = {text}")).map(|Line { value }| value);
+    match (old, value) {
+        (Setting::Fraction(_), Ok(Setting::Natural(i))) => Setting::Fraction(i as f64),
+        (Setting::Fraction(_), Ok(Setting::Whole(i))) => Setting::Fraction(i as f64),
+        (Setting::Text(_), _) | (_, Err(_)) => Setting::Text(text.trim_matches('"').to_owned()),
         (_, Ok(value)) => value,
     }
 }
@@ -71,10 +96,11 @@ mod tests {
 
     #[test]
     fn numbers_left_to_a_rule_are_set_and_left_again() {
-        let mut document: Table = "[sac]\npolyak = 0.005".parse().unwrap();
+        let mut document: Settings = toml::from_str("[sac]\npolyak = 0.005").unwrap();
         let rule = document.clone();
         change(&mut document, "sac.target_entropy=-2").unwrap();
-        assert_eq!(document["sac"]["target_entropy"].as_float(), Some(-2.0));
+        let Setting::Group(sac) = &document["sac"] else { panic!("a group stays one") };
+        assert_eq!(sac["target_entropy"], Setting::Fraction(-2.0));
         change(&mut document, "sac.target_entropy = auto").unwrap();
         assert_eq!(document, rule);
     }

@@ -8,7 +8,6 @@ use sindyna_envs::System;
 
 use crate::config::TrainConfig;
 use crate::failure::Failure;
-use crate::record::RunDir;
 use crate::registry;
 use crate::task_file::TaskFile;
 
@@ -90,11 +89,11 @@ impl Problem {
         }
     }
 
-    /// Writes down what the registry does not hold.
-    pub(crate) fn record(&self, run_dir: &RunDir) -> Result<(), Failure> {
+    /// The files of a run's record that hold what the registry does not.
+    pub(crate) fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
         match self {
-            Self::Ours(_) => Ok(()),
-            Self::File(file) => file.record(run_dir),
+            Self::Ours(_) => Ok(Vec::new()),
+            Self::File(file) => file.files(),
         }
     }
 }

@@ -5,6 +5,8 @@ use std::io::{IsTerminal as _, Write as _};
 use indicatif::{ProgressBar, ProgressStyle};
 use sindyna_core::Event;
 
+use crate::plain::message;
+
 /// Tells the user how far a run is.
 pub(crate) enum Progress {
     Quiet,
@@ -27,11 +29,12 @@ impl Progress {
 
     /// A line above whatever else is shown.
     pub(crate) fn say(&self, line: &str) {
+        let line = message(line);
         match self {
             Self::Quiet => {}
             // Progress that nobody can read any more is no reason to stop.
             Self::Lines => drop(writeln!(std::io::stderr(), "{line}")),
-            Self::Bar(bar) => bar.println(line),
+            Self::Bar(bar) => bar.println(&line),
         }
     }
 

@@ -5,7 +5,6 @@
 mod common;
 
 use std::fs;
-use std::io::{BufRead as _, BufReader};
 use std::process::Stdio;
 
 use common::{command, json, parts, sindyna};
@@ -58,9 +57,14 @@ fn settings_out_of_range_are_named_with_their_bound() {
     );
     refuses(&["train", "pendulum", "--batch-size", "0"], &["--batch-size", "got 0"]);
     refuses(&["train", "pendulum", "--threads", "0"], &["--threads"]);
+    refuses(
+        &["train", "pendulum", "--set", "sac.hidden=[4096,4096]", "--batch-size", "65536"],
+        &["a batch of 65536", "536870912 values", "--batch-size"],
+    );
     for noise in ["-0.1", "1.5", "NaN"] {
         refuses(&["train", "pendulum", "--noise", noise], &["--noise", "between 0 and 1", noise, "hint:"]);
     }
+    refuses(&["train", "pendulum", "--noise", "1"], &["0 usable rows", "give it less --noise"]);
     refuses(&["train", "pendulum", "--episodes", "0"], &["--episodes", "at least 1", "got 0"]);
     refuses(&["train", "pendulum", "--max-updates", "0"], &["--max-updates", "at least 1", "got 0"]);
 }
@@ -71,6 +75,7 @@ fn settings_no_machine_can_hold_are_refused_before_they_are_tried() {
         ("imagination.worlds=100000000", ["imagination.worlds", "10000"]),
         ("sac.hidden=[100000,100000]", ["sac.hidden", "4096"]),
         ("sac.hidden=[8,8,8,8,8,8,8,8,8]", ["sac.hidden", "8"]),
+        ("sac.hidden=[4096,4096,4096]", ["sac.hidden", "33554432 weights"]),
         ("evaluation_episodes=10000000000", ["evaluation_episodes", "10000"]),
         ("optimality.trial_episodes=10000000000", ["trial_episodes", "10000"]),
         ("imagination.replay_capacity=1000000000000", ["replay_capacity", "10000000"]),
@@ -130,13 +135,37 @@ fn files_that_are_not_what_they_should_be_are_named() {
 }
 
 #[test]
+fn nothing_in_a_file_speaks_to_the_terminal() {
+    let temp = tempfile::tempdir().unwrap();
+    let log = |header: &str, cell: &str| {
+        let rows: String =
+            (0..40).map(|i| format!("{},{},1\n", 0.1 * f64::from(i), (-0.05 * f64::from(i)).exp())).collect();
+        fs::write(temp.path().join("log.csv"), format!("t,{header},z\n{rows}{cell}")).unwrap();
+    };
+    let escape = "x\u{1b}]0;mine\u{7}";
+    log(&format!("{escape} [m\u{1b}c]"), "");
+    let args = ["identify", "log.csv", "--states", escape, "--out", "model"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 && stdout.contains("x\\u{1b}]0;mine\\u{7}"), "{stdout}{stderr}");
+    let (_, exported, _) = parts(&sindyna(temp.path(), &["export", "model", "--to", "python"]));
+    log("x", &format!("4,\u{1b}[31m{},1\n", "9".repeat(3_000_000)));
+    let (code, _, long) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--states", "x"]));
+    assert!(code == 2 && long.contains("line 42") && long.len() < 3_000, "{} bytes", long.len());
+    let (_, _, unknown) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--states", "\u{1b}[2J"]));
+    for told in [stdout, stderr, exported, long, unknown] {
+        assert!(!told.contains(['\u{1b}', '\u{7}']), "{told:?}");
+    }
+}
+
+#[test]
 fn an_existing_run_is_never_overwritten() {
     let temp = tempfile::tempdir().unwrap();
     fs::create_dir(temp.path().join("mine")).unwrap();
+    fs::write(temp.path().join("mine/notes"), "mine").unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--out", "mine"]));
     assert_eq!(code, 2);
     assert!(stderr.contains("mine exists already") && stderr.contains("hint:"), "{stderr}");
-    assert_eq!(fs::read_dir(temp.path().join("mine")).unwrap().count(), 0);
+    assert_eq!(fs::read_dir(temp.path().join("mine")).unwrap().count(), 1);
 }
 
 #[test]
@@ -167,27 +196,6 @@ fn training_that_diverges_loses_nothing_that_was_learned_before() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_leaves_a_valid_record() {
-    let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "mountain-car", "--max-updates", "100000000", "--out", "run"];
-    let mut child = command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-    let run = temp.path().join("run");
-    let mut progress = BufReader::new(child.stderr.take().unwrap()).lines();
-    assert!(progress.any(|line| line.unwrap().starts_with("training:")), "the run never came to a trial");
-    let killed = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
-    assert!(killed.success());
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    let summary = json(&run.join("summary.json"));
-    assert_eq!(summary["interrupted"], true);
-    assert_eq!(summary["evaluation"], serde_json::Value::Null);
-    assert_eq!(summary["real_steps"], 10);
-    for name in ["model.json", "policy.safetensors", "timing.json"] {
-        assert!(run.join(name).exists(), "{name} is missing");
-    }
-}
-
-#[cfg(unix)]
-#[test]
 fn a_full_disk_is_reported_and_the_real_data_are_kept() {
     let temp = tempfile::tempdir().unwrap();
     // No file may grow beyond 8 KiB: the data and the equations fit, the policy does not.
@@ -201,9 +209,16 @@ fn a_full_disk_is_reported_and_the_real_data_are_kept() {
     assert!(stderr.contains("cannot write") && stderr.contains("policy.safetensors"), "{stderr}");
     assert!(stdout.contains("found"), "what was found is still told: {stdout}");
     let run = temp.path().join("run");
-    for name in ["rollout.csv", "model.json", "events.jsonl", "summary.json", "timing.json"] {
+    for name in ["rollout.csv", "model.json", "events.jsonl", "timing.json"] {
         assert!(run.join(name).exists(), "{name} fits and is there");
     }
-    let leftovers = fs::read_dir(&run).unwrap().filter(|f| f.as_ref().unwrap().file_name() == "policy.safetensors");
-    assert_eq!(leftovers.count(), 0, "no half-written file");
+    for name in ["policy.safetensors", "summary.json"] {
+        assert!(!run.join(name).exists(), "a run whose policy found no room is not whole: {name}");
+    }
+    assert_eq!(fs::read_dir(&run).unwrap().count(), 5, "no half-written file");
+    // With room for it, it is done again and then as any other.
+    assert!(stderr.contains("sindyna train --resume run"), "{stderr}");
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
+    assert!(code < 2 && run.join("summary.json").exists(), "{stdout}{stderr}");
+    assert!(parts(&sindyna(temp.path(), &["evaluate", "run"])).0 < 2);
 }

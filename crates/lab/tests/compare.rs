@@ -165,6 +165,26 @@ fn a_digest_tells_all_that_its_comparison_does() {
 }
 
 #[test]
+fn a_report_waits_for_a_comparison_at_work_unless_it_goes_elsewhere() {
+    let temp = tempfile::tempdir().unwrap();
+    let all = temp.path().join("all");
+    assert_eq!(compare(temp.path(), &["--seeds", "1", "--out", "all"]).0, 0);
+    fs::remove_dir_all(all.join("digest")).unwrap();
+    fs::write(all.join(".unfinished-x"), "half a").unwrap();
+    let before = files(&all);
+    let at_work = fs::File::open(&all).unwrap();
+    at_work.try_lock().unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all"]));
+    assert!(code == 2 && stderr.contains("at work in all") && stderr.contains("--markdown"), "{stderr}");
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all", "--markdown", "page.md"]));
+    assert!(code == 0 && temp.path().join("page.md").exists(), "{stderr}");
+    assert_eq!(files(&all), before, "a report elsewhere writes nothing here");
+    drop(at_work);
+    assert_eq!(parts(&sindyna(temp.path(), &["report", "all"])).0, 0);
+    assert!(all.join("digest/runs.csv").exists() && !all.join(".unfinished-x").exists());
+}
+
+#[test]
 fn what_cannot_be_compared_is_refused() {
     let temp = tempfile::tempdir().unwrap();
     for (args, says) in [

@@ -10,23 +10,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use common::{json, parts, sindyna};
+use common::{COLUMNS, example, identify, json, parts, sindyna};
 use sindyna_core::{Dynamics as _, Seed};
 use sindyna_sindy::Model;
-
-/// The log in the repository.
-fn example() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs/pendulum.csv");
-    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
-}
-
-/// Runs `identify log.csv` on `log` with `args`; exit code, stdout, stderr.
-fn identify(directory: &Path, log: &str, args: &[&str]) -> (i32, String, String) {
-    fs::write(directory.join("log.csv"), log).unwrap();
-    parts(&sindyna(directory, &[&["identify", "log.csv"], args].concat()))
-}
-
-const COLUMNS: [&str; 4] = ["--states", "th,w", "--inputs", "u"];
 
 /// Rows `t,th,w,u` of a pendulum that swings about its lower rest, begun at the angle `start`.
 fn rows(start: f64, count: usize, time: impl Fn(usize) -> f64) -> String {
@@ -279,109 +265,4 @@ fn a_map_without_seconds_is_found() {
     let printed = python(&temp.path().join("models/log"), script);
     let (next, has_rhs) = printed.trim().split_once(' ').unwrap();
     assert!((next.parse::<f64>().unwrap() - 0.925).abs() < 1e-9 && has_rhs == "False", "{printed}");
-}
-
-/// Expects exit code 2, nothing on stdout and in the directory, and all of `words` on stderr.
-fn refuses(log: &str, args: &[&str], words: &[&str]) {
-    let temp = tempfile::tempdir().unwrap();
-    let (code, stdout, stderr) = identify(temp.path(), log, args);
-    assert_eq!((code, stdout.as_str()), (2, ""), "{args:?}: {stderr}");
-    words.iter().for_each(|w| assert!(stderr.contains(w), "{args:?} should say {w:?}: {stderr}"));
-    assert!(!stderr.contains("panicked"), "{stderr}");
-    assert_eq!(fs::read_dir(temp.path()).unwrap().count(), 1, "only the log is there");
-}
-
-#[test]
-fn bad_logs_are_named_by_line_column_value_and_bound() {
-    let rows = ["0,3,0,1", "0.1,3.1,0.2,1", "0.2,3.2,0.4,1", "0.3,3.3,0.5,1", "0.4,3.4,0.5,1", "0.5,3.3,0.2,1"];
-    let log = |line: usize, row: &str| {
-        let mut rows = rows.map(str::to_owned);
-        rows[line - 2] = row.to_owned();
-        format!("t,th,w,u\n{}\n", rows.join("\n"))
-    };
-    refuses("", &COLUMNS, &["log.csv is empty"]);
-    refuses("t,th,w,u\n", &COLUMNS, &["no rows"]);
-    refuses(&log(4, "0.2,nan,0.4,1"), &COLUMNS, &["line 4: column `th`: `nan` is not a finite number"]);
-    refuses(&log(4, "0.2,3.2,0.4,inf"), &COLUMNS, &["line 4: column `u`: `inf`"]);
-    refuses(&log(4, "0.2,3.2,,1"), &COLUMNS, &["line 4: column `w`: an empty cell is not a number"]);
-    refuses(&log(4, "0.2,3.2,0.4,"), &COLUMNS, &["line 4: column `u`: an empty cell"]);
-    refuses(&log(4, "0.2,3.2,o.4,1"), &COLUMNS, &["line 4: column `w`: `o.4` is not a number"]);
-    refuses(&log(4, "0.2,3.2,0.4"), &COLUMNS, &["line 4: 3 cells where the header names 4 columns"]);
-    refuses(&log(4, "0.05,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.05 s does not come after 0.1 s (line 3)"]);
-    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.1 s does not come after 0.1 s"]);
-    refuses(&log(7, "0.7,3.2,0.4,1"), &COLUMNS, &["line 7", "from 0.100000 s", "to 0.300000 s", "0.2 %"]);
-    refuses(log(7, "0.5,3.3").trim_end(), &COLUMNS, &["line 7: cut off (`0.5,3.3`)"]);
-    refuses("t,th,w,th\n0,1,2,3\n", &COLUMNS, &["line 1: columns 2 and 4 are both named `th`"]);
-    refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 steps, too few", "at least 4"]);
-    refuses("t,th,w,u\n0,3,0,1\n", &COLUMNS, &["two rows"]);
-    refuses("trajectory,t,th,w,u\na,0,3,0,1\nb,0,3,0,1\na,1,3,0,1\n", &COLUMNS, &["line 4: trajectory `a` goes on"]);
-    refuses("t [ms],th,w,u\n0,3,0,1\n", &COLUMNS, &["line 1: the column `t` is in `ms`; it must be in seconds"]);
-    let degrees = [&COLUMNS[..], &["--angles", "th"]].concat();
-    refuses("t,th [deg],w,u\n0,3,0,1\n", &degrees, &["`th` is in `deg`", "radians"]);
-    refuses("th,w,u\n3,0,1\n", &COLUMNS, &["no column `t`", "--dt"]);
-    refuses(
-        "th,w,u\n1e200,0,1\n2e200,0,1\n3,1e200,2\n4,1,0\n5,2,3\n",
-        &[&COLUMNS[..], &["--dt", "1"]].concat(),
-        &["error:"],
-    );
-}
-
-#[test]
-fn bad_options_are_named() {
-    let log = example();
-    let with = |args: &[&'static str]| [&COLUMNS[..], args].concat();
-    refuses(&log, &["--states", "th,v"], &["no column named `v`; known: `t`, `th`, `w`, `u`"]);
-    refuses(&log, &["--states", "th,t"], &["`t` is the time"]);
-    refuses(&log, &["--states", "th,th"], &["`th` is named twice"]);
-    refuses(&log, &["--states", "th,w", "--inputs", "w"], &["`w` is named twice"]);
-    refuses(&log, &with(&["--angles", "u"]), &["no state for --angles named `u`"]);
-    refuses(&log, &with(&["--rates", "w"]), &["RATE=OF"]);
-    refuses(&log, &with(&["--rates", "w=w"]), &["its own rate"]);
-    refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
-    refuses(&log, &with(&["--circles", "th=th"]), &["th=th"]);
-    refuses(&log, &with(&["--circles", "th=w"]), &["th=w", "do not add up to 1"]);
-    refuses(&log, &with(&["--noise", "th=-1"]), &["SIGMA above 0", "th=-1"]);
-    refuses(&log, &with(&["--noise", "v=1"]), &["no state for --noise named `v`"]);
-    refuses(&log, &with(&["--limits", "w=8:-8"]), &["LOW below HIGH", "w=8:-8"]);
-    refuses(&log, &with(&["--limits", "v=0:1"]), &["no state for --limits named `v`"]);
-    refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);
-    let bare = log.replace(" [rad/s]", "");
-    refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be an angle and the rate of `th`"]);
-    refuses(&log, &with(&["--dt", "0"]), &["above 0"]);
-    refuses(&log, &with(&["--dt", "nan"]), &["above 0"]);
-    refuses(&log, &with(&["--resample", "1e-9"]), &["--resample", "10000000"]);
-    refuses(&log, &with(&["--precision", "f16"]), &["f16"]);
-    refuses(&log, &with(&["--term", "sin(phi)"]), &["phi"]);
-    refuses(&log, &with(&["--solver", "stlsq", "--threshold", "-1"]), &["threshold", "-1"]);
-    let temp = tempfile::tempdir().unwrap();
-    for (args, says) in [
-        (&["identify", "missing.csv"][..], "cannot read missing.csv"),
-        (&["identify", "."], "cannot read ."),
-        (&["export", "missing", "--to", "python"], "cannot read missing"),
-        (&["export", "missing", "--to", "pyton"], "did you mean `python`?"),
-    ] {
-        let (code, _, stderr) = parts(&sindyna(temp.path(), args));
-        assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");
-    }
-    fs::write(temp.path().join("model.json"), "{}").unwrap();
-    let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", "python"]));
-    assert!(code == 2 && stderr.contains("./model.json is not a model"), "{stderr}");
-}
-
-#[test]
-fn whatever_the_bytes_there_is_an_answer() {
-    let temp = tempfile::tempdir().unwrap();
-    let whole = example().into_bytes();
-    let mut damaged: Vec<Vec<u8>> = (0..12).map(|i| whole[..whole.len() * i / 12 + i].to_vec()).collect();
-    for (i, byte) in b"\0\xff\",\n\r-e9;\t ".iter().enumerate() {
-        let mut bytes = whole.clone();
-        bytes[31 + 97 * i] = *byte;
-        damaged.push(bytes);
-    }
-    for (i, bytes) in damaged.iter().enumerate() {
-        fs::write(temp.path().join("log.csv"), bytes).unwrap();
-        let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["identify", "log.csv"][..], &COLUMNS].concat()));
-        assert!(code == 0 || (code == 2 && stderr.contains("error: ")), "{i}: {code} {stderr}");
-        assert!(!stderr.contains("panicked"), "{i}: {stderr}");
-    }
 }

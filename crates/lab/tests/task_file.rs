@@ -127,7 +127,9 @@ fn a_turning_joint_in_several_files_is_learned_from_cosine_and_sine() {
 fn a_wrong_file_is_refused_with_what_is_wrong() {
     for (from, to, says) in [
         ("frame_skip", "fram_skip", &["unknown field `fram_skip`", "frame_skip", "line 4"][..]),
-        ("frame_skip = 5", "frame_skip = 0", &["frame_skip must be at least 1"]),
+        ("frame_skip = 5", "frame_skip = 0", &["frame_skip must be between 1 and 100000, got 0"]),
+        ("frame_skip = 5", "frame_skip = 9223372036854775807", &["frame_skip must be between 1 and 100000"]),
+        ("max_steps = 100", "max_steps = 1000000000000", &["max_steps must be between 1 and 10000000"]),
         ("frame_skip = 5", "frame_skip = \"5\"", &["frame_skip", "invalid type"]),
         ("max_steps = 100", "", &["missing field `max_steps`"]),
         ("cart.xml", "wagon.xml", &["cannot read its model wagon.xml"]),
@@ -135,6 +137,11 @@ fn a_wrong_file_is_refused_with_what_is_wrong() {
         ("cart-on-a-rail", "../cart", &["name must be letters", "`../cart`"]),
         ("rate_of = \"x\"", "rate_of = \"y\"", &["state `v`", "no state named `y`", "known: x, v"]),
         ("start = [-0.5, 0.5]", "start = [0.5, -0.5]", &["state `x`", "[0.5, -0.5]"]),
+        ("start = [-0.5, 0.5]", "start = [-1e308, 1e308]", &["state `x`: start must be at most 1e150", "1e308"]),
+        ("start = [-0.5, 0.5]", "bounds = [-1e308, 1e308]", &["state `x`: bounds must be at most 1e150"]),
+        ("unit = \"m\"", "scale = 1e308", &["state `x`: scale must be at most 1e150 in magnitude, got 1e308"]),
+        ("low = -1.0", "low = -1e308", &["control `u`: low and high must be at most 1e150"]),
+        ("unit = \"m\"", "rate_of = \"v\"", &["state `v` cannot be its own rate, nor by way of others"]),
         ("unit = \"m\"", "scale = 0.0", &["state `x`", "scale", "> 0"]),
         ("unit = \"m\"", "kind = \"corner\"", &["unknown variant `corner`", "`angle`"]),
         ("low = -1.0", "low = 2.0", &["control `u`", "low must be below high"]),

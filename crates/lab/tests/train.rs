@@ -145,7 +145,10 @@ fn only_a_run_that_answers_as_before_is_resumed() {
     assert_ne!(data, other);
     fs::write(run.join("rollout.csv"), &other).unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
-    assert!(code == 2 && stderr.contains("did not answer as it did before"), "{stderr}");
+    assert!(
+        code == 2 && stderr.contains("did not answer as it did before: run/rollout.csv, line 3 has `0,0.06,"),
+        "{stderr}"
+    );
     assert_eq!(fs::read_to_string(run.join("rollout.csv")).unwrap(), other, "data are never lost");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--seed", "1"]));
     assert!(code == 2 && stderr.contains("cannot be changed"), "{stderr}");

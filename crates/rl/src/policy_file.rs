@@ -161,11 +161,10 @@ fn depth(file: &SafeTensors<'_>) -> usize {
 
 /// Refuses tensors that are neither a network's, nor its scaling's, nor `others`.
 fn refuse_strangers(file: &SafeTensors<'_>, others: &[&str]) -> Result<(), PolicyFileError> {
-    let known = |n: &str| {
-        ["center", "scale"].contains(&n)
-            || others.contains(&n)
-            || (0..depth(file)).any(|l| n == name(l, "weight") || n == name(l, "bias"))
-    };
+    let depth = depth(file);
+    let layer = |n: &str| n.strip_prefix("layers.")?.split_once('.')?.0.parse().ok().filter(|l| *l < depth);
+    let of_layer = |n: &str| layer(n).is_some_and(|l| n == name(l, "weight") || n == name(l, "bias"));
+    let known = |n: &str| ["center", "scale"].contains(&n) || others.contains(&n) || of_layer(n);
     match file.names().into_iter().filter(|n| !known(n)).min() {
         Some(name) => Err(PolicyFileError::Unexpected { name: name.to_owned() }),
         None => Ok(()),

@@ -67,20 +67,40 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     Ok(verdict(&problem, &evaluation))
 }
 
-/// Refuses a policy that was made for another task.
+/// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
 fn fits(policy: &SavedPolicy, problem: &Problem) -> Result<(), Failure> {
-    let spec = problem.spec();
+    let (name, spec) = (problem.name(), problem.spec());
+    let refuse = |what: String| {
+        Err(Failure::new(what).hint("policy.safetensors belongs to the run whose config.toml lies beside it"))
+    };
     let (has, needs) = (policy.observation_dim(), spec.observation_dim());
-    let numbered = matches!(spec.action_space, Space::Discrete { .. });
-    let name = problem.name();
     if has != needs {
-        return Err(Failure::new(format!("the policy observes {has} values, `{name}` shows {needs}")));
+        return refuse(format!("the policy observes {has} values, `{name}` shows {needs}"));
     }
-    if numbered != matches!(policy, SavedPolicy::Categorical(_)) {
-        let (acts, takes) = if numbered { ("real", "numbered") } else { ("numbered", "real") };
-        return Err(Failure::new(format!("the policy has {acts} actions, `{name}` takes {takes} ones")));
+    match (policy, &spec.action_space) {
+        (SavedPolicy::Gaussian(policy), Space::Box { low, high }) => {
+            let (has, takes) = (policy.action_dim(), low.len());
+            if has != takes {
+                return refuse(format!("the policy has {has} action values, `{name}` takes {takes}"));
+            }
+            let ends = |low: &[f64], high: &[f64]| low.iter().copied().zip(high.iter().copied()).collect::<Vec<_>>();
+            let (acts, taken) = (ends(policy.action_low(), policy.action_high()), ends(low, high));
+            let differ = acts.into_iter().zip(taken).enumerate().find(|(_, (acts, taken))| acts != taken);
+            differ.map_or(Ok(()), |(i, ((low, high), (least, most)))| {
+                refuse(format!("action {i} of the policy goes from {low:?} to {high:?}, that of `{name}` from {least:?} to {most:?}"))
+            })
+        }
+        (SavedPolicy::Categorical(policy), Space::Discrete { controls }) => {
+            let (has, takes) = (policy.n_actions(), controls.nrows());
+            if has == takes { Ok(()) } else { refuse(format!("the policy has {has} actions, `{name}` takes {takes}")) }
+        }
+        (SavedPolicy::Gaussian(_), Space::Discrete { .. }) => {
+            refuse(format!("the policy has real actions, `{name}` takes numbered ones"))
+        }
+        (SavedPolicy::Categorical(_), Space::Box { .. }) => {
+            refuse(format!("the policy has numbered actions, `{name}` takes real ones"))
+        }
     }
-    Ok(())
 }
 
 /// The returns of `policy` (its best actions) on the real system, from start states fixed by `seed`.
@@ -117,5 +137,47 @@ pub(crate) fn verdict(problem: &Problem, evaluation: &Evaluation) -> Verdict {
     match problem.spec().solved_at {
         Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
         _ => Verdict::Done,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sindyna_core::Agent as _;
+    use sindyna_rl::Isa;
+
+    use super::*;
+    use crate::config::{AnyAgent, agent};
+
+    /// A policy for the task called `name` if its actions were those of `space`.
+    fn policy(name: &str, space: Space) -> SavedPolicy {
+        let problem = Problem::named(name).unwrap();
+        let spec = sindyna_core::Spec { action_space: space, ..problem.spec().clone() };
+        let settings = TrainConfig::defaults(&spec).sac;
+        match agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap() {
+            AnyAgent::Sac(sac) => sac.frozen().into(),
+            AnyAgent::SacDiscrete(sac) => sac.frozen().into(),
+        }
+    }
+
+    #[test]
+    fn only_a_policy_with_the_actions_of_the_task_fits() {
+        let range = |low: &[f64], high: &[f64]| Space::Box { low: low.to_vec(), high: high.to_vec() };
+        let numbered = |actions: usize| Space::Discrete { controls: ndarray::Array2::zeros((actions, 1)) };
+        let of = |name: &str| Problem::named(name).unwrap().spec().action_space.clone();
+        for (name, space, says) in [
+            ("pendulum", range(&[-2.0; 2], &[2.0; 2]), "has 2 action values, `pendulum` takes 1"),
+            ("pendulum", range(&[-1e6], &[1e6]), "from -1000000.0 to 1000000.0, that of `pendulum` from -2.0 to 2.0"),
+            ("pendulum", numbered(2), "has numbered actions, `pendulum` takes real ones"),
+            ("cart-pole", numbered(3), "has 3 actions, `cart-pole` takes 2"),
+            ("cart-pole", range(&[-1.0], &[1.0]), "has real actions, `cart-pole` takes numbered ones"),
+        ] {
+            let refusal = fits(&policy(name, space), &Problem::named(name).unwrap()).unwrap_err().to_string();
+            assert!(refusal.contains(says) && refusal.contains("hint:"), "{refusal}");
+        }
+        for name in ["pendulum", "cart-pole", "mountain-car"] {
+            assert!(fits(&policy(name, of(name)), &Problem::named(name).unwrap()).is_ok());
+        }
+        let refusal = fits(&policy("pendulum", of("pendulum")), &Problem::named("mountain-car").unwrap()).unwrap_err();
+        assert!(refusal.to_string().contains("observes 3 values, `mountain-car` shows 2"), "{refusal}");
     }
 }

@@ -7,11 +7,11 @@ use serde_json::Value;
 use sindyna_core::Channel;
 use sindyna_sindy::{Model, export};
 
-use super::{Verdict, print};
+use super::{Verdict, print, write_out};
 use crate::config::TrainConfig;
 use crate::failure::Failure;
-use crate::identification::Stepping;
-use crate::record::save;
+use crate::identification::{Stepping, read_model};
+use crate::record::Own;
 use crate::registry;
 
 /// Writes equations as a program in another language
@@ -27,7 +27,7 @@ pub(crate) struct Args {
     /// Language to write: `python`
     #[arg(long, value_name = "LANGUAGE")]
     to: String,
-    /// File to write [default: model.py next to model.json]
+    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -48,13 +48,23 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
             Failure::from(e).hint("DIR is a directory that `sindyna identify` or `sindyna train` left, or a model.json")
         })?;
-    let model = Model::from_json(&text).with_context(|| format!("{} is not a model", file.display()))?;
+    let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
     let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
+    // To rename a file over what standard output leads to would replace it.
+    if args.out.as_deref().is_some_and(is_stdout) {
+        write_out(&module)?;
+        return Ok(Verdict::Done);
+    }
     let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
-    save(&out, module.as_bytes())?;
+    Own { path: &out, what: "export of sindyna", option: "--out" }.save(module.as_bytes())?;
     print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
     Ok(Verdict::Done)
+}
+
+/// Whether `out` is a name of standard output.
+fn is_stdout(out: &Path) -> bool {
+    ["-", "/dev/stdout"].map(Path::new).contains(&out)
 }
 
 /// What is known besides the model: where it comes from, units, in which space it lives.
@@ -97,4 +107,15 @@ fn trained(directory: &Path) -> Option<Origin> {
     let spec = system.spec();
     let unit = |c: &Channel| (c.name.clone(), c.unit.clone());
     Some((source, spec.state.iter().chain(&spec.observation).chain(&spec.control).map(unit).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standard_output_has_two_names() {
+        let is = ["-", "/dev/stdout", "./-", "stdout", "/dev/null"].map(|out| is_stdout(Path::new(out)));
+        assert_eq!(is, [true, true, false, false, false]);
+    }
 }

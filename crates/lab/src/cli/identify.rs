@@ -101,7 +101,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     if let Some(out) = &args.out {
-        RunDir::refuse_existing(out)?;
+        RunDir::refuse_existing(out, &FILES)?;
     }
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
@@ -111,7 +111,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
     check_size(&identifier, &log)?;
-    let found = args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(explain)?;
+    let found =
+        args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(|e| explain(e, &args.log, &log))?;
     let account = Account::new(&found, &log.spec);
 
     // What was found is told even if it cannot be written down.
@@ -202,7 +203,7 @@ fn check_size(identifier: &Identifier, log: &Log) -> Result<(), Failure> {
         return Err(Failure::new(format!(
             "{terms} candidate terms are more than the {MOST_TERMS} that can be searched"
         ))
-        .hint("name fewer states and inputs"));
+        .hint("name fewer states and inputs, or give fewer --term or another --library"));
     }
     let (steps, needed) = (log.data.n_steps(), identifier.needed_rows());
     if steps < needed {
@@ -216,12 +217,19 @@ fn check_size(identifier: &Identifier, log: &Log) -> Result<(), Failure> {
     Ok(())
 }
 
-fn explain(error: FitError) -> Failure {
+/// What can be done about data in which nothing was found.
+fn explain(error: FitError, path: &Path, log: &Log) -> Failure {
+    let limited = log.spec.state.iter().filter(|s| s.bounds.0.is_finite() || s.bounds.1.is_finite());
+    let limited: Vec<String> = limited.map(|s| format!("`{}`", s.name)).collect();
     let hint = match &error {
-        FitError::TooFewRows { .. } => "give it a longer log",
-        _ => "other terms (--library, --term) or another --target may do",
+        FitError::TooFewRows { .. } if !limited.is_empty() => format!(
+            "steps that end at a limit or beyond it are left out: look at the --limits of {}, or give it a longer log",
+            limited.join(", ")
+        ),
+        FitError::TooFewRows { .. } => "give it a longer log".into(),
+        _ => log.doubts().unwrap_or_else(|| "other terms (--library, --term) or another --target may do".into()),
     };
-    Failure::from(error).hint(hint)
+    Failure::from(anyhow::Error::new(error).context(format!("no equations in {}", path.display()))).hint(hint)
 }
 
 /// What was read, and what was made of it.
@@ -334,21 +342,21 @@ struct Document<'a> {
     account: &'a Account,
 }
 
+/// The files of a model's directory, in the order in which they are written.
+const FILES: [&str; 3] = ["config.toml", "model.json", "identify.json"];
+
 fn write(out: Option<&Path>, record: &Record, found: &Identified, account: &Account) -> Result<RunDir, Failure> {
+    let [config, model, account_file] = FILES;
     let files = [
-        ("config.toml", toml::to_string(record)?.into_bytes()),
-        ("model.json", found.model.to_json().into_bytes()),
-        ("identify.json", json(&Document { record, account })?),
+        (config, toml::to_string(record)?.into_bytes()),
+        (model, found.model.to_json().into_bytes()),
+        (account_file, json(&Document { record, account })?),
     ];
-    let dir = match out {
-        Some(path) => RunDir::create(path)?,
+    match out {
+        Some(path) => RunDir::create(path, &files),
         None => {
             let name = Path::new(&record.log).file_stem().unwrap_or("log".as_ref());
-            RunDir::create_numbered(&Path::new("models").join(name))?
+            RunDir::create_numbered(&Path::new("models").join(name), &files)
         }
-    };
-    for (name, contents) in files {
-        dir.write(name, &contents)?;
     }
-    Ok(dir)
 }

@@ -17,6 +17,7 @@ use clap::{Parser, Subcommand};
 
 use crate::failure::Failure;
 use crate::interrupt::EXIT_INTERRUPTED;
+use crate::plain::plain;
 
 /// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
 /// inside them.
@@ -76,8 +77,13 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Writes `text` to stdout; a reader that has gone away (`| head`) is not an error.
+/// Writes `text` to stdout, for people to read.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    write_out(&plain(text))
+}
+
+/// Writes `text` to stdout as it is; a reader that has gone away (`| head`) is not an error.
+pub(crate) fn write_out(text: &str) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -88,11 +94,14 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
+/// Threads to work with.
+const MOST_THREADS: i64 = 1_024;
+
 /// What every long-running command understands.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Common {
     /// Threads to work with; results do not depend on it [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
     /// No progress on stderr
     #[arg(long, short)]
@@ -102,7 +111,9 @@ pub(crate) struct Common {
 impl Common {
     /// A thread pool of the size asked for.
     pub(crate) fn pool(&self) -> Result<rayon::ThreadPool, Failure> {
-        let threads = self.threads.map_or(0, usize::from);
+        // None given: rayon's own variable counts, but no more than an option could ask for; 0 is all cores.
+        let variable = || std::env::var("RAYON_NUM_THREADS").ok()?.parse::<usize>().ok();
+        let threads = self.threads.map_or_else(|| variable().unwrap_or(0), usize::from).min(MOST_THREADS as usize);
         Ok(rayon::ThreadPoolBuilder::new().num_threads(threads).build()?)
     }
 }

@@ -2,8 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::Context as _;
+
 use super::{Verdict, print};
 use crate::failure::Failure;
+use crate::record::{Held, sweep};
 use crate::report::{self, DIGEST, Digest, Group, fixed, gather, groups};
 
 /// Makes tables, figures and page of a comparison again, from what its runs left
@@ -15,23 +18,29 @@ pub(crate) struct Args {
     /// Directory of a comparison, or of its digest
     #[arg(value_name = "DIR", default_value = "runs/compare")]
     directory: PathBuf,
-    /// Write the report as Markdown to FILE instead, with its figures in a folder of that name beside it
+    /// Write the report as Markdown to FILE instead, with its figures in a folder of that name beside it; DIR stays as it is
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let directory = &args.directory;
-    let digest = if Digest::is_in(directory) {
-        Digest::read(directory)?
-    } else {
-        let digest = gather(directory)?;
-        digest.write(&directory.join(DIGEST))?;
-        digest
+    // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
+    let held = match args.markdown {
+        None if directory.is_dir() => Some(
+            Held::take(directory)
+                .map_err(|at_work| at_work.hint("wait for it, or look at what there is so far with --markdown FILE"))?,
+        ),
+        _ => None,
     };
+    let digest = if Digest::is_in(directory) { Digest::read(directory)? } else { gather(directory)? };
     if digest.runs.is_empty() {
         return Err(Failure::new(format!("{} holds no runs", directory.display()))
             .hint("`sindyna compare --out DIR` makes some"));
+    }
+    if held.is_some() && !Digest::is_in(directory) {
+        sweep(directory).with_context(|| format!("cannot tidy {}", directory.display()))?;
+        digest.write(&directory.join(DIGEST))?;
     }
     let groups = groups(&digest);
     let written = match &args.markdown {

@@ -88,7 +88,14 @@ pub(crate) struct Settings {
 impl Settings {
     /// The configuration of the run in `directory`, as it was.
     pub(super) fn of_run(directory: &Path) -> Result<(TrainConfig, Problem), Failure> {
-        recorded(&directory.join("config.toml"))
+        let path = directory.join("config.toml");
+        let (config, problem) = recorded(&path)?;
+        if config.task != problem.name() {
+            let (named, described) = (&config.task, problem.name());
+            let message = format!("{} is for `{named}`, the task beside it is `{described}`", path.display());
+            return Err(Failure::new(message).hint("a run goes on with the files it began with"));
+        }
+        settled(config, problem)
     }
 
     /// The configuration these options ask for, for `task` or the task of `--task-file` or `--config`.
@@ -133,9 +140,7 @@ impl Settings {
         config.task_file = config.task_file.map(|_| RECORDED_TASK.into());
         // Whatever wrote the file, this version runs it.
         config.stamp();
-        config.check()?;
-        let problem = problem.with_noise(config.noise)?;
-        Ok((config, problem))
+        settled(config, problem)
     }
 
     /// The paper's terms are over what is observed: cos θ, sin θ and ω are three states there. Whoever asks for its
@@ -186,6 +191,13 @@ impl Settings {
         set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
+}
+
+/// What a run is made from, wherever its configuration came from: one that a run can have, and the problem with the noise it says.
+fn settled(config: TrainConfig, problem: Problem) -> Result<(TrainConfig, Problem), Failure> {
+    config.check()?;
+    let problem = problem.with_noise(config.noise)?;
+    Ok((config, problem))
 }
 
 /// The configuration in the file `path`, and what it is about.

@@ -1,10 +1,11 @@
 //! `sindyna train`: the main job.
 
-use std::io;
+mod recorder;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
+use sindyna_core::{Event, Explorer, FitError, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_rl::{Isa, SavedPolicy};
 
@@ -21,6 +22,7 @@ use crate::progress::Progress;
 use crate::real::Real;
 use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, json, rollout_csv};
 use crate::{machine, registry, table};
+use recorder::{Clock, Recorder};
 
 /// Learns a system from one short real rollout and trains a controller for it
 ///
@@ -55,12 +57,16 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &problem)?;
     let pool = args.common.pool()?;
+    // With config.toml, which comes last, a run can be resumed.
+    let mut files = problem.files()?;
+    files.push(("config.toml", config.to_toml()?.into_bytes()));
     let run_dir = match &args.out {
-        Some(path) => RunDir::create(path)?,
-        None => RunDir::create_numbered(&Path::new("runs").join(format!("{}-seed{}", config.task, config.seed)))?,
+        Some(path) => RunDir::create(path, &files)?,
+        None => {
+            let stem = Path::new("runs").join(format!("{}-seed{}", config.task, config.seed));
+            RunDir::create_numbered(&stem, &files)?
+        }
     };
-    run_dir.write("config.toml", config.to_toml()?.as_bytes())?;
-    problem.record(&run_dir)?;
     let progress = Progress::new(args.common.quiet);
     let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
@@ -77,9 +83,13 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
     let progress = Progress::new(args.common.quiet);
     let (config, problem) = Settings::of_run(run_dir.path())?;
     let finished = run_dir.read("summary.json").and_then(|text| serde_json::from_str::<Summary>(&text).ok());
-    if let Some(Summary { interrupted: false, evaluation, .. }) = finished {
-        progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
-        return Ok(evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+    if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
+        let missing = summary.files().into_iter().find(|name| !path.join(name).is_file());
+        let Some(missing) = missing else {
+            progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
+            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+        };
+        progress.say(&format!("note: {missing} is missing, so all of it is done again"));
     }
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
@@ -197,7 +207,7 @@ impl Run<'_> {
             }
         };
         real.check()?;
-        learned.map_err(explain)
+        learned.map_err(|e| explain(e, self.config.noise))
     }
 
     fn record(
@@ -215,8 +225,6 @@ impl Run<'_> {
             ("events.jsonl", Some(log.as_bytes().to_vec())),
             ("timing.json", Some(timing)),
             ("policy.safetensors", policy),
-            // Where this is, the run is whole.
-            ("summary.json", Some(summary)),
         ];
         // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
         let mut written = Ok(());
@@ -225,7 +233,11 @@ impl Run<'_> {
                 written = written.and(dir.write(name, &contents));
             }
         }
-        Ok(written?)
+        // Where this is, the run is whole: it comes after all others, or not at all.
+        written.and_then(|()| dir.write("summary.json", &summary)).map_err(|e| {
+            let path = dir.path().display();
+            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` does the run again"))
+        })
     }
 
     /// What the user reads when all is done.
@@ -266,8 +278,11 @@ impl Run<'_> {
 }
 
 /// What can be done about a run that could not go on.
-fn explain(error: DynaError) -> Failure {
+fn explain(error: DynaError, noise: f64) -> Failure {
     let hint = match &error {
+        DynaError::Fit(FitError::TooFewRows { .. }) if noise > 0.0 => Some(
+            "steps within three standard deviations of a limit are left out: give it less --noise, or more real data with --real-steps",
+        ),
         DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
         _ => None,
     };
@@ -328,50 +343,5 @@ fn summary(
             failure: learned.failure.as_ref().map(ToString::to_string),
         },
         interrupted: learned.interrupted,
-    }
-}
-
-/// Seconds since the start, and what they went into.
-#[derive(Debug, Clone, Copy, Default)]
-struct Clock {
-    /// When real data came in last.
-    collected: f64,
-    /// Seconds spent on identification, over all fits.
-    identified: f64,
-}
-
-/// Watches a run: writes down, shows, times.
-struct Recorder<'a> {
-    spec: &'a Spec,
-    run_dir: &'a RunDir,
-    progress: &'a Progress,
-    /// Real data that were there when the run began: of the same run, cut off.
-    kept: String,
-    log: EventLog,
-    clock: Clock,
-    start: Instant,
-}
-
-impl Observer for Recorder<'_> {
-    fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
-        self.log.note(event);
-        self.progress.show(event);
-        let now = self.start.elapsed().as_secs_f64();
-        match event {
-            Event::Collected { data } => {
-                // Real data are what cannot be had again: on the disk before anything else happens.
-                let text = rollout_csv(self.spec, data);
-                if !text.starts_with(&self.kept) && !self.kept.starts_with(&text) {
-                    return Err(io::Error::other("the real system did not answer as it did before; its data are kept"));
-                }
-                if text.len() > self.kept.len() {
-                    self.run_dir.write("rollout.csv", text.as_bytes())?;
-                }
-                self.clock.collected = now;
-            }
-            Event::Fitted { .. } => self.clock.identified += now - self.clock.collected,
-            _ => {}
-        }
-        Ok(())
     }
 }

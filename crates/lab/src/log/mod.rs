@@ -3,6 +3,7 @@
 mod circles;
 mod clock;
 mod declare;
+mod doubts;
 mod jumps;
 mod rates;
 mod recording;
@@ -15,6 +16,7 @@ use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::failure::Failure;
 use circles::Reading;
+pub(crate) use rates::closes_circle;
 use recording::{Recording, Selected, TIME, TRAJECTORY, recordings};
 use table::Table;
 
@@ -274,6 +276,10 @@ fn given_rates(pairs: &[(String, String)], states: &[String]) -> Result<Vec<(usi
         if let Some(&(r, o)) = rates.iter().find(|(r, o)| *r == rate_idx || *o == of_idx) {
             let (r, o) = (&states[r], &states[o]);
             return Err(Failure::new(format!("--rates {rate}={of} does not go with {r}={o}: one rate for one state")));
+        }
+        if closes_circle(&rates, (rate_idx, of_idx)) {
+            let message = format!("--rates {rate}={of} closes a circle: {rate} would be its own rate by way of others");
+            return Err(Failure::new(message).hint("leave one of the pairs out: its equation is then looked for"));
         }
         rates.push((rate_idx, of_idx));
     }

@@ -29,20 +29,23 @@ pub(crate) fn recognised(recordings: &[Recording], dt: f64) -> Vec<Seen> {
     seen.sort_by(|a, b| a.off_by.total_cmp(&b.off_by));
     let mut kept: Vec<Seen> = Vec::new();
     for candidate in seen {
-        if kept.iter().all(|k| k.rate != candidate.rate && k.of != candidate.of) && !closes_circle(&kept, candidate) {
+        let pairs: Vec<(usize, usize)> = kept.iter().map(|k| (k.rate, k.of)).collect();
+        let pair = (candidate.rate, candidate.of);
+        if pairs.iter().all(|k| k.0 != pair.0 && k.1 != pair.1) && !closes_circle(&pairs, pair) {
             kept.push(candidate);
         }
     }
     kept
 }
 
-/// Whether following "is the rate of" from `candidate.of` leads back to `candidate.rate`.
-fn closes_circle(kept: &[Seen], candidate: Seen) -> bool {
-    let mut at = candidate.of;
-    while let Some(next) = kept.iter().find(|k| k.rate == at) {
-        at = next.of;
+/// Whether following "is the rate of" in `kept` from the state of which `rate` is one leads back to `rate`; each pair is a rate and
+/// its state, and `kept` has no circle.
+pub(crate) fn closes_circle(kept: &[(usize, usize)], (rate, of): (usize, usize)) -> bool {
+    let mut at = of;
+    while let Some((_, next)) = kept.iter().find(|(r, _)| *r == at) {
+        at = *next;
     }
-    at == candidate.rate
+    at == rate
 }
 
 /// How much of the new rate a simulated step may have moved by: all of it (semi-implicit Euler), half of it (nature), none

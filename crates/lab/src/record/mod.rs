@@ -2,6 +2,7 @@
 
 mod events;
 mod lock;
+mod own;
 mod rollout_csv;
 mod run_dir;
 mod summary;
@@ -15,6 +16,7 @@ use crate::failure::Failure;
 
 pub(crate) use events::EventLog;
 pub(crate) use lock::Held;
+pub(crate) use own::Own;
 pub(crate) use rollout_csv::rollout_csv;
 use run_dir::write_atomic;
 pub(crate) use run_dir::{RunDir, is_unfinished, sweep};

@@ -25,6 +25,15 @@ pub(crate) struct Summary {
     pub(crate) interrupted: bool,
 }
 
+impl Summary {
+    /// The files beside it in the record of a run that came to its end.
+    pub(crate) fn files(&self) -> Vec<&'static str> {
+        let model = self.identification.as_ref().map(|_| "model.json");
+        let policy = self.evaluation.as_ref().map(|_| "policy.safetensors");
+        ["rollout.csv", "events.jsonl", "timing.json"].into_iter().chain(model).chain(policy).collect()
+    }
+}
+
 /// Returns of the deterministic policy on the real system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Evaluation {

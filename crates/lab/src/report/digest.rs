@@ -7,9 +7,10 @@ use std::path::Path;
 use anyhow::Context as _;
 use serde::{Deserialize, Serialize};
 
-use crate::compare::{Asked, Outcome};
+use crate::compare::{Asked, Method, Outcome};
 use crate::failure::Failure;
 use crate::record::{from_csv, save, to_csv};
+use crate::registry;
 
 /// One run: a line of `runs.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -143,17 +144,26 @@ impl Digest {
             fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))
         };
         let models = text(MODELS)?;
-        let models = models.lines().map(serde_json::from_str).collect::<Result<_, _>>();
+        // A line of JSON counts its own lines: the number that helps is that in the file.
+        let model = |(number, line): (usize, &str)| {
+            serde_json::from_str(line).map_err(|e| {
+                let (why, path) = (e.to_string(), directory.join(MODELS));
+                let why = why.split(" at line ").next().unwrap_or_default();
+                Failure::new(format!("cannot understand {}, line {}: {why}", path.display(), number + 1))
+            })
+        };
+        let models = models.lines().enumerate().map(model).collect::<Result<_, _>>()?;
+        let unread = |name: &str| format!("cannot understand {}", directory.join(name).display());
         let digest = Self {
             settings: text(SETTINGS)?,
-            asked: from_csv(&text(ASKED)?).with_context(|| format!("cannot understand {ASKED}"))?,
-            runs: from_csv(&text(RUNS)?).with_context(|| format!("cannot understand {RUNS}"))?,
-            checks: from_csv(&text(CHECKS)?).with_context(|| format!("cannot understand {CHECKS}"))?,
-            models: models.with_context(|| format!("cannot understand {MODELS}"))?,
-            times: from_csv(&text(TIMES)?).with_context(|| format!("cannot understand {TIMES}"))?,
+            asked: from_csv(&text(ASKED)?).with_context(|| unread(ASKED))?,
+            runs: from_csv(&text(RUNS)?).with_context(|| unread(RUNS))?,
+            checks: from_csv(&text(CHECKS)?).with_context(|| unread(CHECKS))?,
+            models,
+            times: from_csv(&text(TIMES)?).with_context(|| unread(TIMES))?,
         };
         let damage = || {
-            let sums: Vec<Sum> = from_csv(&text(SUMS)?).with_context(|| format!("cannot understand {SUMS}"))?;
+            let sums: Vec<Sum> = from_csv(&text(SUMS)?).with_context(|| unread(SUMS))?;
             for name in [SETTINGS, ASKED, RUNS, CHECKS, MODELS] {
                 if !sums.contains(&Sum::of(name, text(name)?.as_bytes())) {
                     return Ok::<_, Failure>(Err(format!("{name} was changed since")));
@@ -169,7 +179,17 @@ impl Digest {
     }
 
     /// Whether the files can belong together: lines that were lost or changed mostly show in those that were not.
-    fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
+        // Names become those of files, and stand in pages: none but ours.
+        let named = self.asked.iter().map(|a| (ASKED, &a.task, &a.method));
+        for (name, task, method) in named.chain(self.runs.iter().map(|run| (RUNS, &run.task, &run.method))) {
+            if registry::system(task).is_err() {
+                return Err(format!("{name} names the task `{task}`, which there is not"));
+            }
+            if Method::named(method).is_err() {
+                return Err(format!("{name} names the method `{method}`, which there is not"));
+            }
+        }
         let mut known = BTreeSet::new();
         for run in &self.runs {
             let key = (run.task.as_str(), run.method.as_str(), run.seed);
@@ -272,19 +292,33 @@ mod tests {
             fs::write(temp.path().join(name), whole).expect("it can be written");
         }
         assert!(Digest::read(temp.path()).is_ok());
+        let models = fs::read_to_string(temp.path().join(MODELS)).expect("it is there");
+        fs::write(temp.path().join(MODELS), format!("{models}{{\n")).expect("it can be written");
+        let refusal = Digest::read(temp.path()).expect_err("its second line is no JSON").to_string();
+        assert!(refusal.contains("models.jsonl, line 2: ") && !refusal.contains("line 1"), "{refusal}");
     }
 
     #[test]
     fn files_that_do_not_belong_together_are_refused() {
-        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("any", "sac", seed) };
+        let outcome = |seed| Outcome { returns: vec![1.0; 2], ..Outcome::new("pendulum", "sac", seed) };
         let mut digest = Digest::default();
         digest.add(&outcome(0), Some(1.0));
         digest.add(&outcome(1), Some(1.0));
         assert_eq!(digest.check(), Ok(()));
         let lost = Digest { runs: digest.runs[..1].to_vec(), ..digest.clone() };
-        assert!(lost.check().unwrap_err().contains("timing.csv has any sac seed 1"));
+        assert!(lost.check().unwrap_err().contains("timing.csv has pendulum sac seed 1"));
         let twice = Digest { runs: [&digest.runs[..], &digest.runs[1..]].concat(), ..digest.clone() };
         assert!(twice.check().unwrap_err().contains("seed 1 twice"));
+        for (task, method, says) in [
+            ("x/../../evil", "sac", "runs.csv names the task `x/../../evil`"),
+            ("pendulum", "<script>", "runs.csv names the method `<script>`"),
+        ] {
+            let mut strange = Digest::default();
+            strange.add(&Outcome::new(task, method, 0), None);
+            assert!(strange.check().unwrap_err().contains(says));
+        }
+        let asked = vec![Asked { task: "pendulum".into(), method: "\u{7}".into(), seeds: 1 }];
+        assert!(Digest { asked, ..Digest::default() }.check().unwrap_err().contains("asked.csv names the method"));
         digest.runs[0].mean_return = Some(f64::NAN);
         assert!(digest.check().unwrap_err().contains("no number"));
     }

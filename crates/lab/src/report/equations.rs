@@ -1,11 +1,13 @@
 //! The equations found, beside the true ones.
 
+use sindyna_core::{Channel, Spec};
 use sindyna_envs::System;
 use sindyna_sindy::Model;
 use sindyna_truth::{Structure, Truth, structure};
 
 use super::digest::Digest;
 use super::stats::median;
+use crate::identification::read_model;
 use crate::registry;
 
 /// Points of a task's box at which true rates are taken.
@@ -54,7 +56,7 @@ pub(crate) fn equations(digest: &Digest) -> Vec<Equations> {
         let judged: Vec<Judged> = found
             .filter_map(|found| {
                 let run = digest.of(task, &found.method).find(|run| run.seed == found.seed)?;
-                let model = Model::from_json(&found.model.to_string()).ok()?;
+                let model = read_model(&found.model.to_string()).ok().filter(|model| is_of(system.spec(), model))?;
                 let summands = summands(&truth, &model);
                 let (real_steps, real_episodes) = (run.real_steps, run.real_episodes);
                 Some(Judged { seed: found.seed, model, real_steps, real_episodes, summands })
@@ -63,6 +65,12 @@ pub(crate) fn equations(digest: &Digest) -> Vec<Equations> {
         (!judged.is_empty()).then(|| Equations { task: task.into(), system, judged })
     };
     digest.tasks().into_iter().filter_map(of).collect()
+}
+
+/// Whether `model` is about the states and controls of `spec`: only then can it be held against the truth.
+fn is_of(spec: &Spec, model: &Model) -> bool {
+    let same = |channels: &[Channel], names: &[String]| channels.iter().map(|c| &c.name).eq(names);
+    model.readings().is_none() && same(&spec.state, model.states()) && same(&spec.control, model.controls())
 }
 
 fn summands(truth: &Truth, model: &Model) -> Option<Vec<Summand>> {
@@ -114,6 +122,38 @@ mod tests {
             "equations": [[{"term": 0, "coefficient": 1.0}], row],
         });
         Outcome { model: Some(model), real_steps: 10, real_episodes: 1, ..Outcome::new("pendulum", "sindy", seed) }
+    }
+
+    #[test]
+    fn models_of_anything_else_are_left_out() {
+        let change = |from: &str, to: &str| {
+            let mut outcome = found(0, 15.0, 3.0, 0.0);
+            let text = outcome.model.take().map(|model| model.to_string()).unwrap_or_default();
+            assert!(text.contains(from), "{text} has no {from}");
+            outcome.model = serde_json::from_str(&text.replace(from, to)).ok();
+            let mut digest = Digest::default();
+            digest.add(&outcome, None);
+            equations(&digest).len()
+        };
+        assert_eq!(change("0.05", "0.05"), 1);
+        for (from, to) in [
+            (r#"["θ","ω"]"#, r#"["θ","w"]"#),
+            (r#""controls":["u"]"#, r#""controls":["u","v"]"#),
+            // The speed is said to be the input.
+            (r#"[{"coefficient":1.0,"term":0}]"#, r#"[{"coefficient":1.0,"term":2}]"#),
+            (r#""semi_implicit""#, r#""continuous","scheme":{"rk4":{"substeps":1000000000}}"#),
+        ] {
+            assert_eq!(change(from, to), 0, "{to}");
+        }
+        // One equation where there should be two.
+        let mut outcome = found(0, 15.0, 3.0, 0.0);
+        outcome.model = Some(serde_json::json!({
+            "format": 2, "states": ["θ"], "controls": ["u"], "form": "increment", "dt": 0.05, "terms": ["u"], "n_features": 1,
+            "kinematic": [false], "equations": [[{"term": 0, "coefficient": 1.0}]],
+        }));
+        let mut digest = Digest::default();
+        digest.add(&outcome, None);
+        assert!(equations(&digest).is_empty());
     }
 
     #[test]

@@ -29,6 +29,16 @@ pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
             let path = folder.join(format!("seed-{seed}.json"));
             let read = || anyhow::Ok(serde_json::from_slice::<Outcome>(&fs::read(&path)?)?);
             let outcome = read().with_context(|| format!("cannot read {}", path.display()))?;
+            if (outcome.task.as_str(), outcome.method.as_str(), outcome.seed) != (*task, method.name(), seed) {
+                return Err(Failure::new(format!(
+                    "{} holds a run of {} on {} with seed {}",
+                    path.display(),
+                    outcome.method,
+                    outcome.task,
+                    outcome.seed
+                ))
+                .hint("take it away; `sindyna compare` makes it again"));
+            }
             digest.add(&outcome, read_seconds(&folder.join(format!("seed-{seed}.timing.json"))));
         }
     }
@@ -37,6 +47,10 @@ pub(crate) fn gather(root: &Path) -> Result<Digest, Failure> {
             Failure::new(format!("{} holds no runs", root.display())).hint("`sindyna compare --out DIR` makes some")
         );
     }
+    digest.check().map_err(|what| {
+        Failure::new(format!("{} is not what a comparison wrote: {what}", root.display()))
+            .hint("`sindyna compare` makes again what is taken away")
+    })?;
     Ok(digest)
 }
 

@@ -28,7 +28,7 @@ use std::path::Path;
 use anyhow::Context as _;
 
 use crate::failure::Failure;
-use crate::record::{json, save};
+use crate::record::{Own, json, save};
 use document::{Block, figures};
 
 const TITLE: &str = "How many real steps each method needs";
@@ -52,12 +52,8 @@ pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], source: &Path, p
     let folder = path.with_extension("");
     let name = folder.file_name().and_then(|name| name.to_str()).filter(|_| folder != path);
     let name = name.ok_or_else(|| Failure::new(format!("{} is no name of a Markdown file", path.display())))?;
-    // What somebody wrote by hand is not written over.
-    let other = fs::read(path).is_ok_and(|text| !text.starts_with(format!("# {TITLE}\n").as_bytes()));
-    if other {
-        return Err(Failure::new(format!("{} is there already and is no report", path.display()))
-            .hint("name another file with --markdown"));
-    }
+    let own = Own { path, what: "report", option: "--markdown" };
+    own.check(format!("# {TITLE}\n").as_bytes())?;
     if !path.exists() && fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_some()) {
         return Err(Failure::new(format!("the figures would go to {}, which holds something else", folder.display()))
             .hint("name another file with --markdown"));
@@ -66,7 +62,7 @@ pub(crate) fn write_markdown(digest: &Digest, groups: &[Group], source: &Path, p
     let mut blocks = vec![Block::text(command)];
     blocks.extend(content::blocks(digest, groups));
     draw(&blocks, &folder, Pixels::No)?;
-    save(path, markdown::markdown(TITLE, &blocks, name).as_bytes())
+    own.save(markdown::markdown(TITLE, &blocks, name).as_bytes())
 }
 
 /// A path as a shell takes it.

@@ -15,7 +15,7 @@ use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search};
 use sindyna_sindy::{Expr, parse};
 
 use crate::failure::Failure;
-use crate::record::RunDir;
+use crate::log::closes_circle;
 use condition::Condition;
 use document::{Document, State, StateKind};
 use task::FormulaTask;
@@ -24,6 +24,12 @@ use task::FormulaTask;
 pub(crate) const RECORDED_TASK: &str = "task.toml";
 /// Name of its model there.
 const RECORDED_MODEL: &str = "model.xml";
+/// Steps of the simulation in one control interval.
+const MOST_FRAMES: usize = 100_000;
+/// Steps of an episode.
+const MOST_STEPS: usize = 10_000_000;
+/// The largest number for scales, starts and limits: widths of ranges, and squares, are finite too.
+const LARGEST: f64 = 1e150;
 /// Start states the reward is tried at before anything runs.
 const TRIED_REWARDS: usize = 100;
 
@@ -109,21 +115,22 @@ impl TaskFile {
         }
     }
 
-    /// Writes the task and its model into a run directory, where they are enough to run it again.
+    /// The task and its model as files of a run directory, where they are enough to run it again.
     ///
     /// A model that needs other files (meshes, included models) does not compile there; the record then names the
     /// original.
-    pub(crate) fn record(&self, run_dir: &RunDir) -> Result<(), Failure> {
+    pub(crate) fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
         let Source { text, model_name, model_path, model_text } = &self.source;
-        run_dir.write(RECORDED_MODEL, model_text)?;
-        let stands_alone = MujocoModel::from_file(&self.library, run_dir.path().join(RECORDED_MODEL)).is_ok();
-        let model = match stands_alone {
-            true => RECORDED_MODEL.into(),
-            false => std::path::absolute(model_path)?.display().to_string(),
+        let apart = tempfile::tempdir().context("cannot make a temporary directory")?;
+        let copy = apart.path().join(RECORDED_MODEL);
+        fs::write(&copy, model_text).with_context(|| format!("cannot write {}", copy.display()))?;
+        let model = match MujocoModel::from_file(&self.library, &copy) {
+            Ok(_) => RECORDED_MODEL.into(),
+            Err(_) => std::path::absolute(model_path)?.display().to_string(),
         };
         let mut text = text.clone();
         text.replace_range(model_name.clone(), &toml::Value::String(model).to_string());
-        Ok(run_dir.write(RECORDED_TASK, text.as_bytes())?)
+        Ok(vec![(RECORDED_MODEL, model_text.clone()), (RECORDED_TASK, text.into_bytes())])
     }
 }
 
@@ -133,19 +140,32 @@ impl Document {
         let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
         let name = &self.name;
         ensure!(!name.is_empty() && name.chars().all(plain), "name must be letters, digits, `-` and `_`, got `{name}`");
-        ensure!(self.frame_skip >= 1, "frame_skip must be at least 1, got 0");
-        ensure!(self.max_steps >= 1, "max_steps must be at least 1, got 0");
+        for (name, value, most) in
+            [("frame_skip", self.frame_skip, MOST_FRAMES), ("max_steps", self.max_steps, MOST_STEPS)]
+        {
+            ensure!((1..=most).contains(&value), "{name} must be between 1 and {most}, got {value}");
+        }
         ensure!(!self.state.is_empty(), "there is no [[state]]");
         ensure!(!self.control.is_empty(), "there is no [[control]]: nothing could be trained");
         if let Some(mark) = self.solved_at {
             ensure!(mark.is_finite(), "solved_at must be finite, got {mark}");
         }
         self.check_names()?;
+        let mut rates = Vec::new();
+        let near = |what: String, value: f64| {
+            ensure!(value.abs() <= LARGEST, "{what} must be at most {LARGEST:e} in magnitude, got {value:e}");
+            Ok(())
+        };
         for State { name, scale, start, bounds, kind, rate_of, .. } in &self.state {
             ensure!(*scale > 0.0 && scale.is_finite(), "state `{name}`: scale must be finite and > 0, got {scale}");
+            near(format!("state `{name}`: scale"), *scale)?;
+            for end in bounds.iter().flatten().filter(|end| end.is_finite()) {
+                near(format!("state `{name}`: bounds"), *end)?;
+            }
             if let Some([low, high]) = start {
                 let right = low <= high && low.is_finite() && high.is_finite();
                 ensure!(right, "state `{name}`: start must be [low, high], got [{low}, {high}]");
+                near(format!("state `{name}`: start"), low.abs().max(high.abs()))?;
             }
             if let Some([low, high]) = bounds {
                 ensure!(low < high, "state `{name}`: bounds must be [low, high], got [{low}, {high}]");
@@ -155,14 +175,19 @@ impl Document {
                 }
             }
             if let Some(of) = rate_of {
-                self.state_named(of).with_context(|| format!("state `{name}`: rate_of"))?;
-                ensure!(of != name, "state `{name}` cannot be its own rate");
+                let pair = (
+                    self.state_named(name)?,
+                    self.state_named(of).with_context(|| format!("state `{name}`: rate_of"))?,
+                );
+                ensure!(!closes_circle(&rates, pair), "state `{name}` cannot be its own rate, nor by way of others");
+                rates.push(pair);
                 ensure!(*kind == StateKind::Plain, "state `{name}` cannot be both an angle and a rate");
             }
         }
         for document::Control { name, low, high, .. } in &self.control {
             let right = low < high && low.is_finite() && high.is_finite();
             ensure!(right, "control `{name}`: low must be below high, both finite; got {low} and {high}");
+            near(format!("control `{name}`: low and high"), low.abs().max(high.abs()))?;
         }
         Ok(())
     }

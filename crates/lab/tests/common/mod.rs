@@ -31,3 +31,18 @@ pub(crate) fn json(path: &Path) -> Value {
     let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_json::from_str(&text).expect("a record is valid JSON")
 }
+
+/// The log in the repository.
+pub(crate) fn example() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/logs/pendulum.csv");
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Runs `identify log.csv` on `log` with `args`; exit code, stdout, stderr.
+pub(crate) fn identify(directory: &Path, log: &str, args: &[&str]) -> (i32, String, String) {
+    fs::write(directory.join("log.csv"), log).unwrap();
+    parts(&sindyna(directory, &[&["identify", "log.csv"], args].concat()))
+}
+
+/// What the columns of [`example`] are.
+pub(crate) const COLUMNS: [&str; 4] = ["--states", "th,w", "--inputs", "u"];

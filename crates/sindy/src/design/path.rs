@@ -5,7 +5,7 @@ use ndarray::Array2;
 use crate::data::{Segment, Signals};
 use crate::expr::Tape;
 use crate::library::Term;
-use crate::shooting::{Flow, Stage};
+use crate::shooting::{Flow, Scratch, Stage};
 
 /// What the states do between samples.
 pub(crate) enum Path<'a> {
@@ -29,6 +29,7 @@ pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path
     let mut theta = Array2::zeros((segment.len(), terms.len()));
     let tape = Tape::new(n + k, terms.iter().map(|t| &t.expr));
     let mut registers = vec![0.0; tape.n_registers()];
+    let mut way = Way::default();
     for t in 0..segment.len() {
         let mut add = |stage: &Stage<'_>| {
             registers[..n + k].copy_from_slice(stage.z);
@@ -46,7 +47,7 @@ pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path
                 let x_dot: Vec<f64> = (0..n).map(rate).collect();
                 add(&Stage { weight: 1.0, z: &z, x_dot: &x_dot });
             }
-            Path::Model { flow, xi, x } => follow(flow, xi, segment, t, &x[at], &mut add),
+            Path::Model { flow, xi, x } => way.follow(flow, xi, segment, t, &x[at], &mut add),
         }
     }
     theta
@@ -70,20 +71,49 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
     }
 }
 
-/// Visits the stages of the step of `flow` from row t of `x`.
-fn follow(flow: &Flow, xi: &[f64], segment: &Segment, t: usize, x: &Array2<f64>, add: &mut dyn FnMut(&Stage<'_>)) {
-    let n = x.ncols();
-    let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-    let mut next = vec![0.0; n];
-    let mut stages: Vec<(f64, Vec<f64>, Vec<f64>)> = Vec::new();
-    let mut scratch = flow.scratch();
-    flow.step((&now, &u, segment.dt[t]), xi, &mut next, None, &mut scratch, &mut |stage| {
-        stages.push((stage.weight, stage.z.to_vec(), stage.x_dot.to_vec()));
-    });
-    for (weight, z, mut x_dot) in stages {
-        for i in 0..n {
-            x_dot[i] += (x[[t + 1, i]] - next[i]) / segment.dt[t];
+/// The stages of one step.
+#[derive(Default)]
+struct Way {
+    scratch: Option<Scratch>,
+    next: Vec<f64>,
+    weights: Vec<f64>,
+    /// (x; u), one stage after the other.
+    z: Vec<f64>,
+    /// ẋ likewise.
+    x_dot: Vec<f64>,
+}
+
+impl Way {
+    /// Visits the stages of the step of `flow` from row t of `x`.
+    fn follow(
+        &mut self,
+        flow: &Flow,
+        xi: &[f64],
+        segment: &Segment,
+        t: usize,
+        x: &Array2<f64>,
+        add: &mut dyn FnMut(&Stage<'_>),
+    ) {
+        let n = x.ncols();
+        let Self { scratch, next, weights, z, x_dot } = self;
+        let scratch = scratch.get_or_insert_with(|| flow.scratch());
+        next.resize(n, 0.0);
+        weights.clear();
+        z.clear();
+        x_dot.clear();
+        let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+        flow.step((&now, &u, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
+            weights.push(stage.weight);
+            z.extend_from_slice(stage.z);
+            x_dot.extend_from_slice(stage.x_dot);
+        });
+        for (s, &weight) in weights.iter().enumerate() {
+            let x_dot = &mut x_dot[s * n..(s + 1) * n];
+            for i in 0..n {
+                x_dot[i] += (x[[t + 1, i]] - next[i]) / segment.dt[t];
+            }
+            let width = n + u.len();
+            add(&Stage { weight, z: &z[s * width..(s + 1) * width], x_dot });
         }
-        add(&Stage { weight, z: &z, x_dot: &x_dot });
     }
 }

@@ -26,8 +26,8 @@ pub(crate) struct Flow {
     tape: Tape,
     /// Registers of the terms in use.
     values: Vec<u32>,
-    /// (term, state, register) of the partial derivatives that are not zero.
-    partials: Vec<(usize, usize, u32)>,
+    /// Per term: (state, register) of the partial derivatives that are not zero.
+    partials: Vec<Vec<(usize, u32)>>,
     summands: Vec<Summand>,
     /// Per state: the state that is declared to be its rate.
     rates: Vec<Option<usize>>,
@@ -79,7 +79,10 @@ impl Flow {
         let expressions = used.iter().map(|&j| &terms[j].expr).chain(derivatives.iter().map(|(_, _, d)| d));
         let tape = Tape::new(n + n_controls, expressions);
         let (values, rest) = tape.outputs().split_at(used.len());
-        let partials = derivatives.iter().zip(rest).map(|((term, state, _), &r)| (*term, *state, r)).collect();
+        let mut partials = vec![Vec::new(); used.len()];
+        for ((term, state, _), &register) in derivatives.iter().zip(rest) {
+            partials[*term].push((*state, register));
+        }
         let mut positions = Vec::new();
         let mut pending: Vec<usize> = (0..n).filter(|&i| rates[i].is_some()).collect();
         while !pending.is_empty() {
@@ -138,6 +141,8 @@ impl Flow {
         Scratch {
             registers: vec![0.0; self.tape.n_registers()],
             f: vec![0.0; n],
+            coupled: DMatrix::zeros(n, n),
+            column: vec![0.0; n],
             f_x: vec![0.0; n * n],
             f_xi: vec![0.0; n * self.n_parameters],
             stage: vec![0.0; n],
@@ -150,7 +155,7 @@ impl Flow {
     /// ẋ at (x; u), and with `derivatives` ∂ẋ/∂x (n, n) and ∂ẋ/∂ξ (n, p), into the scratch space. NaN where the implicit equations
     /// are singular.
     fn rates(&self, x: &[f64], u: &[f64], xi: &[f64], derivatives: bool, scratch: &mut Scratch) {
-        let Scratch { registers, f, f_x, f_xi, .. } = scratch;
+        let Scratch { registers, f, f_x, f_xi, coupled, column, .. } = scratch;
         let (n, p) = (self.n, self.n_parameters);
         registers[..n].copy_from_slice(x);
         registers[n..n + self.n_controls].copy_from_slice(u);
@@ -166,18 +171,20 @@ impl Flow {
             f[s.row] += xi[s.parameter] * value(s);
         }
         let inverse = self.implicit.then(|| {
-            let mut coupled = DMatrix::<f64>::identity(n, n);
+            coupled.fill_with_identity();
             for s in &self.summands {
                 if let Some(l) = s.rate {
                     coupled[(s.row, l)] -= xi[s.parameter] * value(s);
                 }
             }
-            let inverse = coupled.try_inverse().unwrap_or_else(|| DMatrix::from_element(n, n, f64::NAN));
-            let h = f.clone();
-            for (i, f) in f.iter_mut().enumerate() {
-                *f = (0..n).map(|j| inverse[(i, j)] * h[j]).sum();
+            if !coupled.try_inverse_mut() {
+                coupled.fill(f64::NAN);
             }
-            inverse
+            column.copy_from_slice(f);
+            for (i, f) in f.iter_mut().enumerate() {
+                *f = (0..n).map(|j| coupled[(i, j)] * column[j]).sum();
+            }
+            &*coupled
         });
         if !derivatives {
             return;
@@ -192,16 +199,16 @@ impl Flow {
         for s in &self.summands {
             let times = s.rate.map_or(1.0, |l| f[l]);
             f_xi[s.row * p + s.parameter] = value(s) * times;
-            for &(_, k, register) in self.partials.iter().filter(|(term, ..)| *term == s.term) {
+            for &(k, register) in &self.partials[s.term] {
                 f_x[s.row * n + k] += xi[s.parameter] * registers[register as usize] * times;
             }
         }
         if let Some(inverse) = inverse {
             for (matrix, width) in [(f_x, n), (f_xi, p)] {
-                let before = matrix.clone();
-                for i in 0..n {
-                    for j in 0..width {
-                        matrix[i * width + j] = (0..n).map(|k| inverse[(i, k)] * before[k * width + j]).sum();
+                for j in 0..width {
+                    (0..n).for_each(|k| column[k] = matrix[k * width + j]);
+                    for i in 0..n {
+                        matrix[i * width + j] = (0..n).map(|k| inverse[(i, k)] * column[k]).sum();
                     }
                 }
             }
@@ -321,6 +328,8 @@ fn add_slopes(s: &mut [f64], dt: f64, f_x: &[f64], f_xi: &[f64], n: usize, p: us
 pub(crate) struct Scratch {
     registers: Vec<f64>,
     f: Vec<f64>,
+    coupled: DMatrix<f64>,
+    column: Vec<f64>,
     f_x: Vec<f64>,
     f_xi: Vec<f64>,
     stage: Vec<f64>,

@@ -5,4 +5,4 @@ mod fit;
 mod flow;
 
 pub(crate) use fit::{Fit, fit};
-pub(crate) use flow::{Flow, Stage};
+pub(crate) use flow::{Flow, Scratch, Stage};

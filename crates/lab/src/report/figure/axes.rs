@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use crate::report::html::escaped;
+
 /// How numbers are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Spacing {
@@ -83,9 +85,13 @@ impl Axes {
                 writeln!(text, r#"<text class="end" x="{:.1}" y="{:.1}">{}</text>"#, left - 6.0, y + 4.5, shown(tick));
         }
         let middle = 0.5 * (left + right);
-        let _ =
-            writeln!(text, r#"<text class="middle" x="{middle:.1}" y="{:.1}">{}</text>"#, bottom + 35.0, self.x.label);
-        let _ = writeln!(text, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, left, top - 8.0, self.y.label);
+        let _ = writeln!(
+            text,
+            r#"<text class="middle" x="{middle:.1}" y="{:.1}">{}</text>"#,
+            bottom + 35.0,
+            escaped(&self.x.label)
+        );
+        let _ = writeln!(text, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, left, top - 8.0, escaped(&self.y.label));
     }
 
     /// A level all across.

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use crate::report::html::escaped;
+
 /// A name, and where its line ends.
 pub(super) struct Name<'a> {
     pub(super) y: f64,
@@ -29,7 +31,7 @@ pub(super) fn draw(text: &mut String, mut names: Vec<Name<'_>>, x: f64, (top, bo
             r#"<text class="{class} name" x="{:.1}" y="{:.1}">{}</text>"#,
             x + 15.0,
             place + 4.5,
-            name.text
+            escaped(name.text)
         );
     }
 }
@@ -37,6 +39,7 @@ pub(super) fn draw(text: &mut String, mut names: Vec<Name<'_>>, x: f64, (top, bo
 /// Lists names, each with a piece of its line, right of `x` and from `top` down.
 pub(super) fn legend(text: &mut String, entries: &[(String, &str)], x: f64, top: f64) {
     for (i, (class, name)) in entries.iter().enumerate() {
+        let name = escaped(name);
         let y = top + (i as f64 + 0.5) * LEADING;
         let _ = writeln!(
             text,
@@ -65,6 +68,14 @@ fn spread(wanted: &[f64], top: f64, bottom: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_are_text_whatever_they_hold() {
+        let (mut text, name) = (String::new(), "<script>&");
+        draw(&mut text, vec![Name { y: 1.0, class: "c0".into(), text: name }], 0.0, (0.0, 9.0));
+        legend(&mut text, &[("c0".into(), name)], 0.0, 0.0);
+        assert_eq!((text.matches("&lt;script&gt;&amp;").count(), text.matches("<script>").count()), (2, 0), "{text}");
+    }
 
     #[test]
     fn names_keep_their_distance_and_their_order() {

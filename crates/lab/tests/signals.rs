@@ -1,0 +1,79 @@
+//! What stops a run, and what does not.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use std::fs;
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use common::json;
+
+/// A run in `directory` that would train for hours, once it trains; started by `through`, which says what is ignored, with `options`.
+fn training(directory: &Path, through: &[&str], options: &[&str]) -> Child {
+    let mut command = Command::new(through[0]);
+    command.current_dir(directory).args(&through[1..]).arg(env!("CARGO_BIN_EXE_sindyna"));
+    command.args(["train", "mountain-car", "--max-updates", "100000000", "--out", "run"]).args(options);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let stderr = BufReader::new(child.stderr.as_mut().unwrap());
+    assert!(stderr.lines().any(|line| line.unwrap().starts_with("training:")), "the run never came to a trial");
+    child
+}
+
+fn send(child: &Child, signal: &str) {
+    let killed = Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+}
+
+/// However the tests were started, nothing is ignored.
+const PLAIN: [&str; 2] = ["env", "--default-signal"];
+
+#[test]
+fn ctrl_c_leaves_a_valid_record() {
+    for signal in ["INT", "TERM", "HUP"] {
+        let temp = tempfile::tempdir().unwrap();
+        let mut child = training(temp.path(), &PLAIN, &[]);
+        send(&child, signal);
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{signal}");
+        let run = temp.path().join("run");
+        let summary = json(&run.join("summary.json"));
+        assert_eq!(summary["interrupted"], true);
+        assert_eq!(summary["evaluation"], serde_json::Value::Null);
+        assert_eq!(summary["real_steps"], 10);
+        for name in ["model.json", "policy.safetensors", "timing.json"] {
+            assert!(run.join(name).exists(), "{name} is missing");
+        }
+    }
+}
+
+#[test]
+fn a_signal_that_was_to_be_ignored_is() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut child = training(temp.path(), &["env", "--default-signal", "--ignore-signal=HUP"], &[]);
+    let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+    assert_eq!(u64::from_str_radix(ignored.trim(), 16).unwrap() & 1, 1, "hanging up is still ignored");
+    send(&child, "HUP");
+    send(&child, "INT");
+    assert_eq!(child.wait().unwrap().code(), Some(130), "the first that counts is not taken for the second");
+    assert!(json(&temp.path().join("run/summary.json"))["interrupted"].as_bool().unwrap());
+}
+
+#[test]
+fn a_turn_of_a_million_updates_is_stopped_within_it() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut child = training(temp.path(), &PLAIN, &["--set", "imagination.updates_per_turn=1000000"]);
+    send(&child, "INT");
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() && begun.elapsed() < Duration::from_secs(20) {
+        sleep(Duration::from_millis(20));
+    }
+    let ended = child.try_wait().unwrap();
+    child.kill().unwrap();
+    assert_eq!(ended.and_then(|status| status.code()), Some(130), "after 20 s");
+}
