@@ -62,8 +62,8 @@ pub(crate) fn smooth(segments: &[Segment], rates: &[Option<usize>], floor: &[f64
 /// Searches along each parameter of a chain.
 const TURNS: usize = 3;
 
-/// Logarithms of the factors among which one search looks.
-const FACTORS: (f64, f64) = (-8.0, 8.0);
+/// Logarithms of the factors by which the noise of a channel may differ from what its own differences tell.
+const FACTORS: (f64, f64) = (-2.3, 1.0);
 
 /// What a process of one order does.
 #[derive(Clone, Copy)]
@@ -144,9 +144,8 @@ fn by_differences(segments: &[Segment], i: usize) -> f64 {
             for first in 0..times.len().saturating_sub(order) {
                 let at = &times[first..=first + order];
                 let span = (at[order] - at[0]) / order as f64;
-                let weight = |j: usize| {
-                    (0..=order).filter(|&m| m != j).map(|m| span / (at[j] - at[m])).product::<f64>()
-                };
+                let weight =
+                    |j: usize| (0..=order).filter(|&m| m != j).map(|m| span / (at[j] - at[m])).product::<f64>();
                 let weights: Vec<f64> = (0..=order).map(weight).collect();
                 let difference: f64 = weights.iter().enumerate().map(|(j, w)| w * segment.x[[first + j, i]]).sum();
                 left.push(difference.abs() / weights.iter().map(|w| w * w).sum::<f64>().sqrt());
@@ -191,10 +190,12 @@ fn together(
                 noise[j] *= l.exp();
                 noise
             };
-            let best = minimum(FACTORS, |l| at(log.exp() * unit, &moved(l)));
+            let reached = (noise[j] / alone[j]).ln();
+            let range = (FACTORS.0 - reached, FACTORS.1 - reached);
+            let best = minimum(range, |l| at(log.exp() * unit, &moved(l)));
             noise = moved(best);
         }
-        log = minimum((log - FACTORS.1, log + FACTORS.1), |l| at(l.exp() * unit, &noise));
+        log = minimum((log - 4.0, log + 4.0), |l| at(l.exp() * unit, &noise));
     }
     let intensity = log.exp() * unit;
     let total = at(intensity, &noise);
@@ -348,10 +349,15 @@ impl<'a, const D: usize> Filter<'a, D> {
         for (j, (&i, sigma)) in self.chain.iter().zip(self.noise).enumerate() {
             let y = self.segment.x[[t, i]] / self.scale.of_derivative(j);
             let variance = self.covariance[(j, j)] + sigma * sigma;
+            if self.covariance[(j, j)] < 0.0 {
+                // Rounding has eaten the covariance: these parameters are beyond what numbers can tell.
+                sums.squares = f64::INFINITY;
+            }
             let innovation = y - self.mean[j];
             let gain = self.covariance.column(j) / variance;
             self.mean += gain * innovation;
             self.covariance -= gain * gain.transpose() * variance;
+            self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
             // The first samples only fix the start.
             if t >= D {
                 sums.count += 1.0;

@@ -57,6 +57,9 @@ const RIVALS: usize = 6;
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
 
+/// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
+const FAR: f64 = 100.0;
+
 /// Multiple of the smallest error that is believed, up to which an error is that.
 const FLOOR: f64 = 1.5;
 
@@ -67,15 +70,26 @@ const NOTHING: f64 = 1e-9;
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
+    let begun = std::time::Instant::now();
+    let mark = |what: &str| {
+        if std::env::var("SINDY_TRACE").is_ok() {
+            eprintln!("{what} at {:?}", begun.elapsed());
+        }
+    };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
+    mark("smoothed");
     let path = match stepping {
         Stepping::Continuous { .. } => Path::Measured(&signals),
         _ => Path::Held { x: &signals.x },
     };
     let proposed = problem.propose(&path, &signals.sigma, None);
+    mark("proposed");
     let mut best = problem.rounds(&signals, proposed, stepping)?;
+    mark("rounds");
     problem.prune(&mut best);
+    mark("pruned");
     let (best, regressions, gaps) = problem.exchanged(best);
+    mark("exchanged");
     Some(problem.account(best, &regressions, &gaps, &signals))
 }
 
@@ -102,6 +116,9 @@ impl Problem<'_> {
                 // First with states that follow the data more than the equations, which may be wrong.
                 let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
                 let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
+                if best.as_ref().is_some_and(|b| loose.score > b.score + FAR) {
+                    continue;
+                }
                 let strict = self.hypothesis(supports, stepping, from, 2..4);
                 trace(self, times, &loose, strict.as_ref(), signals);
                 let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
@@ -254,10 +271,26 @@ impl Problem<'_> {
 }
 
 fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&Hypothesis>, signals: &Signals) {
-    if std::env::var("SINDY_TRACE").is_err() { return }
-    eprintln!("x{times}: loose {:.1} strict {:?} sigma {:?} of {:?}", loose.score, strict.map(|s| s.score), strict.map(|s| &s.fit.sigma), signals.sigma);
+    if std::env::var("SINDY_TRACE").is_err() {
+        return;
+    }
+    eprintln!(
+        "x{times}: loose {:.1} strict {:?} sigma {:?} of {:?}",
+        loose.score,
+        strict.map(|s| s.score),
+        strict.map(|s| &s.fit.sigma),
+        signals.sigma
+    );
     let mut p = 0;
     for (i, s) in loose.supports.iter().enumerate() {
-        eprintln!("  {i}: {:?}", s.iter().map(|j| { p += 1; format!("{:.4} {}", loose.fit.xi[p - 1], problem.terms[*j].name)}).collect::<Vec<_>>());
+        eprintln!(
+            "  {i}: {:?}",
+            s.iter()
+                .map(|j| {
+                    p += 1;
+                    format!("{:.4} {}", loose.fit.xi[p - 1], problem.terms[*j].name)
+                })
+                .collect::<Vec<_>>()
+        );
     }
 }

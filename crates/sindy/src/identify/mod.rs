@@ -290,7 +290,7 @@ impl Identifier {
         let space = Space { kinematic, ..self.space().map_err(failed)? };
         let search =
             motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
-        let explained = if search.noisy { None } else { search.roughly() };
+        let explained = if search.noisy || !search.explains_a_part() { None } else { search.roughly() };
         if explained.is_none()
             && let Some(found) = self.estimated(tiers.terms.clone(), &runs, at_limits, &space, solver)?
         {

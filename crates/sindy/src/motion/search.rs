@@ -32,6 +32,23 @@ impl Found {
 /// with few of them, and what does not is looked for again with all that the solver is allowed.
 const ROUGHLY: u64 = 20_000;
 
+/// Steps of a part that is looked at by itself.
+const PART: usize = 40;
+
+/// Steps `first` to `last` of all runs, that one excluded.
+fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
+    let mut begun = 0;
+    let mut parts = Vec::new();
+    for run in runs {
+        let (from, to) = (first.max(begun) - begun, last.min(begun + run.len()).saturating_sub(begun));
+        if from < to {
+            parts.push(run.part(from, to));
+        }
+        begun += run.len();
+    }
+    parts
+}
+
 /// What is being looked for, and in what.
 #[derive(Clone, Copy)]
 pub(crate) struct Search<'a> {
@@ -59,6 +76,19 @@ impl Search<'_> {
     pub(crate) fn roughly(&self) -> Option<Found> {
         let solver = self.solver.within(ROUGHLY);
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
+    }
+
+    /// Whether equations of the first tier explain some part of the runs: data with noise are told by a few of them.
+    pub(crate) fn explains_a_part(&self) -> bool {
+        let total: usize = self.runs.iter().map(Run::len).sum();
+        if total <= 2 * PART {
+            return true;
+        }
+        [0, total / 2, total - PART].into_iter().any(|first| {
+            let part = runs_between(self.runs, first, first + PART);
+            let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
+            Search { system: &narrow, runs: &part, ..*self }.roughly().is_some()
+        })
     }
 
     fn once(&self) -> Result<Found, ModelError> {

@@ -3,10 +3,10 @@
 use super::candidates::{Candidate, Kept};
 use super::criterion::{Criterion, FLOOR_FACTOR, by_chance, explained, rms};
 use super::exchange::grow;
+use super::path::Subset;
 use super::prepare::{distinct, most_promising_first, problem, split, unit};
 use super::problem::Problem;
 use super::tree::{Bound, Limits, search};
-use super::path::Subset;
 use crate::Triangle;
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
