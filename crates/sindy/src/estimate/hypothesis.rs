@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::search::Problem;
 use crate::motion::Stepping;
-use crate::shooting::{Fit, Flow, fit};
+use crate::shooting::{Fit, Flow, PARTS, fit};
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -21,8 +21,9 @@ pub(super) struct Hypothesis {
 /// Part of the noise by which one step may be wrong numerically.
 const TRUNCATION: f64 = 3e-3;
 
-/// Runge–Kutta steps per sampling interval, at most.
+/// Runge–Kutta steps per sampling interval, at most; and while states follow the data.
 const FINEST: usize = 64;
+const LOOSE: usize = 4;
 
 impl Problem<'_> {
     /// The hypothesis that equations have the terms `supports`, fitted from coefficients `xi` and states `x`. `None` if such equations
@@ -35,18 +36,20 @@ impl Problem<'_> {
         parts: std::ops::Range<usize>,
     ) -> Option<Hypothesis> {
         let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, stepping);
-        let flow = self.accurate(flow, stepping, xi, x, sigma);
+        // States that are free to follow the data need no digit of the equations.
+        let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
+        let flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
         let fit = fit(&flow, self.segments, (xi, x), sigma, self.floor, parts)?;
         let score = self.score(&supports, &fit.sigma);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score })
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.
-    fn accurate(&self, flow: Flow, stepping: Stepping, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> Flow {
+    fn accurate(&self, flow: Flow, (stepping, finest): (Stepping, usize), xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> Flow {
         let Stepping::Continuous { substeps: first } = stepping else { return flow };
         let of = |substeps: usize| flow.with_stepping(Stepping::Continuous { substeps });
         let mut substeps = first;
-        while substeps < FINEST {
+        while substeps < finest {
             let (coarse, fine) = (of(substeps), of(2 * substeps));
             if self.difference(&coarse, &fine, xi, x, sigma) < TRUNCATION * 16.0 / 15.0 {
                 break;

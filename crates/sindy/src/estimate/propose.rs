@@ -6,13 +6,16 @@ use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
 use crate::shooting::Flow;
-use crate::solve::{SizeReport, Subset};
+use crate::solve::{Candidates, SizeReport, Subset};
 
 /// Part of the noise that is left on a smoothed path.
 const SMOOTHED: f64 = 0.5;
 
 /// Rates of errors on the path before anything is known of the equations, in standard deviations of a channel per step.
 const UNKNOWN: f64 = 0.2;
+
+/// Squared cosine of the angle between a derivative and a multiple of it, above which the two cannot be told apart.
+const DISTINCT: f64 = 0.98;
 
 /// Sizes looked at beyond the best one.
 const PATIENCE: usize = 4;
@@ -32,32 +35,72 @@ impl Problem<'_> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
-        let solver = self.solver.within(BUDGET);
-        (0..self.rates.len())
-            .map(|i| {
-                if self.rates[i].is_some() {
-                    return Regression::none();
-                }
-                let choice = self.choice(i);
-                let Some(triangle) = self.rows(&theta, &choice, i, sigma, &errors) else { return Regression::none() };
-                let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
-                let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
-                let enough = |best_of_size: &Subset| {
-                    let support: Vec<usize> = best_of_size.support.iter().map(|&c| choice[c]).collect();
-                    let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
-                    since = if score < best { 0 } else { since + 1 };
-                    best = best.min(score);
-                    since > PATIENCE
-                };
-                let sizes = solver.candidates(&triangle, choice.len(), &complexity, enough);
-                Regression { sizes, triangle, choice }
-            })
+        let regression = |i: usize| match self.rates[i] {
+            Some(_) => Regression::none(),
+            None => self.regression(&theta, i, self.choice(i), sigma, &errors),
+        };
+        (0..self.rates.len()).map(regression).collect()
+    }
+
+    /// The same for equation `i` alone, with one term that multiplies its own derivative beside the others: one regression for each
+    /// such term that is not next to proportional to the derivative.
+    pub(super) fn propose_implicit(
+        &self,
+        i: usize,
+        path: &Path<'_>,
+        sigma: &[f64],
+        along: Option<(&Flow, &[f64], &[Array2<f64>])>,
+    ) -> Vec<Regression> {
+        let theta: Vec<Array2<f64>> =
+            self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
+        let errors = self.errors(sigma, along);
+        let choice = self.choice(i);
+        let own = (0..self.terms.len()).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
+        own.filter(|&j| self.differs(&theta, i, j))
+            .map(|j| self.regression(&theta, i, [&choice[..], &[j]].concat(), sigma, &errors))
             .collect()
     }
 
-    /// Terms equation `i` may have: its own derivative explains itself.
+    /// Whether term `j`, a multiple of the derivative of state `i`, is more than a constant times it.
+    fn differs(&self, theta: &[Array2<f64>], i: usize, j: usize) -> bool {
+        let (mut product, mut own, mut other) = (0.0, 0.0, 0.0);
+        for (segment, theta) in self.segments.iter().zip(theta) {
+            for t in 0..segment.len() {
+                let rate = (segment.x[[t + 1, i]] - segment.x[[t, i]]) / segment.dt[t];
+                product += rate * theta[[t, j]];
+                own += rate * rate;
+                other += theta[[t, j]] * theta[[t, j]];
+            }
+        }
+        product * product < DISTINCT * own * other
+    }
+
+    fn regression(
+        &self,
+        theta: &[Array2<f64>],
+        i: usize,
+        choice: Vec<usize>,
+        sigma: &[f64],
+        errors: &[Array2<f64>],
+    ) -> Regression {
+        let Some(triangle) = self.rows(theta, &choice, i, sigma, errors) else { return Regression::none() };
+        let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
+        let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
+        let enough = |best_of_size: &Subset| {
+            let support: Vec<usize> = best_of_size.support.iter().map(|&c| choice[c]).collect();
+            let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
+            since = if score < best { 0 } else { since + 1 };
+            best = best.min(score);
+            since > PATIENCE
+        };
+        let found = self.solver.within(BUDGET).candidates(&triangle, choice.len(), &complexity, enough);
+        Regression { found, triangle, choice }
+    }
+
+    /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion.
     fn choice(&self, i: usize) -> Vec<usize> {
-        (0..self.terms.len()).filter(|&j| self.terms[j].rate != Some(i)).collect()
+        let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && self.rates.contains(&Some(l)));
+        (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).collect()
     }
 
     /// The triangle of [Θ of `choice` | Δxᵢ/Δt], its rows whitened; `None` if a number is not finite.
@@ -114,8 +157,8 @@ impl Problem<'_> {
 /// The regression of one equation.
 #[derive(Debug, Clone)]
 pub(super) struct Regression {
-    /// The best subsets of each size, by columns, and whether they are proved.
-    sizes: Vec<(Vec<Subset>, bool)>,
+    /// The best subsets of each size, by columns.
+    found: Candidates,
     triangle: Triangle,
     /// The term of each column of the triangle.
     choice: Vec<usize>,
@@ -133,7 +176,7 @@ pub(super) struct Proposal {
 impl Regression {
     /// Of an equation that is not fitted.
     fn none() -> Self {
-        Self { sizes: Vec::new(), triangle: Triangle::new(1), choice: Vec::new() }
+        Self { found: Candidates::default(), triangle: Triangle::new(1), choice: Vec::new() }
     }
 
     /// The terms with the best score when every term costs `times` what `penalty` says.
@@ -159,7 +202,7 @@ impl Regression {
 
     fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
         let rows = self.triangle.n_rows() as f64;
-        self.sizes.iter().flat_map(|(subsets, _)| subsets).filter(|s| s.rss.is_finite()).map(move |subset| {
+        self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(|s| s.rss.is_finite()).map(move |subset| {
             let free = (rows - subset.support.len() as f64).max(1.0);
             let likelihood = rows * (subset.rss / free).max(f64::MIN_POSITIVE).ln();
             (likelihood + times * penalty(&self.terms(subset)), subset)
@@ -175,10 +218,15 @@ impl Regression {
         Proposal { support: self.terms(subset), coefficients, score }
     }
 
+    /// Whether a term of `support` has the values of another on all data, up to a factor.
+    pub(super) fn has_twin(&self, support: &[usize]) -> bool {
+        self.found.equal.iter().any(|(_, kept)| support.contains(&self.choice[*kept]))
+    }
+
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
     pub(super) fn path(&self) -> Vec<SizeReport> {
         let rows = self.triangle.n_rows() as f64;
-        let best = self.sizes.iter().filter_map(|(subsets, proved)| Some((subsets.first()?, *proved)));
+        let best = self.found.sizes.iter().filter_map(|(subsets, proved)| Some((subsets.first()?, *proved)));
         best.map(|(subset, proved)| {
             let free = (rows - subset.support.len() as f64).max(1.0);
             SizeReport { support: self.terms(subset), residual: (subset.rss / free).sqrt(), proved }

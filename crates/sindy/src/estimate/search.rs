@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::Hypothesis;
-use super::propose::Regression;
+use super::propose::{Proposal, Regression};
 use super::white::is_white;
 use crate::BestSubset;
 use crate::data::{Segment, Signals, smooth};
@@ -88,7 +88,11 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     mark("rounds");
     problem.prune(&mut best);
     mark("pruned");
-    let (best, regressions, gaps) = problem.exchanged(best);
+    let (mut best, mut regressions, mut gaps) = problem.exchanged(best);
+    if problem.implicit(&mut best) {
+        problem.prune(&mut best);
+        (best, regressions, gaps) = problem.exchanged(best);
+    }
     mark("exchanged");
     Some(problem.account(best, &regressions, &gaps, &signals))
 }
@@ -120,7 +124,7 @@ impl Problem<'_> {
                     continue;
                 }
                 let strict = self.hypothesis(supports, stepping, from, 2..4);
-                trace(self, times, &loose, strict.as_ref(), signals);
+                trace(self, times, &loose, strict.as_ref(), &signals.sigma);
                 let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
                 if let Some(strict) = better {
                     if self.leaves_nothing(&strict) {
@@ -137,6 +141,78 @@ impl Problem<'_> {
             proposed = self.propose_along(&along);
         }
         best
+    }
+
+    /// Tries, for each equation that leaves more than noise, terms that multiply its own derivative: of ratios such as x/(1 + x) they make
+    /// sums. Whether one was taken.
+    fn implicit(&self, best: &mut Hypothesis) -> bool {
+        let mut taken = false;
+        for i in (0..self.rates.len()).filter(|&i| self.rates[i].is_none()) {
+            if self.leaves_nothing(best) || self.is_noise(best, i) {
+                continue;
+            }
+            let (flow, fit) = (&best.flow, &best.fit);
+            let path = match flow.stepping() {
+                Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
+                _ => Path::Held { x: &fit.x },
+            };
+            let regressions = self.propose_implicit(i, &path, &fit.sigma, Some((flow, &fit.xi, &fit.x)));
+            let proposals = TIMES.iter().flat_map(|times| {
+                let best = regressions.iter().map(|r| r.best(*times, |support| self.penalty(support)));
+                best.min_by(|a, b| a.score.total_cmp(&b.score))
+            });
+            let mut tried: Vec<Vec<usize>> = Vec::new();
+            let mut better: Option<Hypothesis> = None;
+            for proposal in proposals {
+                if tried.contains(&proposal.support) {
+                    continue;
+                }
+                tried.push(proposal.support.clone());
+                let Some(rival) = self.with_equation(best, i, &proposal, 0..4) else { continue };
+                trace(self, 0.0, &rival, None, &rival.fit.sigma);
+                if better.as_ref().map_or(best.score, |h| h.score) > rival.score {
+                    better = Some(rival);
+                }
+            }
+            if let Some(better) = better {
+                *best = better;
+                taken = true;
+            }
+        }
+        taken
+    }
+
+    /// `base` with other terms in equation `i`, fitted anew.
+    fn with_equation(
+        &self,
+        base: &Hypothesis,
+        i: usize,
+        proposal: &Proposal,
+        parts: std::ops::Range<usize>,
+    ) -> Option<Hypothesis> {
+        let mut supports = base.supports.clone();
+        supports[i].clone_from(&proposal.support);
+        let first: usize = base.supports[..i].iter().map(Vec::len).sum();
+        let mut xi = base.fit.xi.clone();
+        xi.splice(first..first + base.supports[i].len(), proposal.coefficients.iter().copied());
+        let from = (&xi[..], &base.fit.x[..], &base.fit.sigma[..]);
+        self.hypothesis(supports, base.flow.stepping(), from, parts)
+    }
+
+    /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
+    fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
+        let residuals: Vec<Array2<f64>> =
+            self.segments.iter().zip(&hypothesis.fit.x).map(|(s, x)| &s.x - x).collect();
+        let mut at = Some(i);
+        let mut seen = Vec::new();
+        while let Some(i) = at.filter(|i| !seen.contains(i)) {
+            if !is_white(&residuals, i) && hypothesis.fit.sigma[i] > self.floor[i] {
+                return false;
+            }
+            seen.push(i);
+            at = self.rates.iter().position(|r| *r == Some(i));
+        }
+        true
     }
 
     /// Whether what is left of every state is below all that numbers can tell.
@@ -167,17 +243,18 @@ impl Problem<'_> {
             }
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
+                if regression.has_twin(&best.supports[i]) {
+                    gaps[i] = 0.0;
+                }
+                // Terms that multiply the own derivative are not among those of the regression.
+                if best.supports[i].iter().any(|&j| self.terms[j].rate == Some(i)) {
+                    continue;
+                }
                 for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
                     if proposal.support == best.supports[i] {
                         continue;
                     }
-                    let mut supports = best.supports.clone();
-                    supports[i].clone_from(&proposal.support);
-                    let first: usize = best.supports[..i].iter().map(Vec::len).sum();
-                    let mut xi = best.fit.xi.clone();
-                    xi.splice(first..first + best.supports[i].len(), proposal.coefficients);
-                    let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
-                    let Some(rival) = self.hypothesis(supports, best.flow.stepping(), from, 2..4) else { continue };
+                    let Some(rival) = self.with_equation(&best, i, &proposal, 2..4) else { continue };
                     gaps[i] = gaps[i].min(rival.score - best.score);
                     if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
                         improved = Some(rival);
@@ -218,23 +295,7 @@ impl Problem<'_> {
 
     fn account(&self, best: Hypothesis, regressions: &[Regression], gaps: &[f64], signals: &Signals) -> Estimate {
         let n = self.rates.len();
-        let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&best.fit.x).map(|(s, x)| &s.x - x).collect();
-        let explained = |i: usize| is_white(&residuals, i) || best.fit.sigma[i] <= self.floor[i];
-        let explained: Vec<bool> = (0..n).map(explained).collect();
-        // What a rate leaves shows in the states it is the rate of.
-        let adequate = (0..n).map(|i| {
-            let mut at = i;
-            let mut all = explained[i] && gaps[i] > TOLD_APART;
-            while let Some(head) = self.rates.iter().position(|r| *r == Some(at)).filter(|&h| h != i) {
-                all &= explained[head];
-                at = head;
-                if at == i {
-                    break;
-                }
-            }
-            all
-        });
-        let adequate: Vec<bool> = adequate.collect();
+        let adequate: Vec<bool> = (0..n).map(|i| self.is_noise(&best, i) && gaps[i] > TOLD_APART).collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
@@ -270,7 +331,7 @@ impl Problem<'_> {
     }
 }
 
-fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&Hypothesis>, signals: &Signals) {
+fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&Hypothesis>, signals: &[f64]) {
     if std::env::var("SINDY_TRACE").is_err() {
         return;
     }
@@ -279,7 +340,7 @@ fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&
         loose.score,
         strict.map(|s| s.score),
         strict.map(|s| &s.fit.sigma),
-        signals.sigma
+        signals
     );
     let mut p = 0;
     for (i, s) in loose.supports.iter().enumerate() {

@@ -20,6 +20,7 @@ const FREQUENCIES: usize = 3;
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
 /// - v·tan u of a state and an input: steering,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
+/// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
 /// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates.
 pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> Vec<Term> {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
@@ -75,6 +76,10 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> V
             terms.add(Expr::Constant(1.0), Some(l));
             all.iter().for_each(|wave| terms.add(wave.clone(), Some(l)));
         }
+    }
+    // Ratios with denominators 1 + x: equations of states that are no rates, multiplied by theirs.
+    for &l in lengths.iter().filter(|l| !rates.contains(l)) {
+        lengths.iter().for_each(|&a| terms.add(variable(a), Some(l)));
     }
     for k in 1..=FREQUENCIES {
         lengths.iter().for_each(|&a| {

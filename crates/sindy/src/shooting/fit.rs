@@ -24,7 +24,7 @@ pub(crate) struct Fit {
 
 /// Parts of σ by which a state may miss its equation in one step, from the first iterations to the last: with the first the
 /// states follow the data, with the last the equations.
-const PARTS: [f64; 4] = [1.0, 0.1, 1e-2, 1e-3];
+pub(crate) const PARTS: [f64; 4] = [1.0, 0.1, 1e-2, 1e-3];
 
 /// Iterations at each part but the last, and at the last.
 const ITERATIONS: (usize, usize) = (3, 12);

@@ -94,6 +94,15 @@ const SHORT: usize = 4;
 /// Sizes tried beyond the best one so far.
 const PATIENCE: usize = 5;
 
+/// The best subsets of each size.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Candidates {
+    /// From no term on: the best ones first, and whether none better was missed.
+    pub(crate) sizes: Vec<(Vec<Subset>, bool)>,
+    /// Columns left out because they equal another, with that one.
+    pub(crate) equal: Vec<(usize, usize)>,
+}
+
 impl BestSubset {
     /// The same search with no more than `max_size` terms in an equation.
     #[must_use]
@@ -123,8 +132,8 @@ impl BestSubset {
         target: usize,
         complexity: &[u32],
         mut enough: impl FnMut(&Subset) -> bool,
-    ) -> Vec<(Vec<Subset>, bool)> {
-        let (columns, _, problem) = simplest(triangle, target, complexity);
+    ) -> Candidates {
+        let (columns, equal, problem) = simplest(triangle, target, complexity);
         let rows = triangle.n_rows();
         let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
         let mut sizes: Vec<(Vec<Subset>, bool)> = Vec::new();
@@ -145,7 +154,7 @@ impl BestSubset {
                 break;
             }
         }
-        sizes
+        Candidates { sizes, equal }
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.

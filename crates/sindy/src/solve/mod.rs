@@ -12,6 +12,7 @@ mod problem;
 mod stlsq;
 mod tree;
 
+pub(crate) use best_subset::Candidates;
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
 pub(crate) use candidates::binomial;
 pub(crate) use criterion::FLOOR_FACTOR;
