@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Spec};
-use sindyna_sindy::{Form, Identified};
+use sindyna_sindy::{Form, Identified, Noise};
 
 use super::Stepping;
-use super::equation::Equation;
+use super::equation::{ESTIMATED, Equation};
 use crate::number::significant;
 
 /// The account of an identification.
@@ -30,9 +30,19 @@ pub(crate) struct Account {
     /// Whether the residual of every equation is no more than the sensors explain; `null` where that is not known.
     pub(crate) explained: Option<bool>,
     pub(crate) equations: Vec<Equation>,
-    /// Whether the sensors are declared to be noisy.
-    #[serde(skip)]
-    noisy: bool,
+    /// Where the size of the samples' errors comes from: `rounding`, `declared` or `estimated`.
+    noise: &'static str,
+    /// RMS difference of each state as measured and as it follows from the equations, where it was estimated.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    noise_deviations: Vec<Deviation>,
+}
+
+/// The noise of one state.
+#[derive(Debug, Serialize)]
+struct Deviation {
+    state: String,
+    sigma: f64,
+    unit: String,
 }
 
 /// What is added to a state before the terms are computed.
@@ -47,6 +57,7 @@ impl Account {
     pub(crate) fn new(found: &Identified, spec: &Spec) -> Self {
         let (model, report) = (&found.model, &found.report);
         let noisy = spec.noise > 0.0;
+        let noise = if noisy && report.noise == Noise::Rounding { Noise::Declared } else { report.noise };
         // Of increments and next states it is only known what rounding does to them.
         let judged = !noisy || !matches!(model.form(), Form::Increment | Form::Discrete);
         let equation = |i: usize| {
@@ -54,6 +65,12 @@ impl Account {
             let channel = |list: &[Channel]| list.iter().find(|c| c.name == *name).map(|c| c.unit.clone());
             let unit = channel(&spec.state).or_else(|| channel(&spec.observation)).unwrap_or_default();
             Equation::new(found, i, &unit, judged)
+        };
+        let unit = |name: &String| spec.state.iter().find(|c| c.name == *name).map(|c| c.unit.clone());
+        let deviation = |(state, &sigma): (&String, &f64)| Deviation {
+            state: state.clone(),
+            sigma,
+            unit: unit(state).unwrap_or_default(),
         };
         let equations: Vec<Equation> = (0..report.equations.len()).map(equation).collect();
         let named = model.states().iter().zip(model.offsets());
@@ -71,13 +88,19 @@ impl Account {
                 .map(Equation::is_explained)
                 .try_fold(true, |all, one| one.map(|explained| all && explained)),
             equations,
-            noisy,
+            noise: match noise {
+                Noise::Rounding => "rounding",
+                Noise::Declared => "declared",
+                Noise::Estimated => "estimated",
+            },
+            noise_deviations: model.states().iter().zip(&report.noise_deviations).map(deviation).collect(),
         }
     }
 
     /// The equations, each with its terms, and what speaks for them.
     pub(crate) fn text(&self) -> String {
-        let mut text = format!("equations: {}\n", self.stepping);
+        let approximation = if self.explained == Some(false) { "an approximation, " } else { "" };
+        let mut text = format!("equations: {approximation}{}\n", self.stepping);
         for equation in &self.equations {
             let _ = writeln!(text, "  {}", equation.text());
         }
@@ -91,6 +114,12 @@ impl Account {
             Some(condition) => significant(condition, 2),
             None => "infinite (fewer steps than terms)".into(),
         };
+        if !self.noise_deviations.is_empty() {
+            let sigma =
+                |d: &Deviation| format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit).trim_end().to_owned();
+            let all: Vec<String> = self.noise_deviations.iter().map(sigma).collect();
+            let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
+        }
         let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", self.features.len());
         text
     }
@@ -135,6 +164,10 @@ impl Account {
 
     /// What is known to be wrong with what sensors say.
     fn sensors(&self) -> &'static str {
-        if self.noisy { "noise" } else { "rounding" }
+        match self.noise {
+            "estimated" => ESTIMATED,
+            "declared" => "noise",
+            _ => "rounding",
+        }
     }
 }

@@ -8,6 +8,9 @@ use sindyna_sindy::{EquationReport, Form, Identified, SizeReport};
 use crate::number::significant;
 use crate::table::columns_of;
 
+/// What the residuals of equations are compared with where the noise was estimated.
+pub(super) const ESTIMATED: &str = "the estimated noise";
+
 /// One equation.
 #[derive(Debug, Serialize)]
 pub(crate) struct Equation {
@@ -110,6 +113,8 @@ impl Equation {
         let mut text = self.coefficients();
         let residual = self.quantity(residual);
         let verdict = match (self.reached_floor, self.floor > 0.0) {
+            (true, _) if sensors == ESTIMATED => "white noise".into(),
+            (false, _) if sensors == ESTIMATED => self.why_not().into(),
             (true, _) => format!("as small as {sensors} explains ({})", significant(self.floor, 2)),
             (false, true) if self.terms.len() >= self.rows => "as many terms as steps leave nothing to judge by".into(),
             (false, true) => {
@@ -118,7 +123,11 @@ impl Equation {
             }
             (false, false) => "what the sensors explain is not known for this target".into(),
         };
-        let search = if self.proved || self.path.is_empty() { "" } else { "; not every subset of this size was tried" };
+        let search = if self.proved || self.path.is_empty() || sensors == ESTIMATED {
+            ""
+        } else {
+            "; not every subset of this size was tried"
+        };
         let _ = writeln!(text, "  residual {residual}: {verdict}{search}");
         if !self.ties.is_empty() {
             let ties: Vec<String> = self.ties.iter().map(|tie| tie.join(", ")).collect();
@@ -137,7 +146,19 @@ impl Equation {
                 "the equation of {state} has {terms} terms for {rows} steps, which leave nothing to judge by"
             ));
         }
+        if sensors == ESTIMATED {
+            return Some(format!("the equation of {state} leaves {residual} RMS, {}", self.why_not()));
+        }
         Some(format!("the equation of {state} leaves {residual} RMS where {sensors} explains {floor}"))
+    }
+
+    /// Why the equation is not adequate although the noise is estimated.
+    fn why_not(&self) -> &'static str {
+        if self.ties.is_empty() {
+            "correlated from sample to sample: a term is missing or approximated"
+        } else {
+            "but other terms explain the data as well"
+        }
     }
 
     fn quantity(&self, value: f64) -> String {

@@ -45,7 +45,14 @@ impl Problem<'_> {
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.
-    fn accurate(&self, flow: Flow, (stepping, finest): (Stepping, usize), xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> Flow {
+    fn accurate(
+        &self,
+        flow: Flow,
+        (stepping, finest): (Stepping, usize),
+        xi: &[f64],
+        x: &[Array2<f64>],
+        sigma: &[f64],
+    ) -> Flow {
         let Stepping::Continuous { substeps: first } = stepping else { return flow };
         let of = |substeps: usize| flow.with_stepping(Stepping::Continuous { substeps });
         let mut substeps = first;

@@ -218,9 +218,16 @@ impl Regression {
         Proposal { support: self.terms(subset), coefficients, score }
     }
 
-    /// Whether a term of `support` has the values of another on all data, up to a factor.
-    pub(super) fn has_twin(&self, support: &[usize]) -> bool {
-        self.found.equal.iter().any(|(_, kept)| support.contains(&self.choice[*kept]))
+    /// `support` with a term exchanged for one that has the same values on all data, up to a factor.
+    pub(super) fn twins(&self, support: &[usize]) -> Vec<Vec<usize>> {
+        let exchanged = |(out, kept): &(usize, usize)| {
+            let at = support.iter().position(|&j| j == self.choice[*kept])?;
+            let mut other = support.to_vec();
+            other[at] = self.choice[*out];
+            other.sort_unstable();
+            Some(other)
+        };
+        self.found.equal.iter().filter_map(exchanged).collect()
     }
 
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.

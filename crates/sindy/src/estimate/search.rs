@@ -33,6 +33,8 @@ pub(crate) struct Estimate {
     /// Standard errors of the coefficients of each equation.
     pub(crate) errors: Vec<Vec<f64>>,
     pub(crate) stepping: Stepping,
+    /// Condition number of the sensitivities of the trajectories to the coefficients.
+    pub(crate) condition: f64,
     /// Standard deviation of the noise of each state, by what the equations leave.
     pub(crate) sigma: Vec<f64>,
     /// The same by how smooth the signals are, before any equation is known.
@@ -70,32 +72,24 @@ const NOTHING: f64 = 1e-9;
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
-    let begun = std::time::Instant::now();
-    let mark = |what: &str| {
-        if std::env::var("SINDY_TRACE").is_ok() {
-            eprintln!("{what} at {:?}", begun.elapsed());
-        }
-    };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
-    mark("smoothed");
     let path = match stepping {
         Stepping::Continuous { .. } => Path::Measured(&signals),
         _ => Path::Held { x: &signals.x },
     };
     let proposed = problem.propose(&path, &signals.sigma, None);
-    mark("proposed");
     let mut best = problem.rounds(&signals, proposed, stepping)?;
-    mark("rounds");
     problem.prune(&mut best);
-    mark("pruned");
-    let (mut best, mut regressions, mut gaps) = problem.exchanged(best);
+    let (mut best, mut regressions, mut rivals) = problem.exchanged(best);
     if problem.implicit(&mut best) {
         problem.prune(&mut best);
-        (best, regressions, gaps) = problem.exchanged(best);
+        (best, regressions, rivals) = problem.exchanged(best);
     }
-    mark("exchanged");
-    Some(problem.account(best, &regressions, &gaps, &signals))
+    Some(problem.account(best, &regressions, rivals, &signals))
 }
+
+/// Other terms of an equation that explain the data as well.
+type Rivals = Vec<Vec<usize>>;
 
 /// What every term costs in the regressions that propose, as multiples of its penalty.
 const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
@@ -124,7 +118,6 @@ impl Problem<'_> {
                     continue;
                 }
                 let strict = self.hypothesis(supports, stepping, from, 2..4);
-                trace(self, times, &loose, strict.as_ref(), &signals.sigma);
                 let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
                 if let Some(strict) = better {
                     if self.leaves_nothing(&strict) {
@@ -169,7 +162,6 @@ impl Problem<'_> {
                 }
                 tried.push(proposal.support.clone());
                 let Some(rival) = self.with_equation(best, i, &proposal, 0..4) else { continue };
-                trace(self, 0.0, &rival, None, &rival.fit.sigma);
                 if better.as_ref().map_or(best.score, |h| h.score) > rival.score {
                     better = Some(rival);
                 }
@@ -201,8 +193,7 @@ impl Problem<'_> {
 
     /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
     fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
-        let residuals: Vec<Array2<f64>> =
-            self.segments.iter().zip(&hypothesis.fit.x).map(|(s, x)| &s.x - x).collect();
+        let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&hypothesis.fit.x).map(|(s, x)| &s.x - x).collect();
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {
@@ -230,22 +221,20 @@ impl Problem<'_> {
     }
 
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
-    /// improves the score. Also the regressions of the last pass and, per equation, by how much the score of the next best is
-    /// worse.
-    fn exchanged(&self, mut best: Hypothesis) -> (Hypothesis, Vec<Regression>, Vec<f64>) {
+    /// improves the score. Also the regressions of the last pass and, per equation, the terms that
+    /// explain the data as well.
+    fn exchanged(&self, mut best: Hypothesis) -> (Hypothesis, Vec<Regression>, Vec<Rivals>) {
         let mut regressions = Vec::new();
-        let mut gaps = Vec::new();
+        let mut rivals = Vec::new();
         for _ in 0..PASSES {
             regressions = self.propose_along(&best);
-            gaps = vec![f64::INFINITY; self.rates.len()];
+            rivals = vec![Rivals::new(); self.rates.len()];
             if self.leaves_nothing(&best) {
                 break;
             }
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
-                if regression.has_twin(&best.supports[i]) {
-                    gaps[i] = 0.0;
-                }
+                rivals[i] = regression.twins(&best.supports[i]);
                 // Terms that multiply the own derivative are not among those of the regression.
                 if best.supports[i].iter().any(|&j| self.terms[j].rate == Some(i)) {
                     continue;
@@ -255,7 +244,9 @@ impl Problem<'_> {
                         continue;
                     }
                     let Some(rival) = self.with_equation(&best, i, &proposal, 2..4) else { continue };
-                    gaps[i] = gaps[i].min(rival.score - best.score);
+                    if rival.score < best.score + TOLD_APART {
+                        rivals[i].push(proposal.support.clone());
+                    }
                     if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
                         improved = Some(rival);
                     }
@@ -266,7 +257,7 @@ impl Problem<'_> {
                 None => break,
             }
         }
-        (best, regressions, gaps)
+        (best, regressions, rivals)
     }
 
     /// Drops terms that the score does not pay for, the least significant first.
@@ -293,13 +284,19 @@ impl Problem<'_> {
         }
     }
 
-    fn account(&self, best: Hypothesis, regressions: &[Regression], gaps: &[f64], signals: &Signals) -> Estimate {
+    fn account(
+        &self,
+        best: Hypothesis,
+        regressions: &[Regression],
+        rivals: Vec<Rivals>,
+        signals: &Signals,
+    ) -> Estimate {
         let n = self.rates.len();
-        let adequate: Vec<bool> = (0..n).map(|i| self.is_noise(&best, i) && gaps[i] > TOLD_APART).collect();
+        let adequate: Vec<bool> = (0..n).map(|i| self.is_noise(&best, i) && rivals[i].is_empty()).collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
-        for (i, regression) in regressions.iter().enumerate() {
+        for (i, (regression, ties)) in regressions.iter().zip(rivals).enumerate() {
             let range = parameter..parameter + best.supports[i].len();
             parameter = range.end;
             fits.push(Selected {
@@ -309,7 +306,7 @@ impl Problem<'_> {
                 reached_floor: adequate[i],
                 proved: false,
                 path: regression.path(),
-                ties: Vec::new(),
+                ties,
             });
             errors.push(best.fit.errors[range].to_vec());
         }
@@ -317,6 +314,7 @@ impl Problem<'_> {
             fits,
             errors,
             stepping: best.flow.stepping(),
+            condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             sigma: best.fit.sigma,
             signal_noise: signals.sigma.clone(),
             adequate,
@@ -328,30 +326,5 @@ impl Problem<'_> {
         let values: Vec<f64> = self.segments.iter().flat_map(|s| s.x.column(i).to_vec()).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()
-    }
-}
-
-fn trace(problem: &Problem<'_>, times: f64, loose: &Hypothesis, strict: Option<&Hypothesis>, signals: &[f64]) {
-    if std::env::var("SINDY_TRACE").is_err() {
-        return;
-    }
-    eprintln!(
-        "x{times}: loose {:.1} strict {:?} sigma {:?} of {:?}",
-        loose.score,
-        strict.map(|s| s.score),
-        strict.map(|s| &s.fit.sigma),
-        signals
-    );
-    let mut p = 0;
-    for (i, s) in loose.supports.iter().enumerate() {
-        eprintln!(
-            "  {i}: {:?}",
-            s.iter()
-                .map(|j| {
-                    p += 1;
-                    format!("{:.4} {}", loose.fit.xi[p - 1], problem.terms[*j].name)
-                })
-                .collect::<Vec<_>>()
-        );
     }
 }

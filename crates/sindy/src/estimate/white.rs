@@ -47,7 +47,7 @@ mod tests {
         for _ in 0..200 {
             let noise = Array2::from_shape_fn((300, 1), |_| rng.random::<f64>() - 0.5);
             alarms += usize::from(!is_white(&[noise.clone()], 0));
-            let wave = Array2::from_shape_fn((300, 1), |(t, _)| 0.2 * (0.1 * t as f64).sin());
+            let wave = Array2::from_shape_fn((300, 1), |(t, _)| 0.4 * (0.1 * t as f64).sin());
             assert!(!is_white(&[noise + wave], 0));
         }
         assert!(alarms <= 2, "{alarms} false alarms of 200");

@@ -10,7 +10,7 @@ use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec};
 
 pub use choices::{LibraryChoice, SolverChoice, Target};
-pub use report::{EquationReport, Identified, Report};
+pub use report::{EquationReport, Identified, Noise, Report};
 
 use crate::coordinates::{Coordinates, inputs};
 use crate::library::{Input, LibraryError, Term, Tiers, auto, complexity, mechanical, paper, paper_degree2};
@@ -290,21 +290,12 @@ impl Identifier {
         let space = Space { kinematic, ..self.space().map_err(failed)? };
         let search =
             motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
-        let explained = if search.noisy || !search.explains_a_part() { None } else { search.roughly() };
-        if explained.is_none()
-            && let Some(found) = self.estimated(tiers.terms.clone(), &runs, at_limits, &space, solver)?
-        {
-            return Ok(found);
-        }
-        let mut found = match explained {
-            Some(found) => found,
-            None => search.run().map_err(|e| failed(e.to_string()))?,
+        // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
+        let exact = if search.noisy || !search.explains_a_part() { None } else { search.exact() };
+        let Some((mut found, kept, strays)) = exact else {
+            let found = self.estimated(tiers.terms, &runs, at_limits, &space, solver)?;
+            return found.ok_or_else(|| failed("no equations follow the data".into()));
         };
-        let (mut kept, mut strays) = (None, 0);
-        let strays_matter = !found.explains() && !search.noisy;
-        if let Some((explained, runs, count)) = strays_matter.then(|| search.without_strays()).flatten() {
-            (found, kept, strays) = (explained, Some(runs), count);
-        }
         let runs = kept.as_deref().unwrap_or(&runs);
         let (model, errors) = match motion::polished(&found, runs) {
             Some(polished) => (polished.model, polished.errors),
@@ -312,13 +303,21 @@ impl Identifier {
         };
         let search = motion::Search { runs, ..search };
         let residuals = search.residuals(&found, &model);
+        let found_terms = found.clone();
         // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
-        let most = search.most_explained(rows - strays);
-        for (fit, (residual, floor)) in found.fits.iter_mut().zip(&residuals) {
-            fit.reached_floor &= *residual <= most * floor;
+        for (fit, explained) in found.fits.iter_mut().zip(search.explained_by(&found_terms, &model)) {
+            fit.reached_floor &= explained;
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
-        let report = Report::in_motion(&self.names(), &tiers.terms, counts, found, &residuals, (&model, &errors));
+        let report = Report::in_motion(
+            &self.names(),
+            &tiers.terms,
+            counts,
+            Noise::Rounding,
+            found,
+            &residuals,
+            (&model, &errors),
+        );
         Ok(Identified { model, report })
     }
 

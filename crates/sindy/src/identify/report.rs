@@ -30,8 +30,24 @@ pub struct Report {
     pub features: Vec<String>,
     /// Condition number of the candidate columns, each scaled to unit length; infinite with fewer rows than terms.
     pub condition: f64,
+    /// Where the size of the samples' errors comes from.
+    pub noise: Noise,
+    /// RMS difference of each state as measured and as it follows from the equations \[unit of the state\] (n), where it was
+    /// estimated; else empty.
+    pub noise_deviations: Vec<f64>,
     /// One entry per state.
     pub equations: Vec<EquationReport>,
+}
+
+/// Where the size of the samples' errors comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Noise {
+    /// Only rounding: equations explain the data down to it.
+    Rounding,
+    /// It was declared.
+    Declared,
+    /// It was estimated from the data, and again from what the equations leave.
+    Estimated,
 }
 
 /// The account of one equation.
@@ -43,7 +59,8 @@ pub struct EquationReport {
     pub residual: f64,
     /// RMS residual that rounding of the observations explains; zero if it is not known.
     pub floor: f64,
-    /// Whether the residual is no more than that: the equation is then exact as far as can be seen.
+    /// Whether the equation is adequate: its residual no more than that, and where the noise is estimated, uncorrelated from sample to
+    /// sample and no other terms as good.
     pub reached_floor: bool,
     /// Whether every subset of the chosen size was looked at.
     pub proved: bool,
@@ -83,6 +100,7 @@ impl Report {
         names: &[String],
         terms: &[Term],
         counts: Counts,
+        noise: Noise,
         found: Found,
         residuals: &[(f64, f64)],
         (model, errors): (&Model, &[f64]),
@@ -110,6 +128,8 @@ impl Report {
             rows_astray: counts.astray,
             features: terms.iter().map(|t| feature(t, names)).collect(),
             condition: found.condition,
+            noise,
+            noise_deviations: Vec::new(),
             equations: equations.collect(),
         }
     }
@@ -134,7 +154,9 @@ impl Report {
             rows_at_limit: counts.at_limit,
             rows_astray: counts.astray,
             features: terms.iter().map(|t| feature(t, names)).collect(),
-            condition: 1.0,
+            condition: found.condition,
+            noise: Noise::Estimated,
+            noise_deviations: found.sigma.clone(),
             equations: equations.collect(),
         }
     }
@@ -165,6 +187,8 @@ impl Report {
             rows_astray: 0,
             features: terms.iter().map(|t| t.expr.pretty(&names).to_string()).collect(),
             condition: triangle.condition(&all),
+            noise: Noise::Rounding,
+            noise_deviations: Vec::new(),
             equations: equations.collect(),
         }
     }

@@ -36,9 +36,21 @@ impl Search<'_> {
         if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
     }
 
-    /// The largest RMS residual, as a multiple of that of the samples' errors, that these explain.
-    pub(crate) fn most_explained(&self, rows: usize) -> f64 {
-        FLOOR_FACTOR * self.floor(rows)
+    /// Per equation: whether the coefficients of `model` leave no more than the errors of the samples explain; `found` has its terms.
+    pub(crate) fn explained_by(&self, found: &Found, model: &Model) -> Vec<bool> {
+        let errors = self.errors_of_terms(model, found.stepping, true);
+        let theta = self.averages_of(found, model);
+        let explained = |(i, fit): (usize, &Selected)| {
+            let Ok(triangle) = whitened(self.system, self.runs, &theta, &fit.support, i, Some(&errors)) else {
+                return false;
+            };
+            let all: Vec<usize> = (0..fit.support.len()).collect();
+            let xi: Vec<f64> = model.coefficients(i).iter().map(|e| e.coefficient).collect();
+            let left = triangle.residual_norm(&all, &xi, all.len()).powi(2) / triangle.n_rows().max(1) as f64;
+            left.sqrt() <= FLOOR_FACTOR * self.floor(triangle.n_rows())
+        };
+        let fitted = |(i, fit): (usize, &Selected)| self.system.rates[i].is_some() || explained((i, fit));
+        found.fits.iter().enumerate().map(fitted).collect()
     }
 
     /// One round: averages along the way of `along`, then the terms and coefficients of each equation. Rows weigh as much as

@@ -32,8 +32,9 @@ impl Found {
 /// with few of them, and what does not is looked for again with all that the solver is allowed.
 const ROUGHLY: u64 = 20_000;
 
-/// Steps of a part that is looked at by itself.
+/// Steps of a part that is looked at by itself, at most and at least.
 const PART: usize = 40;
+const FEWEST: usize = 12;
 
 /// Steps `first` to `last` of all runs, that one excluded.
 fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
@@ -61,19 +62,16 @@ pub(crate) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The equations behind the runs.
-    ///
-    /// # Errors
-    /// [`ModelError`] if the coefficients are no numbers.
-    pub(crate) fn run(&self) -> Result<Found, ModelError> {
-        match self.noisy {
-            true => self.once(),
-            false => self.roughly().map_or_else(|| self.once(), Ok),
+    /// Equations that explain all steps, or all but a few: then also the runs without these, and how many they are.
+    pub(crate) fn exact(&self) -> Option<(Found, Option<Vec<Run>>, usize)> {
+        match self.roughly() {
+            Some(found) => Some((found, None, 0)),
+            None => self.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays)),
         }
     }
 
     /// Equations that explain the data, if there are some that a short search finds.
-    pub(crate) fn roughly(&self) -> Option<Found> {
+    pub(super) fn roughly(&self) -> Option<Found> {
         let solver = self.solver.within(ROUGHLY);
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }
@@ -81,11 +79,12 @@ impl Search<'_> {
     /// Whether equations of the first tier explain some part of the runs: data with noise are told by a few of them.
     pub(crate) fn explains_a_part(&self) -> bool {
         let total: usize = self.runs.iter().map(Run::len).sum();
-        if total <= 2 * PART {
+        let length = PART.min(total / 2);
+        if length < FEWEST {
             return true;
         }
-        [0, total / 2, total - PART].into_iter().any(|first| {
-            let part = runs_between(self.runs, first, first + PART);
+        [0, (total - length) / 2, total - length].into_iter().any(|first| {
+            let part = runs_between(self.runs, first, first + length);
             let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
             Search { system: &narrow, runs: &part, ..*self }.roughly().is_some()
         })
