@@ -30,7 +30,9 @@ pub use coordinates::CoordinateMode;
 pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
 pub use error::{InvalidParam, UnknownName};
 pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
-pub use identify::{EquationReport, Identified, Identifier, LibraryChoice, Noise, Report, SolverChoice, Target};
+pub use identify::{
+    EquationReport, Identified, Identifier, LibraryChoice, Noise, Recording, Report, SolverChoice, Target,
+};
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{Entry, Form, Model, ModelError, ModelParts, Reading};
 pub use plain::{Sindy, SindyError, SindyFit, Trajectory};

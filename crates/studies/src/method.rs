@@ -1,8 +1,8 @@
 //! The method under test: the one place to change when another is to be tried.
 
 use ndarray::Axis;
-use sindyna_core::{Channel, Dataset, Dynamics, Kind, Precision, Space, Spec};
-use sindyna_sindy::Identifier;
+use sindyna_core::{Channel, Dynamics, Kind, Precision, Space, Spec};
+use sindyna_sindy::{Identifier, Recording};
 
 use crate::equations::Term;
 use crate::log::{Log, Role, Trajectory};
@@ -23,7 +23,7 @@ pub struct Found {
 /// Why nothing was identified.
 pub fn identify(log: &Log) -> anyhow::Result<Found> {
     let spec = spec(log);
-    let found = Identifier::new(&spec).identify(&dataset(log)?)?;
+    let found = Identifier::new(&spec).identify_recordings(&recordings(log))?;
     let (model, names) = (found.model, log.variables());
     let terms = model.shifted_terms();
     let row = |i: usize| {
@@ -72,18 +72,13 @@ fn spec(log: &Log) -> Spec {
     }
 }
 
-/// The recordings as rollouts.
-fn dataset(log: &Log) -> anyhow::Result<Dataset> {
-    let k = log.controls.len();
-    let mut data = Dataset::new(log.states.len(), k, k, log.dt);
-    for trajectory in &log.trajectories {
-        anyhow::ensure!(trajectory.times.is_none(), "samples that are not evenly spaced are not taken");
-        let mut rows = trajectory.states.rows().into_iter().map(|row| row.to_vec());
-        data.begin(&rows.next().unwrap_or_default())?;
-        for (next, control) in rows.zip(trajectory.controls.rows()) {
-            let control = control.to_vec();
-            data.push(&control, &control, 0.0, &next)?;
-        }
-    }
-    Ok(data)
+/// The recordings with the times of their samples.
+fn recordings(log: &Log) -> Vec<Recording> {
+    let even = |t: &Trajectory| (0..t.states.nrows()).map(|i| i as f64 * log.dt).collect();
+    let recording = |t: &Trajectory| Recording {
+        times: t.times.clone().unwrap_or_else(|| even(t)),
+        states: t.states.clone(),
+        controls: t.controls.clone(),
+    };
+    log.trajectories.iter().map(recording).collect()
 }

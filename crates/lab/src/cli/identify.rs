@@ -44,7 +44,7 @@ pub(crate) struct Args {
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
-    /// Standard deviation of the noise on states, in their units, such as `th=0.001,w=0.01` [default: what rounding leaves]
+    /// Standard deviation of the noise on states, in their units, such as `th=0.001,w=0.01` [default: rounding where that explains the data, else estimated]
     #[arg(long, value_name = "STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
     noise: Vec<String>,
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
@@ -61,6 +61,9 @@ pub(crate) struct Args {
     precision: Option<Float>,
     #[command(flatten)]
     identification: IdentificationOptions,
+    /// Exit with code 1 where the equations are an approximation
+    #[arg(long)]
+    strict: bool,
     /// Directory to make for the model [default: models/LOG, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -70,8 +73,8 @@ pub(crate) struct Args {
 
 /// What to do about residuals that nothing explains.
 const HELP: &str = "\
-what may help: --noise STATE=SIGMA where sensors are noisy, --limits STATE=LOW:HIGH where something stops or clips,
-               --term FORMULA for a term that is missing, such as v*abs(v) or x^3
+what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FORMULA for a term that is missing, such as
+               v*w*abs(w) or exp(-x), a log in which states and inputs move more
 ";
 
 const EXAMPLE: &str = "\
@@ -128,7 +131,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         let _ = writeln!(text, "as a program: sindyna export {dir} --to python");
     }
     print(&text)?;
-    written.map(|_| Verdict::Done)
+    let missed = args.strict && account.explained != Some(true);
+    written.map(|_| if missed { Verdict::MissedTarget } else { Verdict::Done })
 }
 
 impl Args {

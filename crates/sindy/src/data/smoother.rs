@@ -83,7 +83,11 @@ const ALONE: [Order; 3] = [order::<2>(), order::<3>(), order::<5>()];
 /// Smooths one chain with the likeliest of the processes `orders`.
 fn fill(segments: &[Segment], chain: &[usize], floor: &[f64], orders: &[Order], signals: &mut Signals) {
     let scale = Scale::of(segments, chain);
-    let of = |i: usize| if chain.len() == 1 { noise_of(segments, i, floor[i]) } else { by_differences(segments, i) };
+    let of = |i: usize| {
+        let by_differences = by_differences(segments, i);
+        let least = (FACTORS.0.exp() * by_differences).max(floor[i]);
+        if chain.len() == 1 { noise_of(segments, i, least) } else { by_differences }
+    };
     let alone = chain.iter().enumerate().map(|(j, &i)| of(i).max(floor[i]) / scale.of_derivative(j));
     let alone: Vec<f64> = alone.collect();
     let of = |order: &Order| (together(order, segments, chain, &scale, &alone), *order);

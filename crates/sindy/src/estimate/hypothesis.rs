@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::search::Problem;
 use crate::motion::Stepping;
-use crate::shooting::{Fit, Flow, PARTS, fit};
+use crate::shooting::{Bounds, Fit, Flow, PARTS, fit};
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -39,7 +39,7 @@ impl Problem<'_> {
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
         let flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
-        let fit = fit(&flow, self.segments, (xi, x), sigma, self.floor, parts)?;
+        let fit = fit(&flow, self.segments, (xi, x), sigma, Bounds { floor: self.floor, shape: self.noise }, parts)?;
         let score = self.score(&supports, &fit.sigma);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score })
     }

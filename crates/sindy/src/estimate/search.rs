@@ -22,6 +22,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) segments: &'a [Segment],
     /// Smallest error of each state that is believed: rounding (n).
     pub(crate) floor: &'a [f64],
+    /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
+    pub(crate) noise: &'a [f64],
     pub(crate) solver: &'a BestSubset,
 }
 
@@ -73,6 +75,7 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
+    let problem = &Problem { noise: &signals.sigma, ..*problem };
     let path = match stepping {
         Stepping::Continuous { .. } => Path::Measured(&signals),
         _ => Path::Held { x: &signals.x },

@@ -1,30 +1,36 @@
 //! Equations of motion from data whose errors are more than rounding.
 
+use std::ops::RangeInclusive;
+
 use sindyna_core::FitError;
 
 use super::Identifier;
+use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
+use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{Estimate, Problem, estimate};
 use crate::library::{Term, general};
 use crate::model::Model;
-use crate::motion::{Run, Stepping, shown};
+use crate::motion::Stepping;
 use crate::regression::{Space, model};
 use crate::solve::Selected;
-use crate::{BestSubset, Expr, LibraryChoice};
+use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice};
+
+/// Magnitudes of states whose third powers, and the squares of these, are numbers.
+const MAGNITUDES: RangeInclusive<f64> = 1e-45..=1e45;
 
 impl Identifier {
     /// The candidate terms when the data have noise: all at once, judged by one score.
-    fn general_terms(&self, tiers: Vec<Term>, runs: &[Run]) -> Vec<Term> {
+    fn general_terms(&self, tiers: Vec<Term>, segments: &[Segment]) -> Vec<Term> {
         if self.library != LibraryChoice::Auto {
             return tiers;
         }
         let inputs = self.inputs();
         let n = self.spec.state_dim();
         let lowest = |i: usize| {
-            let values =
-                runs.iter().flat_map(|r| if i < n { r.x.column(i).to_vec() } else { r.u.column(i - n).to_vec() });
-            values.fold(f64::INFINITY, f64::min)
+            let column = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
+            segments.iter().flat_map(column).fold(f64::INFINITY, f64::min)
         };
         let positive: Vec<bool> = (0..inputs.len()).map(|i| lowest(i) > 0.0).collect();
         let mut terms = general(&inputs, &self.speeds(), &positive);
@@ -39,29 +45,81 @@ impl Identifier {
         terms
     }
 
-    /// Equations with the best score, with noise estimated. `None` if no equations follow the data.
+    /// Identifies the equations behind recordings that may be sampled unevenly; their noise is estimated.
+    ///
+    /// Recordings sampled as the spec declares are what [`Self::identify`] takes.
+    ///
+    /// # Errors
+    /// [`FitError`] if the recordings do not have the spec's shape, their times do not increase, or they are too few.
+    pub fn identify_recordings(&self, recordings: &[Recording]) -> Result<Identified, FitError> {
+        recordings.iter().try_for_each(|r| r.check(&self.spec))?;
+        if recordings.iter().all(|r| r.is_even(self.spec.dt)) {
+            return self.identify(&dataset(&self.spec, recordings)?);
+        }
+        let failed = |reason: String| FitError::Regression { reason };
+        let solver = self.motion_solver().ok_or_else(|| {
+            failed(
+                "samples at uneven times need the target `motion` with best subsets in recognised coordinates".into(),
+            )
+        })?;
+        let tiers = self.with_rates_of_motion(self.tiers().map_err(|e| failed(e.to_string()))?).terms;
+        let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
+            .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
+        let segments: Vec<Segment> = recordings.iter().map(|r| r.segment(&coordinates)).collect();
+        let rows: usize = segments.iter().map(Segment::len).sum();
+        let needed = self.needed_rows();
+        if rows < needed {
+            let unknowns = format!("{} equations", self.spec.state_dim());
+            return Err(FitError::TooFewRows { got: rows, needed, unknowns });
+        }
+        let error = |i: usize| {
+            let rows = recordings.iter().flat_map(|r| r.states.rows());
+            rows.map(|o| coordinates.error(i, o)).fold(0.0, f64::max)
+        };
+        let floor: Vec<f64> = (0..self.spec.state_dim()).map(error).collect();
+        let space = self.motion_space().map_err(failed)?;
+        let counts = Counts { rows, at_limit: 0, astray: 0 };
+        let found =
+            self.estimated(tiers, &segments, &floor, Stepping::Continuous { substeps: 1 }, counts, &space, solver)?;
+        found.ok_or_else(|| failed("no equations follow the data".into()))
+    }
+
+    /// Refuses states whose powers are beyond all numbers.
+    fn check_magnitudes(&self, segments: &[Segment]) -> Result<(), FitError> {
+        for (i, channel) in self.spec.state.iter().enumerate() {
+            let largest = segments.iter().flat_map(|s| s.x.column(i).to_vec()).fold(0.0, |m: f64, v| m.max(v.abs()));
+            if largest > 0.0 && !MAGNITUDES.contains(&largest) {
+                let (low, high) = (MAGNITUDES.start(), MAGNITUDES.end());
+                let name = &channel.name;
+                let reason = format!(
+                    "the state `{name}` reaches {largest:e}; powers of it need values between {low:e} and {high:e}"
+                );
+                return Err(FitError::Regression { reason });
+            }
+        }
+        Ok(())
+    }
+
+    /// Equations with the best score, with noise estimated, but not below `floor` (n). `None` if no equations follow the data.
+    #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
     pub(super) fn estimated(
         &self,
         tiers: Vec<Term>,
-        runs: &[Run],
-        at_limits: usize,
+        segments: &[Segment],
+        floor: &[f64],
+        stepping: Stepping,
+        counts: Counts,
         space: &Space,
         solver: &BestSubset,
     ) -> Result<Option<Identified>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
-        let terms = self.general_terms(tiers, runs);
+        self.check_magnitudes(segments)?;
+        let terms = self.general_terms(tiers, segments);
         let rates = self.rates();
-        let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
-        let floor: Vec<f64> = (0..rates.len())
-            .map(|i| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max))
-            .collect();
         let n_controls = self.spec.control_dim();
-        let problem = Problem { terms: &terms, rates: &rates, n_controls, segments: &segments, floor: &floor, solver };
-        let stepping = shown(runs, &rates, self.spec.dt).unwrap_or(Stepping::Continuous { substeps: 1 });
+        let problem = Problem { terms: &terms, rates: &rates, n_controls, segments, floor, noise: &[], solver };
         let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
         let model = written(&found, &terms, &rates, space, self.spec.dt).map_err(failed)?;
-        let rows = runs.iter().map(Run::len).sum();
-        let counts = Counts { rows, at_limit: at_limits, astray: 0 };
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
         Ok(Some(Identified { model, report }))
     }

@@ -2,6 +2,7 @@
 
 mod choices;
 mod estimated;
+mod recording;
 mod region;
 mod report;
 mod rows;
@@ -10,9 +11,11 @@ use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec};
 
 pub use choices::{LibraryChoice, SolverChoice, Target};
+pub use recording::Recording;
 pub use report::{EquationReport, Identified, Noise, Report};
 
 use crate::coordinates::{Coordinates, inputs};
+use crate::data::Segment;
 use crate::library::{Input, LibraryError, Term, Tiers, auto, complexity, mechanical, paper, paper_degree2};
 use crate::model::{Model, Reading};
 use crate::names::symbols;
@@ -256,19 +259,13 @@ impl Identifier {
     fn in_motion_of(
         &self,
         data: &Dataset,
-        mut tiers: Tiers,
+        tiers: Tiers,
         coordinates: &Coordinates,
         solver: &BestSubset,
     ) -> Result<Identified, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
+        let tiers = self.with_rates_of_motion(tiers);
         let rates = self.rates();
-        for &rate in rates.iter().flatten() {
-            // Kinematic equations need their term, whatever library was chosen.
-            let expr = crate::Expr::Variable(rate);
-            if !tiers.terms.iter().any(|t| t.rate.is_none() && t.expr == expr) {
-                tiers.terms.push(Term { name: self.inputs()[rate].name.clone(), expr, complexity: 2, rate: None });
-            }
-        }
         let (runs, at_limits) = motion::runs(&self.spec, coordinates, data);
         let rows: usize = runs.iter().map(motion::Run::len).sum();
         let needed = self.needed_rows();
@@ -286,14 +283,19 @@ impl Identifier {
         let angles = self.angles();
         let system =
             motion::System { terms: &tiers.terms, core: tiers.core, rates: &rates, angles: &angles, dt: self.spec.dt };
-        let kinematic = rates.iter().map(Option::is_some).collect();
-        let space = Space { kinematic, ..self.space().map_err(failed)? };
+        let space = self.motion_space().map_err(failed)?;
         let search =
             motion::Search { system: &system, runs: &runs, space: &space, solver, noisy: self.spec.noise > 0.0 };
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let exact = if search.noisy || !search.explains_a_part() { None } else { search.exact() };
         let Some((mut found, kept, strays)) = exact else {
-            let found = self.estimated(tiers.terms, &runs, at_limits, &space, solver)?;
+            let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
+            let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
+            let floor: Vec<f64> = (0..rates.len()).map(error).collect();
+            let stepping =
+                motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
+            let counts = Counts { rows, at_limit: at_limits, astray: 0 };
+            let found = self.estimated(tiers.terms, &segments, &floor, stepping, counts, &space, solver)?;
             return found.ok_or_else(|| failed("no equations follow the data".into()));
         };
         let runs = kept.as_deref().unwrap_or(&runs);
@@ -319,6 +321,23 @@ impl Identifier {
             (&model, &errors),
         );
         Ok(Identified { model, report })
+    }
+
+    /// `tiers` with the terms of kinematic equations, which need them whatever library was chosen.
+    fn with_rates_of_motion(&self, mut tiers: Tiers) -> Tiers {
+        for &rate in self.rates().iter().flatten() {
+            let expr = crate::Expr::Variable(rate);
+            if !tiers.terms.iter().any(|t| t.rate.is_none() && t.expr == expr) {
+                tiers.terms.push(Term { name: self.inputs()[rate].name.clone(), expr, complexity: 2, rate: None });
+            }
+        }
+        tiers
+    }
+
+    /// The space of a model whose declared rates are kinematic equations.
+    fn motion_space(&self) -> Result<Space, String> {
+        let kinematic = self.rates().iter().map(Option::is_some).collect();
+        Ok(Space { kinematic, ..self.space()? })
     }
 
     /// Refuses data in which an input stays where it is: what it does cannot be told from what is always there.

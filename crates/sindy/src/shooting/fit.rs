@@ -32,8 +32,20 @@ const ITERATIONS: (usize, usize) = (3, 12);
 /// Relative gain in the sum of squares below which iterations end.
 const ENOUGH: f64 = 1e-7;
 
+/// Factor by which the noise of one channel may differ from what it should be beside that of the others.
+const APART: f64 = 10.0;
+
+/// What is known of the noise before.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds<'a> {
+    /// Smallest standard deviation of each state that is believed (n).
+    pub(crate) floor: &'a [f64],
+    /// Standard deviations by the smoothness of the signals (n): their ratios are believed within a factor of [`APART`].
+    pub(crate) shape: &'a [f64],
+}
+
 /// Fits the coefficients of `flow` to `segments`, from `xi` and states `x` (T + 1, n each) near the data; `sigma` (n) is a guess
-/// of the noise, which is estimated anew, but not below `floor` (n). `parts` are the numbers of the [`PARTS`] gone through. `None` if the
+/// of the noise, which is estimated anew, within the bounds `noise`. `parts` are the numbers of the [`PARTS`] gone through. `None` if the
 /// equations cannot follow the data.
 ///
 /// Minimises Σ ((x measured − x)/σ)² + Σ ((x⁺ − F(x; ξ))/q)² over ξ and all x, where q is a small part of σ: the equations are
@@ -46,7 +58,7 @@ pub(crate) fn fit(
     segments: &[Segment],
     start: (&[f64], &[Array2<f64>]),
     sigma: &[f64],
-    floor: &[f64],
+    noise: Bounds<'_>,
     parts: std::ops::Range<usize>,
 ) -> Option<Fit> {
     let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec() };
@@ -54,11 +66,11 @@ pub(crate) fn fit(
     for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
         let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
         state.iterate(flow, segments, *part, iterations)?;
-        state.update_noise(flow, segments, floor);
+        state.update_noise(flow, segments, noise);
     }
     // With the noise that was found at last.
     let triangle = state.iterate(flow, segments, PARTS[last], 3)?;
-    state.update_noise(flow, segments, floor);
+    state.update_noise(flow, segments, noise);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
     Some(Fit { xi: state.xi, errors, x: state.x, sigma: state.sigma, triangle })
@@ -170,7 +182,7 @@ impl State {
     }
 
     /// σ from what is left, freedom taken into account.
-    fn update_noise(&mut self, flow: &Flow, segments: &[Segment], floor: &[f64]) {
+    fn update_noise(&mut self, flow: &Flow, segments: &[Segment], noise: Bounds<'_>) {
         let n = self.sigma.len();
         let samples: usize = segments.iter().map(|s| s.len() + 1).sum();
         let fitted = flow.n_parameters() + segments.len() * n;
@@ -178,7 +190,14 @@ impl State {
         for i in 0..n {
             let squares: f64 =
                 segments.iter().zip(&self.x).map(|(s, x)| (&s.x.column(i) - &x.column(i)).mapv(|v| v * v).sum()).sum();
-            self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(floor[i]);
+            self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(noise.floor[i]);
+        }
+        // Of one channel a model can follow every sample at the cost of others: its likelihood then has no bound.
+        let ratio = |i: usize| (self.sigma[i] / noise.shape[i]).ln();
+        let common = (0..n).map(ratio).sum::<f64>() / n.max(1) as f64;
+        for i in 0..n {
+            let (low, high) = (common.exp() * noise.shape[i] / APART, common.exp() * noise.shape[i] * APART);
+            self.sigma[i] = self.sigma[i].clamp(low, high).max(noise.floor[i]);
         }
     }
 }
@@ -235,7 +254,15 @@ mod tests {
         for seed in 0..seeds {
             let (flow, segment) = oscillator(seed, 200, 0.05, noise);
             let x = [segment.x.clone()];
-            let found = fit(&flow, &[segment], (&[-8.0, 0.0, 0.5], &x), &[0.1, 0.1], &[1e-9; 2], 0..4).expect("a fit");
+            let found = fit(
+                &flow,
+                &[segment],
+                (&[-8.0, 0.0, 0.5], &x),
+                &[0.1, 0.1],
+                Bounds { floor: &[1e-9; 2], shape: &[0.01, 0.03] },
+                0..4,
+            )
+            .expect("a fit");
             for i in 0..3 {
                 let z = (found.xi[i] - truth[i]) / found.errors[i];
                 squares[i] += z * z;

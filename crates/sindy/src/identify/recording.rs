@@ -1,0 +1,76 @@
+//! Recordings as people have them: arrays with times.
+
+use ndarray::{Array2, Axis};
+use sindyna_core::{Dataset, FitError, Spec};
+
+use crate::coordinates::Coordinates;
+use crate::data::Segment;
+
+/// One uninterrupted recording, sampled at any times.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recording {
+    /// Times of the samples \[s\] (T + 1), increasing.
+    pub times: Vec<f64>,
+    /// What the sensors show at these times (T + 1, m).
+    pub states: Array2<f64>,
+    /// Controls (T, k), each held from one sample to the next.
+    pub controls: Array2<f64>,
+}
+
+impl Recording {
+    /// Refuses what does not fit the spec or itself.
+    pub(super) fn check(&self, spec: &Spec) -> Result<(), FitError> {
+        let shape = |what, expected, got| {
+            if expected == got { Ok(()) } else { Err(FitError::Shape { what, expected, got }) }
+        };
+        shape("observed values", spec.observation_dim(), self.states.ncols())?;
+        shape("controls", spec.control_dim(), self.controls.ncols())?;
+        shape("times", self.states.nrows(), self.times.len())?;
+        shape("rows of controls", self.states.nrows().saturating_sub(1), self.controls.nrows())?;
+        let failed = |reason: String| Err(FitError::Regression { reason });
+        if let Some(at) =
+            self.times.windows(2).position(|t| t[1].partial_cmp(&t[0]) != Some(std::cmp::Ordering::Greater))
+        {
+            return failed(format!(
+                "time {} s of row {} does not come after {} s",
+                self.times[at + 1],
+                at + 1,
+                self.times[at]
+            ));
+        }
+        let values = self.states.iter().chain(&self.controls).chain(&self.times);
+        match values.copied().find(|v| !v.is_finite()) {
+            Some(value) => failed(format!("a recorded value is {value}, which is not finite")),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether the samples are `dt` \[s\] apart.
+    pub(super) fn is_even(&self, dt: f64) -> bool {
+        self.times.windows(2).all(|t| (t[1] - t[0] - dt).abs() <= 1e-9 * dt.max(t[1].abs()))
+    }
+
+    pub(super) fn segment(&self, coordinates: &Coordinates) -> Segment {
+        Segment {
+            x: coordinates.states(self.states.view()),
+            u: self.controls.clone(),
+            dt: self.times.windows(2).map(|t| t[1] - t[0]).collect(),
+        }
+    }
+}
+
+/// Even recordings as rollouts.
+pub(super) fn dataset(spec: &Spec, recordings: &[Recording]) -> Result<Dataset, FitError> {
+    let failed = |e: &dyn std::fmt::Display| FitError::Regression { reason: e.to_string() };
+    let mut data = Dataset::new(spec.observation_dim(), spec.control_dim(), spec.control_dim(), spec.dt);
+    for recording in recordings {
+        let mut rows = recording.states.axis_iter(Axis(0)).map(|row| row.to_vec());
+        let Some(first) = rows.next() else { continue };
+        data.begin(&first).map_err(|e| failed(&e))?;
+        for (next, u) in rows.zip(recording.controls.rows()) {
+            let u = u.to_vec();
+            data.push(&u, &u, 0.0, &next).map_err(|e| failed(&e))?;
+        }
+    }
+    Ok(data)
+}

@@ -1,0 +1,167 @@
+//! Equations from recordings whose noise nobody declares.
+
+use ndarray::Array2;
+use rand::RngExt as _;
+use sindyna_core::{Channel, Kind, Precision, Rng, Seed, Space, Spec};
+use sindyna_sindy::{Identified, Identifier, Noise, Recording};
+
+type Field = fn(&[f64], f64) -> Vec<f64>;
+
+fn normal(rng: &mut Rng) -> f64 {
+    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
+}
+
+fn spec(kinds: &[(&str, Kind)], dt: f64) -> Spec {
+    let state: Vec<Channel> = kinds.iter().map(|(name, kind)| Channel::new(name, "", *kind, 1.0)).collect();
+    Spec {
+        name: "recording".into(),
+        observation: state.clone(),
+        state,
+        control: vec![Channel::new("u", "", Kind::Plain, 1.0)],
+        action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
+        precision: Precision::F64,
+        noise: 0.0,
+        dt,
+        max_steps: usize::MAX,
+        solved_at: None,
+    }
+}
+
+/// `samples` samples of `field` from `start`, about `dt` apart, under random inputs, each state with noise of `noise` times its standard
+/// deviation and multiplied by `unit`.
+fn record(
+    field: Field,
+    start: &[f64],
+    (samples, dt): (usize, f64),
+    (noise, unit, uneven): (f64, f64, bool),
+    seed: u64,
+) -> Recording {
+    const PARTS: usize = 40;
+    let mut rng = Seed::new(seed).stream("recording", 0);
+    let n = start.len();
+    let mut x = start.to_vec();
+    let mut times = vec![0.0];
+    let mut states = Array2::zeros((samples, n));
+    let mut controls = Array2::zeros((samples - 1, 1));
+    for t in 0..samples {
+        (0..n).for_each(|i| states[[t, i]] = x[i]);
+        if t + 1 == samples {
+            break;
+        }
+        let u = 2.0 * rng.random::<f64>() - 1.0;
+        let step = if uneven { dt * (0.3 + 1.4 * rng.random::<f64>()) } else { dt };
+        controls[[t, 0]] = u;
+        let h = step / PARTS as f64;
+        for _ in 0..PARTS {
+            let at = |k: &[f64], c: f64| x.iter().zip(k).map(|(x, k)| x + c * k).collect::<Vec<_>>();
+            let k1 = field(&x, u);
+            let k2 = field(&at(&k1, 0.5 * h), u);
+            let k3 = field(&at(&k2, 0.5 * h), u);
+            let k4 = field(&at(&k3, h), u);
+            (0..n).for_each(|i| x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+        times.push(if uneven { times[t] + step } else { (t + 1) as f64 * dt });
+    }
+    for i in 0..n {
+        let mean = states.column(i).sum() / samples as f64;
+        let spread = (states.column(i).iter().map(|v: &f64| (v - mean).powi(2)).sum::<f64>() / samples as f64).sqrt();
+        states.column_mut(i).mapv_inplace(|v| unit * (v + noise * spread * normal(&mut rng)));
+    }
+    Recording { times, states, controls }
+}
+
+/// Terms and coefficients of equation `i`, by name.
+fn equation(found: &Identified, i: usize) -> Vec<(&str, f64)> {
+    let report = &found.report.equations[i];
+    let mut terms: Vec<(&str, f64)> = report
+        .support
+        .iter()
+        .map(|&j| found.report.features[j].as_str())
+        .zip(report.coefficients.iter().copied())
+        .collect();
+    terms.sort_by_key(|t| t.0);
+    terms
+}
+
+fn assert_equation(found: &Identified, i: usize, truth: &[(&str, f64)], within: f64) {
+    let terms = equation(found, i);
+    let mut truth = truth.to_vec();
+    truth.sort_by_key(|t| t.0);
+    assert_eq!(terms.iter().map(|t| t.0).collect::<Vec<_>>(), truth.iter().map(|t| t.0).collect::<Vec<_>>());
+    for ((name, c), (_, t)) in terms.iter().zip(&truth) {
+        assert!((c / t - 1.0).abs() < within, "{name}: {c}, not {t}");
+    }
+}
+
+const PLAIN: [(&str, Kind); 3] = [("x", Kind::Plain), ("y", Kind::Plain), ("z", Kind::Plain)];
+
+fn lorenz(x: &[f64], u: f64) -> Vec<f64> {
+    vec![10.0 * (x[1] - x[0]) + 20.0 * u, x[0] * (28.0 - x[2]) - x[1], x[0] * x[1] - 8.0 / 3.0 * x[2]]
+}
+
+#[test]
+fn lorenz_is_found_with_noise_that_nobody_declares_at_even_and_uneven_times() {
+    for uneven in [false, true] {
+        for noise in [1e-3, 1e-2] {
+            let recording = record(lorenz, &[-8.0, 8.0, 27.0], (300, 0.02), (noise, 1.0, uneven), 3);
+            let begun = std::time::Instant::now();
+            let found = Identifier::new(&spec(&PLAIN, 0.02)).identify_recordings(&[recording]).expect("equations");
+            eprintln!("{uneven} {noise} {:?} {:?}\n{}", begun.elapsed(), found.report.noise_deviations, found.model);
+            assert_equation(&found, 0, &[("x", -10.0), ("y", 10.0), ("u", 20.0)], 0.05);
+            assert_equation(&found, 1, &[("x", 28.0), ("y", -1.0), ("x·z", -1.0)], 0.05);
+            assert_equation(&found, 2, &[("z", -8.0 / 3.0), ("x·y", 1.0)], 0.05);
+            assert_eq!(found.report.noise, Noise::Estimated);
+            let sigma = found.report.noise_deviations[0];
+            // The spread of x is about eight.
+            assert!((4.0..12.0).contains(&(sigma / noise)), "{sigma}");
+        }
+    }
+}
+
+fn van_der_pol(x: &[f64], u: f64) -> Vec<f64> {
+    vec![x[1], 1.5 * (1.0 - x[0] * x[0]) * x[1] - x[0] + u]
+}
+
+#[test]
+fn units_change_no_structure() {
+    let kinds = [("x", Kind::Plain), ("v", Kind::RateOf(0))];
+    for unit in [1e-9, 1.0, 1e9] {
+        let recording = record(van_der_pol, &[1.0, 0.0], (400, 0.05), (1e-2, unit, false), 5);
+        let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
+        let truth = [("x", -1.0), ("v", 1.5), ("u", unit), ("x²·v", -1.5 / (unit * unit))];
+        assert_equation(&found, 1, &truth, 0.05);
+    }
+}
+
+#[test]
+fn a_ratio_is_found_as_a_sum_with_its_own_derivative() {
+    // x′ = u − x/(0.3 + x): x′ = u + u x/0.3 − x/0.3 − x x′/0.3.
+    let field: Field = |x, u| vec![0.7 + 0.6 * u - x[0] / (0.3 + x[0])];
+    let recording = record(field, &[3.0], (600, 0.1), (1e-3, 1.0, false), 2);
+    let found = Identifier::new(&spec(&PLAIN[..1], 0.1)).identify_recordings(&[recording]).expect("equations");
+    let own = equation(&found, 0).into_iter().find(|t| t.0 == "x·dx/dt");
+    let (_, c) = own.unwrap_or_else(|| panic!("{}", found.model));
+    assert!((0.3 * c + 1.0).abs() < 0.1, "{}", found.model);
+}
+
+#[test]
+fn a_law_that_no_terms_can_say_is_no_adequate_equation() {
+    let field: Field = |x, u| vec![u - (5.0 * x[0]).tanh() * (1.0 + 0.5 * (7.0 * x[0]).sin())];
+    let recording = record(field, &[1.0], (600, 0.1), (1e-3, 1.0, false), 2);
+    let found = Identifier::new(&spec(&PLAIN[..1], 0.1)).identify_recordings(&[recording]).expect("equations");
+    assert!(!found.report.equations[0].reached_floor, "{}", found.model);
+}
+
+#[test]
+fn recordings_that_do_not_fit_are_refused() {
+    let identifier = Identifier::new(&spec(&PLAIN, 0.02));
+    let good = record(lorenz, &[-8.0, 8.0, 27.0], (30, 0.02), (0.0, 1.0, true), 3);
+    let refused = |change: fn(&mut Recording)| {
+        let mut bad = good.clone();
+        change(&mut bad);
+        identifier.identify_recordings(&[bad]).expect_err("bad").to_string()
+    };
+    assert!(refused(|r| r.times[3] = r.times[2]).contains("does not come after"));
+    assert!(refused(|r| r.states[[4, 1]] = f64::NAN).contains("NaN"));
+    assert!(refused(|r| r.times.truncate(3)).contains("times"));
+}
