@@ -22,8 +22,17 @@ pub(super) struct Hypothesis {
 const TRUNCATION: f64 = 3e-3;
 
 /// Runge–Kutta steps per sampling interval, at most; and while states follow the data.
-const FINEST: usize = 64;
+const FINEST: usize = 32;
 const LOOSE: usize = 4;
+
+/// Steps by which the error of Runge–Kutta steps is judged.
+const LOOKED_AT: usize = 200;
+
+/// Operations of all fits together: some seconds.
+const BUDGET: u64 = 1_200_000_000;
+
+/// Passes over the data that a fit takes.
+const ITERATIONS: u64 = 40;
 
 impl Problem<'_> {
     /// The hypothesis that equations have the terms `supports`, fitted from coefficients `xi` and states `x`. `None` if such equations
@@ -39,9 +48,25 @@ impl Problem<'_> {
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
         let flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
+        if !self.spend(&flow) {
+            return None;
+        }
         let fit = fit(&flow, self.segments, (xi, x), sigma, Bounds { floor: self.floor, shape: self.noise }, parts)?;
         let score = self.score(&supports, &fit.sigma);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score })
+    }
+
+    /// Takes what a fit of `flow` costs from the budget; `false` if there is not as much left.
+    fn spend(&self, flow: &Flow) -> bool {
+        let (samples, n, p) = (self.samples() as u64, self.rates.len() as u64, flow.n_parameters() as u64);
+        let substeps = match flow.stepping() {
+            Stepping::Continuous { substeps } => substeps as u64,
+            _ => 1,
+        };
+        let operations = ITERATIONS * samples * ((n + p) * (n + p) + substeps * (n + p));
+        let spent = self.spent.get() + operations;
+        self.spent.set(spent);
+        spent <= BUDGET
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.
@@ -72,8 +97,9 @@ impl Problem<'_> {
         let (mut left, mut right) = (vec![0.0; n], vec![0.0; n]);
         let (mut scratch_a, mut scratch_b) = (a.scratch(), b.scratch());
         let (mut sum, mut count) = (0.0, 0.0);
+        let every = (self.samples() as usize).div_ceil(LOOKED_AT);
         for (segment, x) in self.segments.iter().zip(x) {
-            for t in 0..segment.len() {
+            for t in (0..segment.len()).step_by(every) {
                 let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
                 let step = (&now[..], &u[..], segment.dt[t]);
                 let finite = a.step(step, xi, &mut left, None, &mut scratch_a, &mut |_| {})

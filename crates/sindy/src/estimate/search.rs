@@ -1,5 +1,7 @@
 //! From proposals to the hypothesis with the best score.
 
+use std::cell::Cell;
+
 use ndarray::Array2;
 
 use super::hypothesis::Hypothesis;
@@ -25,6 +27,8 @@ pub(crate) struct Problem<'a> {
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
     pub(crate) solver: &'a BestSubset,
+    /// Operations spent on fits so far.
+    pub(crate) spent: &'a Cell<u64>,
 }
 
 /// Equations found.
@@ -232,10 +236,9 @@ impl Problem<'_> {
         for _ in 0..PASSES {
             regressions = self.propose_along(&best);
             rivals = vec![Rivals::new(); self.rates.len()];
-            if self.leaves_nothing(&best) {
-                break;
-            }
             let mut improved: Option<Hypothesis> = None;
+            // Where nothing is left, more terms explain nothing, and no more terms may explain it as well.
+            let nothing_left = self.leaves_nothing(&best);
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
                 // Terms that multiply the own derivative are not among those of the regression.
@@ -243,7 +246,8 @@ impl Problem<'_> {
                     continue;
                 }
                 for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
-                    if proposal.support == best.supports[i] {
+                    let longer = proposal.support.len() > best.supports[i].len();
+                    if proposal.support == best.supports[i] || nothing_left && longer {
                         continue;
                     }
                     let Some(rival) = self.with_equation(&best, i, &proposal, 2..4) else { continue };

@@ -1,5 +1,6 @@
 //! Equations of motion from data whose errors are more than rounding.
 
+use std::cell::Cell;
 use std::ops::RangeInclusive;
 
 use sindyna_core::FitError;
@@ -117,7 +118,16 @@ impl Identifier {
         let terms = self.general_terms(tiers, segments);
         let rates = self.rates();
         let n_controls = self.spec.control_dim();
-        let problem = Problem { terms: &terms, rates: &rates, n_controls, segments, floor, noise: &[], solver };
+        let problem = Problem {
+            terms: &terms,
+            rates: &rates,
+            n_controls,
+            segments,
+            floor,
+            noise: &[],
+            solver,
+            spent: &Cell::new(0),
+        };
         let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
         let model = written(&found, &terms, &rates, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);

@@ -305,9 +305,9 @@ impl Identifier {
         };
         let search = motion::Search { runs, ..search };
         let residuals = search.residuals(&found, &model);
-        let found_terms = found.clone();
         // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
-        for (fit, explained) in found.fits.iter_mut().zip(search.explained_by(&found_terms, &model)) {
+        let explained = search.explained_by(&found, &model, &residuals);
+        for (fit, explained) in found.fits.iter_mut().zip(explained) {
             fit.reached_floor &= explained;
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };

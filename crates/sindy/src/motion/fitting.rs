@@ -36,11 +36,16 @@ impl Search<'_> {
         if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
     }
 
-    /// Per equation: whether the coefficients of `model` leave no more than the errors of the samples explain; `found` has its terms.
-    pub(crate) fn explained_by(&self, found: &Found, model: &Model) -> Vec<bool> {
+    /// Per equation: whether the coefficients of `model` leave no more than the errors of the samples explain, step by step or in sums
+    /// over steps; `found` has its terms, `residuals` are what it leaves and what of it the errors explain.
+    pub(crate) fn explained_by(&self, found: &Found, model: &Model, residuals: &[(f64, f64)]) -> Vec<bool> {
         let errors = self.errors_of_terms(model, found.stepping, true);
         let theta = self.averages_of(found, model);
+        let rows = self.runs.iter().map(Run::len).sum();
         let explained = |(i, fit): (usize, &Selected)| {
+            if residuals[i].0 <= FLOOR_FACTOR * self.floor(rows) * residuals[i].1 {
+                return true;
+            }
             let Ok(triangle) = whitened(self.system, self.runs, &theta, &fit.support, i, Some(&errors)) else {
                 return false;
             };

@@ -32,9 +32,8 @@ impl Found {
 /// with few of them, and what does not is looked for again with all that the solver is allowed.
 const ROUGHLY: u64 = 20_000;
 
-/// Steps of a part that is looked at by itself, at most and at least.
+/// Steps of a part that is looked at by itself; of fewer than two of them all are.
 const PART: usize = 40;
-const FEWEST: usize = 12;
 
 /// Steps `first` to `last` of all runs, that one excluded.
 fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
@@ -79,12 +78,11 @@ impl Search<'_> {
     /// Whether equations of the first tier explain some part of the runs: data with noise are told by a few of them.
     pub(crate) fn explains_a_part(&self) -> bool {
         let total: usize = self.runs.iter().map(Run::len).sum();
-        let length = PART.min(total / 2);
-        if length < FEWEST {
+        if total <= 2 * PART {
             return true;
         }
-        [0, (total - length) / 2, total - length].into_iter().any(|first| {
-            let part = runs_between(self.runs, first, first + length);
+        [0, (total - PART) / 2, total - PART].into_iter().any(|first| {
+            let part = runs_between(self.runs, first, first + PART);
             let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
             Search { system: &narrow, runs: &part, ..*self }.roughly().is_some()
         })

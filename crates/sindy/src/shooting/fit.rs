@@ -29,6 +29,9 @@ pub(crate) const PARTS: [f64; 4] = [1.0, 0.1, 1e-2, 1e-3];
 /// Iterations at each part but the last, and at the last.
 const ITERATIONS: (usize, usize) = (3, 12);
 
+/// Steps tried along one direction, each half as long as the one before.
+const HALVINGS: i32 = 5;
+
 /// Relative gain in the sum of squares below which iterations end.
 const ENOUGH: f64 = 1e-7;
 
@@ -119,7 +122,7 @@ impl State {
             let (factor, delta, moved) = self.gauss_newton(flow, segments, part)?;
             triangle = Some(factor);
             let mut taken = None;
-            for halvings in 0..8 {
+            for halvings in 0..HALVINGS {
                 let by = 0.5_f64.powi(halvings);
                 let xi = self.xi.iter().zip(&delta).map(|(c, d)| c + by * d).collect();
                 let x = self.x.iter().zip(&moved).map(|(x, d)| x + &(d * by)).collect();
