@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::search::Problem;
 use crate::motion::Stepping;
-use crate::shooting::{Bounds, Fit, Flow, PARTS, fit};
+use crate::shooting::{self, Bounds, Fit, Flow, PARTS};
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -16,6 +16,8 @@ pub(super) struct Hypothesis {
     pub(super) fit: Fit,
     /// Smaller is better.
     pub(super) score: f64,
+    /// Whether what is left is no more than the finest Runge–Kutta steps are wrong.
+    pub(super) numerical: bool,
 }
 
 /// Part of the noise by which one step may be wrong numerically.
@@ -47,13 +49,25 @@ impl Problem<'_> {
         let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, stepping);
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
-        let flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
-        if !self.spend(&flow) {
-            return None;
+        let mut flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
+        let noise = Bounds { floor: self.floor, shape: self.noise };
+        let mut fit =
+            self.spend(&flow).then(|| shooting::fit(&flow, self.segments, (xi, x), sigma, noise, parts.clone()))??;
+        loop {
+            // What is left may be less than was thought, and the steps then too coarse for it.
+            let finer = self.accurate(flow.clone(), (flow.stepping(), finest), &fit.xi, &fit.x, &fit.sigma);
+            if finer.stepping() == flow.stepping() || !self.spend(&finer) {
+                break;
+            }
+            let from = (&fit.xi[..], &fit.x[..]);
+            let Some(better) = shooting::fit(&finer, self.segments, from, &fit.sigma, noise, parts.clone()) else {
+                break;
+            };
+            (flow, fit) = (finer, better);
         }
-        let fit = fit(&flow, self.segments, (xi, x), sigma, Bounds { floor: self.floor, shape: self.noise }, parts)?;
         let score = self.score(&supports, &fit.sigma);
-        score.is_finite().then_some(Hypothesis { supports, flow, fit, score })
+        let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
+        score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
     }
 
     /// Takes what a fit of `flow` costs from the budget; `false` if there is not as much left.
@@ -89,6 +103,14 @@ impl Problem<'_> {
             substeps *= 2;
         }
         of(substeps)
+    }
+
+    /// Whether the errors of the finest Runge–Kutta steps add up to the residuals along a segment.
+    fn is_numerical(&self, flow: &Flow, fit: &Fit) -> bool {
+        let finer = flow.with_stepping(Stepping::Continuous { substeps: 2 * FINEST });
+        let length = self.samples() / self.segments.len().max(1) as f64;
+        flow.stepping() == Stepping::Continuous { substeps: FINEST }
+            && self.difference(flow, &finer, &fit.xi, &fit.x, &fit.sigma) * length > 1.0
     }
 
     /// RMS difference of the steps of two flows, in standard deviations of the noise.

@@ -204,7 +204,7 @@ impl Problem<'_> {
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {
-            if !is_white(&residuals, i) && hypothesis.fit.sigma[i] > self.floor[i] {
+            if !is_white(&residuals, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
                 return false;
             }
             seen.push(i);
@@ -215,7 +215,7 @@ impl Problem<'_> {
 
     /// Whether what is left of every state is below all that numbers can tell.
     fn leaves_nothing(&self, hypothesis: &Hypothesis) -> bool {
-        hypothesis.fit.sigma.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
+        hypothesis.numerical || hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
     }
 
     fn propose_along(&self, along: &Hypothesis) -> Vec<Regression> {
@@ -309,7 +309,7 @@ impl Problem<'_> {
             fits.push(Selected {
                 support: best.supports[i].clone(),
                 coefficients: best.fit.xi[range.clone()].to_vec(),
-                residual: best.fit.sigma[i],
+                residual: best.fit.left[i],
                 reached_floor: adequate[i],
                 proved: false,
                 path: regression.path(),
@@ -322,7 +322,7 @@ impl Problem<'_> {
             errors,
             stepping: best.flow.stepping(),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
-            sigma: best.fit.sigma,
+            sigma: best.fit.left,
             signal_noise: signals.sigma.clone(),
             adequate,
         }

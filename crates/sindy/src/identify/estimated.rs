@@ -89,11 +89,12 @@ impl Identifier {
     fn check_magnitudes(&self, segments: &[Segment]) -> Result<(), FitError> {
         for (i, channel) in self.spec.state.iter().enumerate() {
             let largest = segments.iter().flat_map(|s| s.x.column(i).to_vec()).fold(0.0, |m: f64, v| m.max(v.abs()));
-            if largest > 0.0 && !MAGNITUDES.contains(&largest) {
+            let shortest = segments.iter().flat_map(|s| s.dt.iter().copied()).fold(f64::INFINITY, f64::min);
+            if largest > 0.0 && !(MAGNITUDES.contains(&largest) && MAGNITUDES.contains(&(largest / shortest))) {
                 let (low, high) = (MAGNITUDES.start(), MAGNITUDES.end());
                 let name = &channel.name;
                 let reason = format!(
-                    "the state `{name}` reaches {largest:e}; powers of it need values between {low:e} and {high:e}"
+                    "the state `{name}` reaches {largest:e} in steps of {shortest:e} s; it and its rate must be between {low:e} and {high:e}"
                 );
                 return Err(FitError::Regression { reason });
             }

@@ -17,6 +17,8 @@ pub(crate) struct Fit {
     /// Per segment: the states that follow the equations, at the samples (T + 1, n).
     pub(crate) x: Vec<Array2<f64>>,
     /// RMS of x measured − x, per state (n), freedom taken into account.
+    pub(crate) left: Vec<f64>,
+    /// The same within the bounds of the noise: what the samples are weighted by.
     pub(crate) sigma: Vec<f64>,
     /// The factor of all rows over the coefficients, whitened.
     pub(crate) triangle: Triangle,
@@ -64,7 +66,7 @@ pub(crate) fn fit(
     noise: Bounds<'_>,
     parts: std::ops::Range<usize>,
 ) -> Option<Fit> {
-    let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec() };
+    let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec(), left: sigma.to_vec() };
     let last = parts.end.min(PARTS.len()).saturating_sub(1);
     for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
         let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
@@ -76,13 +78,14 @@ pub(crate) fn fit(
     state.update_noise(flow, segments, noise);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
-    Some(Fit { xi: state.xi, errors, x: state.x, sigma: state.sigma, triangle })
+    Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, triangle })
 }
 
 struct State {
     xi: Vec<f64>,
     x: Vec<Array2<f64>>,
     sigma: Vec<f64>,
+    left: Vec<f64>,
 }
 
 impl State {
@@ -126,7 +129,7 @@ impl State {
                 let by = 0.5_f64.powi(halvings);
                 let xi = self.xi.iter().zip(&delta).map(|(c, d)| c + by * d).collect();
                 let x = self.x.iter().zip(&moved).map(|(x, d)| x + &(d * by)).collect();
-                let trial = Self { xi, x, sigma: self.sigma.clone() };
+                let trial = Self { xi, x, sigma: self.sigma.clone(), left: Vec::new() };
                 let gained = trial.cost(flow, segments, part);
                 if gained < cost {
                     taken = Some((trial, gained));
@@ -195,6 +198,7 @@ impl State {
                 segments.iter().zip(&self.x).map(|(s, x)| (&s.x.column(i) - &x.column(i)).mapv(|v| v * v).sum()).sum();
             self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(noise.floor[i]);
         }
+        self.left.clone_from(&self.sigma);
         // Of one channel a model can follow every sample at the cost of others: its likelihood then has no bound.
         let ratio = |i: usize| (self.sigma[i] / noise.shape[i]).ln();
         let common = (0..n).map(ratio).sum::<f64>() / n.max(1) as f64;
