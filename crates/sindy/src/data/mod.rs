@@ -1,5 +1,7 @@
 //! Recorded trajectories, their noise, and the signals behind it.
 
+mod differences;
+mod filter;
 mod segment;
 mod smoother;
 

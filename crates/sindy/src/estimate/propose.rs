@@ -8,6 +8,9 @@ use crate::design::{Path, averages, whiten};
 use crate::shooting::Flow;
 use crate::solve::{Candidates, SizeReport, Subset};
 
+/// Equations found before, their coefficients, and the states (T + 1, n) of each segment that follow them.
+pub(super) type Along<'a> = (&'a Flow, &'a [f64], &'a [Array2<f64>]);
+
 /// Part of the noise that is left on a smoothed path.
 const SMOOTHED: f64 = 0.5;
 
@@ -26,12 +29,7 @@ const BUDGET: u64 = 100_000;
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n). `along` are equations found before and
     /// their coefficients, whose derivatives tell what errors of the path do.
-    pub(super) fn propose(
-        &self,
-        path: &Path<'_>,
-        sigma: &[f64],
-        along: Option<(&Flow, &[f64], &[Array2<f64>])>,
-    ) -> Vec<Regression> {
+    pub(super) fn propose(&self, path: &Path<'_>, sigma: &[f64], along: Option<Along<'_>>) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
@@ -49,7 +47,7 @@ impl Problem<'_> {
         i: usize,
         path: &Path<'_>,
         sigma: &[f64],
-        along: Option<(&Flow, &[f64], &[Array2<f64>])>,
+        along: Option<Along<'_>>,
     ) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
@@ -125,7 +123,7 @@ impl Problem<'_> {
     }
 
     /// Standard deviations of what errors of the path add to the rate of each state in each step (T, n).
-    fn errors(&self, sigma: &[f64], along: Option<(&Flow, &[f64], &[Array2<f64>])>) -> Vec<Array2<f64>> {
+    fn errors(&self, sigma: &[f64], along: Option<Along<'_>>) -> Vec<Array2<f64>> {
         let n = sigma.len();
         let unknown = |(t, i): (usize, usize), dt: &[f64]| UNKNOWN * sigma[i] / dt[t];
         let Some((flow, xi, x)) = along else {

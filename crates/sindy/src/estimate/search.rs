@@ -65,6 +65,9 @@ const RIVALS: usize = 6;
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
 
+/// Samples for every term, below which an equation is not called adequate.
+const ROWS_A_TERM: f64 = 3.0;
+
 /// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
 const FAR: f64 = 100.0;
 
@@ -299,7 +302,12 @@ impl Problem<'_> {
         signals: &Signals,
     ) -> Estimate {
         let n = self.rates.len();
-        let adequate: Vec<bool> = (0..n).map(|i| self.is_noise(&best, i) && rivals[i].is_empty()).collect();
+        let adequate: Vec<bool> = (0..n)
+            .map(|i| {
+                let judged = self.samples() >= ROWS_A_TERM * best.supports[i].len() as f64;
+                judged && self.is_noise(&best, i) && rivals[i].is_empty()
+            })
+            .collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);

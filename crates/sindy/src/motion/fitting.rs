@@ -14,10 +14,7 @@ use crate::{Expr, Model, Triangle};
 
 /// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
 /// a system rounds on its way too.
-const ROUNDING: f64 = 2.0;
-
-/// RMS of whitened residuals that noise explains: one, and what it does to the averages of curved terms.
-const NOISE: f64 = 1.15;
+pub(super) const ROUNDING: f64 = 2.0;
 
 /// Where the terms of an equation come from.
 pub(super) enum Terms<'a> {
@@ -30,20 +27,13 @@ pub(super) enum Terms<'a> {
 }
 
 impl Search<'_> {
-    /// Half the RMS of `rows` whitened residuals that the errors of the samples explain: for noise, a little more
-    /// than one, and three standard deviations of that.
-    pub(super) fn floor(&self, rows: usize) -> f64 {
-        if self.noisy { 0.5 * (NOISE + 3.0 / (2.0 * rows.max(1) as f64).sqrt()) } else { ROUNDING }
-    }
-
     /// Per equation: whether the coefficients of `model` leave no more than the errors of the samples explain, step by step or in sums
     /// over steps; `found` has its terms, `residuals` are what it leaves and what of it the errors explain.
     pub(crate) fn explained_by(&self, found: &Found, model: &Model, residuals: &[(f64, f64)]) -> Vec<bool> {
         let errors = self.errors_of_terms(model, found.stepping, true);
         let theta = self.averages_of(found, model);
-        let rows = self.runs.iter().map(Run::len).sum();
         let explained = |(i, fit): (usize, &Selected)| {
-            if residuals[i].0 <= FLOOR_FACTOR * self.floor(rows) * residuals[i].1 {
+            if residuals[i].0 <= FLOOR_FACTOR * ROUNDING * residuals[i].1 {
                 return true;
             }
             let Ok(triangle) = whitened(self.system, self.runs, &theta, &fit.support, i, Some(&errors)) else {
@@ -52,7 +42,7 @@ impl Search<'_> {
             let all: Vec<usize> = (0..fit.support.len()).collect();
             let xi: Vec<f64> = model.coefficients(i).iter().map(|e| e.coefficient).collect();
             let left = triangle.residual_norm(&all, &xi, all.len()).powi(2) / triangle.n_rows().max(1) as f64;
-            left.sqrt() <= FLOOR_FACTOR * self.floor(triangle.n_rows())
+            left.sqrt() <= FLOOR_FACTOR * ROUNDING
         };
         let fitted = |(i, fit): (usize, &Selected)| self.system.rates[i].is_some() || explained((i, fit));
         found.fits.iter().enumerate().map(fitted).collect()
@@ -112,10 +102,10 @@ impl Search<'_> {
             let triangle = whitened(system, self.runs, &theta, &choice, i, errors)?;
             let target = choice.len();
             let selected = match terms {
-                Terms::Same(_) => Selected::all(&triangle, target, self.floor(triangle.n_rows())),
+                Terms::Same(_) => Selected::all(&triangle, target, ROUNDING),
                 Terms::Best(_) | Terms::Of(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
-                    let floor = if self.noisy { 0.0 } else { ROUNDING };
+                    let floor = ROUNDING;
                     self.solver.solve(&triangle, target, Selection { floor, complexity: &complexity, region: None })
                 }
             };

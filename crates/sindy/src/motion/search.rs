@@ -1,7 +1,7 @@
 //! Which terms each equation has.
 
 use super::choice::Choice;
-use super::fitting::Terms;
+use super::fitting::{ROUNDING, Terms};
 use super::stepping::shown;
 use super::{Run, Stepping, System};
 use crate::model::ModelError;
@@ -56,14 +56,12 @@ pub(crate) struct Search<'a> {
     pub(crate) runs: &'a [Run],
     pub(crate) space: &'a Space,
     pub(crate) solver: &'a BestSubset,
-    /// Whether the samples have noise of declared size, not only rounding.
-    pub(crate) noisy: bool,
 }
 
 impl Search<'_> {
     /// Equations that explain all steps, or all but a few: then also the runs without these, and how many they are.
     pub(crate) fn exact(&self) -> Option<(Found, Option<Vec<Run>>, usize)> {
-        match self.roughly() {
+        match self.roughly().or_else(|| self.once().ok().filter(Found::explains)) {
             Some(found) => Some((found, None, 0)),
             None => self.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays)),
         }
@@ -189,7 +187,7 @@ impl Search<'_> {
             let wide = f.support.iter().any(|&j| j >= self.system.core);
             let n_terms = if wide { self.system.terms.len() } else { self.system.core };
             let (n, k) = (rows as f64, f.support.len());
-            let variance = f.residual.max(2.0 * self.floor(rows)).powi(2);
+            let variance = f.residual.max(2.0 * ROUNDING).powi(2);
             n * variance.ln() + k as f64 * n.ln() + 2.0 * binomial(n_terms, k).ln()
         };
         let tilts = found.model.offsets().iter().filter(|v| **v != 0.0).count();

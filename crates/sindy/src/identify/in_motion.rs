@@ -1,0 +1,116 @@
+//! Equations of motion with the way they are stepped: down to rounding where that explains the data, else with noise estimated.
+
+use ndarray::{Array2, Axis, concatenate, s};
+use sindyna_core::{Dataset, FitError};
+
+use super::Identifier;
+use super::report::{Counts, Identified, Noise, Report};
+use crate::coordinates::Coordinates;
+use crate::data::Segment;
+use crate::library::{Term, Tiers};
+use crate::regression::{Space, design};
+use crate::{BestSubset, motion};
+
+impl Identifier {
+    /// Equations of motion, with the way they are stepped.
+    pub(super) fn in_motion_of(
+        &self,
+        data: &Dataset,
+        tiers: Tiers,
+        coordinates: &Coordinates,
+        solver: &BestSubset,
+    ) -> Result<Identified, FitError> {
+        let failed = |reason: String| FitError::Regression { reason };
+        let tiers = self.with_rates_of_motion(tiers);
+        let rates = self.rates();
+        let (runs, at_limits) = motion::runs(&self.spec, coordinates, data);
+        let rows: usize = runs.iter().map(motion::Run::len).sum();
+        let needed = self.needed_rows();
+        if rows < needed {
+            let count = rates.iter().filter(|r| r.is_none()).count();
+            let unknowns = format!("{count} equation{}", if count == 1 { "" } else { "s" });
+            return Err(FitError::TooFewRows { got: rows, needed, unknowns });
+        }
+        self.check_inputs_move(&runs)?;
+        for run in &runs {
+            let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
+            let none = Array2::zeros((run.len(), 0));
+            design(&tiers.terms, z.view(), none.view()).map_err(|e| failed(e.to_string()))?;
+        }
+        let angles = self.angles();
+        let system =
+            motion::System { terms: &tiers.terms, core: tiers.core, rates: &rates, angles: &angles, dt: self.spec.dt };
+        let space = self.motion_space().map_err(failed)?;
+        let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
+        // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
+        let rounded = self.spec.noise <= 0.0 && search.explains_a_part();
+        let exact = rounded.then(|| search.exact()).flatten();
+        let Some((mut found, kept, strays)) = exact else {
+            let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
+            let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
+            let floor: Vec<f64> = (0..rates.len()).map(error).collect();
+            let stepping =
+                motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
+            let counts = Counts { rows, at_limit: at_limits, astray: 0 };
+            let found = self.estimated(tiers.terms, &segments, &floor, stepping, counts, &space, solver)?;
+            return found.ok_or_else(|| failed("no equations follow the data".into()));
+        };
+        let runs = kept.as_deref().unwrap_or(&runs);
+        let (model, errors) = match motion::polished(&found, runs) {
+            Some(polished) => (polished.model, polished.errors),
+            None => (found.model.clone(), Vec::new()),
+        };
+        let search = motion::Search { runs, ..search };
+        let residuals = search.residuals(&found, &model);
+        // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
+        let explained = search.explained_by(&found, &model, &residuals);
+        for (fit, explained) in found.fits.iter_mut().zip(explained) {
+            fit.reached_floor &= explained;
+        }
+        let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
+        let report = Report::in_motion(
+            &self.names(),
+            &tiers.terms,
+            counts,
+            Noise::Rounding,
+            found,
+            &residuals,
+            (&model, &errors),
+        );
+        Ok(Identified { model, report })
+    }
+
+    /// `tiers` with the terms of kinematic equations, which need them whatever library was chosen.
+    pub(super) fn with_rates_of_motion(&self, mut tiers: Tiers) -> Tiers {
+        for &rate in self.rates().iter().flatten() {
+            let expr = crate::Expr::Variable(rate);
+            if !tiers.terms.iter().any(|t| t.rate.is_none() && t.expr == expr) {
+                tiers.terms.push(Term { name: self.inputs()[rate].name.clone(), expr, complexity: 2, rate: None });
+            }
+        }
+        tiers
+    }
+
+    /// The space of a model whose declared rates are kinematic equations.
+    pub(super) fn motion_space(&self) -> Result<Space, String> {
+        let kinematic = self.rates().iter().map(Option::is_some).collect();
+        Ok(Space { kinematic, ..self.space()? })
+    }
+
+    /// Refuses data in which an input stays where it is: what it does cannot be told from what is always there.
+    fn check_inputs_move(&self, runs: &[motion::Run]) -> Result<(), FitError> {
+        for (k, channel) in self.spec.control.iter().enumerate() {
+            let mut values = runs.iter().flat_map(|run| run.u.column(k).to_vec());
+            let Some(first) = values.next().filter(|v| *v != 0.0) else { continue };
+            if values.all(|v| v.to_bits() == first.to_bits()) {
+                let name = &channel.name;
+                let reason = format!(
+                    "the input `{name}` is {first} in every step, so what it does cannot be told from a constant; \
+                     let it change, or leave it out"
+                );
+                return Err(FitError::Regression { reason });
+            }
+        }
+        Ok(())
+    }
+}
