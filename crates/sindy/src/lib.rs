@@ -6,6 +6,7 @@
 //!
 //! Not here: agents, tasks, rewards; files, clocks, the terminal.
 
+mod chain;
 mod coordinates;
 mod data;
 mod design;

@@ -132,19 +132,8 @@ fn units_change_no_structure() {
 }
 
 #[test]
-fn a_ratio_is_found_as_a_sum_with_its_own_derivative() {
-    // y′ = (2 + 3 u − 3 y)/(1 + x): with 1 + x multiplied out, y′ = 2 + 3 u − 3 y − x y′.
-    let field: Field = |x, u| vec![2.0 * u - 0.3 * (x[0] - 2.0), (2.0 + 3.0 * u - 3.0 * x[1]) / (1.0 + x[0])];
-    let recording = record(field, &[2.0, 1.0], (600, 0.2), (1e-3, 1.0, false), 2);
-    let kinds = [("x", Kind::Plain), ("y", Kind::Plain)];
-    let found = Identifier::new(&spec(&kinds, 0.2)).identify_recordings(&[recording]).expect("equations");
-    let truth = [("1", 2.0), ("u", 3.0), ("y", -3.0), ("x·dy/dt", -1.0)];
-    assert_equation(&found, 1, &truth, 0.05);
-}
-
-#[test]
 fn a_law_that_no_terms_can_say_is_no_adequate_equation() {
-    let field: Field = |x, u| vec![u - (5.0 * x[0]).tanh() * (1.0 + 0.5 * (7.0 * x[0]).sin())];
+    let field: Field = |x, u| vec![6.0 * u - (5.0 * x[0]).tanh() * (1.0 + 0.5 * (7.0 * x[0]).sin())];
     let recording = record(field, &[1.0], (600, 0.1), (1e-3, 1.0, false), 2);
     let found = Identifier::new(&spec(&PLAIN[..1], 0.1)).identify_recordings(&[recording]).expect("equations");
     assert!(!found.report.equations[0].reached_floor, "{}", found.model);

@@ -27,6 +27,9 @@ const TRUNCATION: f64 = 3e-3;
 const FINEST: usize = 32;
 const LOOSE: usize = 4;
 
+/// Part of what the signals tell of noise, below which residuals are no noise.
+const BELOW: f64 = 0.1;
+
 /// Steps by which the error of Runge–Kutta steps is judged.
 const LOOKED_AT: usize = 200;
 
@@ -65,7 +68,9 @@ impl Problem<'_> {
             };
             (flow, fit) = (finer, better);
         }
-        let score = self.score(&supports, &fit.sigma);
+        // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
+        let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
+        let score = self.score(&supports, &seen);
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
     }
@@ -109,7 +114,10 @@ impl Problem<'_> {
     fn is_numerical(&self, flow: &Flow, fit: &Fit) -> bool {
         let finer = flow.with_stepping(Stepping::Continuous { substeps: 2 * FINEST });
         let length = self.samples() / self.segments.len().max(1) as f64;
+        // Of samples with noise the steps are no limit, whatever equations make of them.
+        let below = |(left, noise): (&f64, &f64)| *left < BELOW * noise;
         flow.stepping() == Stepping::Continuous { substeps: FINEST }
+            && fit.left.iter().zip(self.noise).all(below)
             && self.difference(flow, &finer, &fit.xi, &fit.x, &fit.sigma) * length > 1.0
     }
 

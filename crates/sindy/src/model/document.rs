@@ -5,6 +5,7 @@ use sindyna_core::Scheme;
 
 use super::right_side::RightSide;
 use super::{Form, Model, Reading};
+use crate::chain::after_their_rates;
 use crate::expr::{Expr, ParseError, Tape, parse};
 use crate::names::symbols;
 
@@ -193,19 +194,12 @@ impl Model {
 /// # Errors
 /// [`ModelError::CircularRates`] if a state is, by way of others, its own rate.
 fn positions(parts: &ModelParts, terms: &[Expr]) -> Result<Vec<usize>, ModelError> {
-    let rate = |i: usize| parts.equations[i].iter().find_map(|e| terms[e.term].max_variable());
-    let mut pending: Vec<usize> = (0..parts.states.len()).filter(|&i| parts.kinematic[i]).collect();
-    let mut ordered = Vec::with_capacity(pending.len());
-    while !pending.is_empty() {
-        let waits = |i: &usize| rate(*i).is_some_and(|r| pending.contains(&r));
-        let (waiting, ready): (Vec<usize>, Vec<usize>) = pending.iter().partition(|i| waits(i));
-        if ready.is_empty() {
-            return Err(ModelError::CircularRates { state: parts.states[waiting[0]].clone() });
-        }
-        ordered.extend(ready);
-        pending = waiting;
-    }
-    Ok(ordered)
+    let rate = |i: usize| {
+        let term = parts.equations[i].iter().find_map(|e| terms[e.term].max_variable());
+        term.filter(|_| parts.kinematic[i])
+    };
+    let circle = |i: usize| ModelError::CircularRates { state: parts.states[i].clone() };
+    after_their_rates(parts.states.len(), rate).map_err(circle)
 }
 
 /// Version of the JSON form.

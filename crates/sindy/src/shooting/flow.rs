@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use crate::chain::after_their_rates;
 use crate::expr::Tape;
 use crate::library::Term;
 use crate::motion::Stepping;
@@ -83,15 +84,8 @@ impl Flow {
         for ((term, state, _), &register) in derivatives.iter().zip(rest) {
             partials[*term].push((*state, register));
         }
-        let mut positions = Vec::new();
-        let mut pending: Vec<usize> = (0..n).filter(|&i| rates[i].is_some()).collect();
-        while !pending.is_empty() {
-            let (waiting, ready): (Vec<usize>, Vec<usize>) =
-                pending.iter().partition(|&&i| rates[i].is_some_and(|r| pending.contains(&r)));
-            // A circle of rates has no order.
-            positions.extend(if ready.is_empty() { &waiting } else { &ready });
-            pending = if ready.is_empty() { Vec::new() } else { waiting };
-        }
+        // A circle of rates has no order: nothing moves by the new rates then.
+        let positions = after_their_rates(n, |i| rates[i]).unwrap_or_default();
         Self {
             n,
             n_controls,
