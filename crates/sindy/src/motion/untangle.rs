@@ -51,10 +51,10 @@ impl Search<'_> {
         Ok(untangled.explains().then_some(untangled))
     }
 
-    /// `found` without the terms that took up what its offsets now do: while they were not right, no few terms explained
-    /// the data.
+    /// `found` without the terms that move it next to nothing and without which it explains the data too: they took up what offsets now
+    /// do, or what is wrong with the numbers of the data.
     pub(super) fn pruned(&self, mut found: Found) -> Found {
-        while found.explains() && found.model.offsets().iter().any(|v| *v != 0.0) {
+        while found.explains() {
             let fewer = (0..found.fits.len()).find_map(|i| self.without_least(&found, i));
             match fewer {
                 Some(fewer) => found = fewer,
