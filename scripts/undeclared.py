@@ -78,15 +78,16 @@ def page(document):
     text = [
         "# Data whose noise nobody declares",
         "",
-        f"Written by `{document['command']}` from `results/undeclared.json`. A log of N samples, in recordings of 60 to 100 from random"
+        f"Written by `{document['command']}` from `results/undeclared.json`, with the identifier of commit"
+        f" {document['commit']}. A log of N samples, in recordings of 60 to 100 from random"
         " starts under inputs that are half sines and half steps, held over each sample; Gaussian noise on every state, in parts of"
         " its standard deviation over the log. The method is told the names of the columns, which state is an angle and which the"
         " rate of another; not the noise, and no terms.",
         "",
         "*Right*: every equation has exactly the true terms (of implicit equations: any set of terms that the true rates satisfy with"
         " exactly one set of coefficients, none of them zero, since those can be written in several ways). A term beside the true ones"
-        " is wrong however small its coefficient. *Claimed adequate*: the method says that residuals are no larger than noise"
-        f" explains. A run over {document['limit']:g} s counts as wrong. Processor time of all threads.",
+        " is wrong however small its coefficient. *Claimed adequate*: the method says that residuals are at rounding, or that"
+        f" they are white and no other terms explain the data as well. A run over {document['limit']:g} s counts as wrong. Processor time of all threads.",
         "",
         "## All systems",
         "",
