@@ -5,5 +5,5 @@ mod filter;
 mod segment;
 mod smoother;
 
-pub(crate) use segment::Segment;
+pub(crate) use segment::{Segment, sample_of};
 pub(crate) use smoother::{Signals, smooth};

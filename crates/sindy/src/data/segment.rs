@@ -1,6 +1,6 @@
 //! Consecutive samples with nothing between them but the equations of motion.
 
-use ndarray::Array2;
+use ndarray::{Array2, s};
 
 use crate::motion::Run;
 
@@ -25,4 +25,37 @@ impl Segment {
     pub(crate) fn len(&self) -> usize {
         self.u.nrows()
     }
+
+    /// Steps `first` to `last`, that one excluded.
+    fn part(&self, first: usize, last: usize) -> Self {
+        Self {
+            x: self.x.slice(s![first..=last, ..]).to_owned(),
+            u: self.u.slice(s![first..last, ..]).to_owned(),
+            dt: self.dt[first..last].to_vec(),
+        }
+    }
+}
+
+/// Steps of each stretch of a sample.
+const STRETCH: usize = 100;
+
+/// Stretches of `segments` with `steps` steps together, spread evenly over all of them; all if there are no more.
+pub(crate) fn sample_of(segments: &[Segment], steps: usize) -> Vec<Segment> {
+    let total: usize = segments.iter().map(Segment::len).sum();
+    let count = (steps / STRETCH).max(1);
+    let length = (steps / count).min(total);
+    let mut taken = Vec::new();
+    for stretch in 0..count {
+        let first = (total - length) * stretch / (count - 1).max(1);
+        let mut begun = 0;
+        for segment in segments {
+            let from = first.max(begun) - begun;
+            let to = (first + length).min(begun + segment.len()).saturating_sub(begun);
+            if from < to {
+                taken.push(segment.part(from, to));
+            }
+            begun += segment.len();
+        }
+    }
+    taken
 }

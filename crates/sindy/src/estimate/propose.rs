@@ -17,9 +17,6 @@ const SMOOTHED: f64 = 0.5;
 /// Rates of errors on the path before anything is known of the equations, in standard deviations of a channel per step.
 const UNKNOWN: f64 = 0.2;
 
-/// Squared cosine of the angle between a derivative and a multiple of it, above which the two cannot be told apart.
-const DISTINCT: f64 = 0.98;
-
 /// Sizes looked at beyond the best one.
 const PATIENCE: usize = 4;
 
@@ -35,42 +32,27 @@ impl Problem<'_> {
         let errors = self.errors(sigma, along);
         let regression = |i: usize| match self.rates[i] {
             Some(_) => Regression::none(),
-            None => self.regression(&theta, i, self.choice(i), sigma, &errors),
+            None => self.regression(&theta, i, self.choice(i), (sigma, &errors), usize::MAX),
         };
         (0..self.rates.len()).map(regression).collect()
     }
 
     /// The same for equation `i` alone, with one term that multiplies its own derivative beside the others: one regression for each
-    /// such term that is not next to proportional to the derivative.
+    /// such term, of at most `most` terms besides one of `choice`.
     pub(super) fn propose_implicit(
         &self,
         i: usize,
         path: &Path<'_>,
         sigma: &[f64],
         along: Option<Along<'_>>,
+        (choice, most): (&[usize], usize),
     ) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
-        let choice = self.choice(i);
         let own = (0..self.terms.len()).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
-        own.filter(|&j| self.differs(&theta, i, j))
-            .map(|j| self.regression(&theta, i, [&choice[..], &[j]].concat(), sigma, &errors))
+        own.map(|j| self.regression(&theta, i, [&choice[..], &[j]].concat(), (sigma, &errors), most))
             .collect()
-    }
-
-    /// Whether term `j`, a multiple of the derivative of state `i`, is more than a constant times it.
-    fn differs(&self, theta: &[Array2<f64>], i: usize, j: usize) -> bool {
-        let (mut product, mut own, mut other) = (0.0, 0.0, 0.0);
-        for (segment, theta) in self.segments.iter().zip(theta) {
-            for t in 0..segment.len() {
-                let rate = (segment.x[[t + 1, i]] - segment.x[[t, i]]) / segment.dt[t];
-                product += rate * theta[[t, j]];
-                own += rate * rate;
-                other += theta[[t, j]] * theta[[t, j]];
-            }
-        }
-        product * product < DISTINCT * own * other
     }
 
     fn regression(
@@ -78,10 +60,10 @@ impl Problem<'_> {
         theta: &[Array2<f64>],
         i: usize,
         choice: Vec<usize>,
-        sigma: &[f64],
-        errors: &[Array2<f64>],
+        (sigma, errors): (&[f64], &[Array2<f64>]),
+        most: usize,
     ) -> Regression {
-        let Some(triangle) = self.rows(theta, &choice, i, sigma, errors) else { return Regression::none() };
+        let Some((triangle, own)) = self.rows(theta, &choice, i, sigma, errors) else { return Regression::none() };
         let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
         let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
         let enough = |best_of_size: &Subset| {
@@ -89,19 +71,46 @@ impl Problem<'_> {
             let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
             since = if score < best { 0 } else { since + 1 };
             best = best.min(score);
-            since > PATIENCE
+            since > PATIENCE || support.len() >= most
         };
         let found = self.solver.within(BUDGET).candidates(&triangle, choice.len(), &complexity, enough);
-        Regression { found, triangle, choice }
+        if let Ok(names) = std::env::var("TRUTH") {
+            let names: Vec<&str> = names.split(';').collect();
+            let cols: Vec<usize> = names.iter().filter_map(|n| choice.iter().position(|&j| self.terms[j].name == *n)).collect();
+            if cols.len() == names.len() {
+                let xi = triangle.solve_unit(&cols, choice.len());
+                let rss = triangle.residual_norm(&cols, &xi, choice.len()).powi(2);
+                let s = |k: usize, rss: f64, sup: &[usize]| rows * (rss/(rows-k as f64)).ln() + self.penalty(sup);
+                let sup: Vec<usize> = cols.iter().map(|&c| choice[c]).collect();
+                eprintln!("TRUTH eq {i}: rss/n {:.3} score {:.1} xi {xi:.3?}", rss/rows, s(cols.len(), rss, &sup));
+                for (subs, proved) in &found.sizes { if let Some(b) = subs.first() {
+                    let sup: Vec<usize> = b.support.iter().map(|&c| choice[c]).collect();
+                    eprintln!("   size {} proved {proved} rss/n {:.3} score {:.1} {:?}", b.support.len(), b.rss/rows, s(b.support.len(), b.rss, &sup), sup.iter().map(|&j| &self.terms[j].name[..]).collect::<Vec<_>>());
+                }}
+            }
+        }
+        Regression { found, triangle, choice, own }
     }
 
     /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion.
-    fn choice(&self, i: usize) -> Vec<usize> {
+    pub(super) fn choice(&self, i: usize) -> Vec<usize> {
         let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && self.rates.contains(&Some(l)));
         (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).collect()
     }
 
-    /// The triangle of [Θ of `choice` | Δxᵢ/Δt], its rows whitened; `None` if a number is not finite.
+    /// The same, but equation `i` is coupled to others as they are to it: the matrix of masses is symmetric.
+    pub(super) fn symmetric(&self, i: usize, supports: &[Vec<usize>]) -> Vec<usize> {
+        let coupled = |l: usize, j: usize| {
+            supports[l].iter().any(|&k| self.terms[k].rate == Some(i) && self.terms[k].expr == self.terms[j].expr)
+        };
+        let mut choice = self.choice(i);
+        choice.retain(|&j| self.terms[j].rate.is_none_or(|l| coupled(l, j)));
+        choice
+    }
+
+    /// The triangle of [Θ of `choice` | Δxᵢ/Δt], its rows whitened; `None` if a number is not finite. From a last column that
+    /// multiplies the own derivative its projection on the derivative is taken, c times the derivative, lest the derivative
+    /// explain itself; the number is c.
     fn rows(
         &self,
         theta: &[Array2<f64>],
@@ -109,17 +118,29 @@ impl Problem<'_> {
         i: usize,
         sigma: &[f64],
         errors: &[Array2<f64>],
-    ) -> Option<Triangle> {
-        let mut triangle = Triangle::new(choice.len() + 1);
+    ) -> Option<(Triangle, Option<f64>)> {
+        let mut whitened = Vec::with_capacity(self.segments.len());
         for ((segment, theta), errors) in self.segments.iter().zip(theta).zip(errors) {
             let rate = |t: usize| (segment.x[[t + 1, i]] - segment.x[[t, i]]) / segment.dt[t];
             let target = Array2::from_shape_fn((segment.len(), 1), |(t, _)| rate(t));
             let mut rows = concatenate![Axis(1), theta.select(Axis(1), choice), target];
             let extra: Vec<f64> = errors.column(i).to_vec();
             whiten(rows.view_mut(), &vec![sigma[i]; segment.len() + 1], &extra, &segment.dt);
-            triangle.push(rows.view()).ok()?;
+            whitened.push(rows);
         }
-        Some(triangle)
+        let target = choice.len();
+        let own = choice.last().filter(|&&j| self.terms[j].rate == Some(i)).map(|_| {
+            let product = |a: usize, b: usize| whitened.iter().map(|r| r.column(a).dot(&r.column(b))).sum::<f64>();
+            let c = product(target - 1, target) / product(target, target);
+            for rows in &mut whitened {
+                let derivative = rows.column(target).to_owned();
+                rows.column_mut(target - 1).scaled_add(-c, &derivative);
+            }
+            c
+        });
+        let mut triangle = Triangle::new(choice.len() + 1);
+        whitened.iter().try_for_each(|rows| triangle.push(rows.view())).ok()?;
+        Some((triangle, own))
     }
 
     /// Standard deviations of what errors of the path add to the rate of each state in each step (T, n).
@@ -160,6 +181,8 @@ pub(super) struct Regression {
     triangle: Triangle,
     /// The term of each column of the triangle.
     choice: Vec<usize>,
+    /// The multiple of the derivative that was taken from the last column.
+    own: Option<f64>,
 }
 
 /// Terms proposed for one equation.
@@ -169,12 +192,14 @@ pub(super) struct Proposal {
     pub(super) coefficients: Vec<f64>,
     /// Smaller is better.
     pub(super) score: f64,
+    /// RMS of what is left, whitened.
+    pub(super) residual: f64,
 }
 
 impl Regression {
     /// Of an equation that is not fitted.
     fn none() -> Self {
-        Self { found: Candidates::default(), triangle: Triangle::new(1), choice: Vec::new() }
+        Self { found: Candidates::default(), triangle: Triangle::new(1), choice: Vec::new(), own: None }
     }
 
     /// The terms with the best score when every term costs `times` what `penalty` says.
@@ -186,7 +211,7 @@ impl Regression {
         let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
             Some((score, subset)) => self.proposal(score, subset),
-            None => Proposal { support: Vec::new(), coefficients: Vec::new(), score: 0.0 },
+            None => Proposal { support: Vec::new(), coefficients: Vec::new(), score: 0.0, residual: f64::INFINITY },
         }
     }
 
@@ -212,8 +237,16 @@ impl Regression {
     }
 
     fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
-        let coefficients = self.triangle.solve_unit(&subset.support, self.choice.len());
-        Proposal { support: self.terms(subset), coefficients, score }
+        let mut coefficients = self.triangle.solve_unit(&subset.support, self.choice.len());
+        if let Some(c) = self.own
+            && let Some(at) = subset.support.iter().position(|&column| column + 1 == self.choice.len())
+        {
+            // ẋ = Σ a θ + b (f ẋ − c ẋ)
+            let whole = 1.0 + c * coefficients[at];
+            coefficients.iter_mut().for_each(|a| *a /= whole);
+        }
+        let residual = (subset.rss / self.triangle.n_rows().max(1) as f64).sqrt();
+        Proposal { support: self.terms(subset), coefficients, score, residual }
     }
 
     /// `support` with a term exchanged for one that has the same values on all data, up to a factor.

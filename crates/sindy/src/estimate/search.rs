@@ -8,7 +8,7 @@ use super::hypothesis::Hypothesis;
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
 use crate::BestSubset;
-use crate::data::{Segment, Signals, smooth};
+use crate::data::{Segment, Signals, sample_of, smooth};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
@@ -55,6 +55,12 @@ const ROUNDS: usize = 6;
 /// Noise larger than this many times what the smoothness of the signals tells is no noise.
 const LARGER: f64 = 1.25;
 
+/// Factors of an own derivative that are tried at each price of a term.
+const FACTORS: usize = 3;
+
+/// Multiple of the smallest residual of all proposals beyond which one is not tried.
+const HOPELESS: f64 = 4.0;
+
 /// Passes of exchanges, at most.
 const PASSES: usize = 4;
 
@@ -81,22 +87,30 @@ const NOTHING: f64 = 1e-9;
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
+    let sample = sample_of(problem.segments, SAMPLE);
     let signals = smooth(problem.segments, problem.rates, problem.floor);
     let problem = &Problem { noise: &signals.sigma, ..*problem };
-    let path = match stepping {
-        Stepping::Continuous { .. } => Path::Measured(&signals),
-        _ => Path::Held { x: &signals.x },
-    };
-    let proposed = problem.propose(&path, &signals.sigma, None);
-    let mut best = problem.rounds(&signals, proposed, stepping)?;
-    problem.prune(&mut best);
-    let (mut best, mut regressions, mut rivals) = problem.exchanged(best);
-    if problem.implicit(&mut best) {
-        problem.prune(&mut best);
-        (best, regressions, rivals) = problem.exchanged(best);
+    if problem.samples() <= 2.0 * SAMPLE as f64 {
+        let searched = problem.search(&signals, None, stepping)?;
+        return Some(problem.account(searched, &signals));
     }
-    Some(problem.account(best, &regressions, rivals, &signals))
+    // Terms are looked for in a part of the data, and judged with all of them.
+    let in_part = Problem { segments: &sample, spent: &Cell::new(0), ..*problem };
+    let of_part = smooth(&sample, problem.rates, problem.floor);
+    let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
+    let begun = found.and_then(|(found, _, _)| {
+        let from = (&found.fit.xi[..], &signals.x[..], &signals.sigma[..]);
+        problem.hypothesis(found.supports.clone(), found.flow.stepping(), from, 0..4)
+    });
+    let searched = problem.search(&signals, begun, stepping)?;
+    Some(problem.account(searched, &signals))
 }
+
+/// Steps of the part of long recordings in which terms are looked for first.
+const SAMPLE: usize = 400;
+
+/// The best hypothesis, the regressions along its path, and per equation terms that explain the data as well.
+type Searched = (Hypothesis, Vec<Regression>, Vec<Rivals>);
 
 /// Other terms of an equation that explain the data as well.
 type Rivals = Vec<Vec<usize>>;
@@ -105,9 +119,36 @@ type Rivals = Vec<Vec<usize>>;
 const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
+    /// The hypothesis with the best score, from `begun` where that leaves noise alone.
+    fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
+        let settled = |h: &Hypothesis| (0..self.rates.len()).all(|i| self.is_noise(h, i));
+        let mut best = match begun {
+            Some(begun) if settled(&begun) => begun,
+            _ => {
+                let path = match stepping {
+                    Stepping::Continuous { .. } => Path::Measured(signals),
+                    _ => Path::Held { x: &signals.x },
+                };
+                self.rounds(signals, self.propose(&path, &signals.sigma, None), begun, stepping)?
+            }
+        };
+        self.prune(&mut best);
+        let (mut best, mut regressions, mut rivals) = self.exchanged(best);
+        if self.implicit(&mut best, signals) {
+            self.prune(&mut best);
+            (best, regressions, rivals) = self.exchanged(best);
+        }
+        Some((best, regressions, rivals))
+    }
+
     /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.
-    fn rounds(&self, signals: &Signals, mut proposed: Vec<Regression>, stepping: Stepping) -> Option<Hypothesis> {
-        let mut best: Option<Hypothesis> = None;
+    fn rounds(
+        &self,
+        signals: &Signals,
+        mut proposed: Vec<Regression>,
+        mut best: Option<Hypothesis>,
+        stepping: Stepping,
+    ) -> Option<Hypothesis> {
         let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
         for _ in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
@@ -146,42 +187,89 @@ impl Problem<'_> {
         best
     }
 
-    /// Tries, for each equation that leaves more than noise, terms that multiply its own derivative: of ratios such as x/(1 + x) they make
-    /// sums. Whether one was taken.
-    fn implicit(&self, best: &mut Hypothesis) -> bool {
+    /// Tries, for each equation, terms that multiply its own derivative: of ratios such as x/(1 + x) they make sums, and of the
+    /// inertia of joints. Whether one was taken.
+    fn implicit(&self, best: &mut Hypothesis, signals: &Signals) -> bool {
         let mut taken = false;
         for i in (0..self.rates.len()).filter(|&i| self.rates[i].is_none()) {
-            if self.leaves_nothing(best) || self.is_noise(best, i) {
-                continue;
-            }
-            let (flow, fit) = (&best.flow, &best.fit);
-            let path = match flow.stepping() {
-                Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
-                _ => Path::Held { x: &fit.x },
-            };
-            let regressions = self.propose_implicit(i, &path, &fit.sigma, Some((flow, &fit.xi, &fit.x)));
-            let proposals = TIMES.iter().flat_map(|times| {
-                let best = regressions.iter().map(|r| r.best(*times, |support| self.penalty(support)));
-                best.min_by(|a, b| a.score.total_cmp(&b.score))
-            });
-            let mut tried: Vec<Vec<usize>> = Vec::new();
-            let mut better: Option<Hypothesis> = None;
-            for proposal in proposals {
-                if tried.contains(&proposal.support) {
-                    continue;
+            let mut tried: Vec<Vec<usize>> = vec![best.supports[i].clone()];
+            for round in 0..ROUNDS {
+                if self.leaves_nothing(best) {
+                    return taken;
                 }
-                tried.push(proposal.support.clone());
-                let Some(rival) = self.with_equation(best, i, &proposal, 0..4) else { continue };
-                if better.as_ref().map_or(best.score, |h| h.score) > rival.score {
-                    better = Some(rival);
+                // Of an equation that leaves noise alone only a shorter one is better.
+                let noise = self.is_noise(best, i);
+                let most = if noise { best.supports[i].len().saturating_sub(1) } else { usize::MAX };
+                let symmetric = self.symmetric(i, &best.supports);
+                let mut proposals = self.implicit_proposals(i, best, (&symmetric, most));
+                if round == 0 {
+                    let path = match best.flow.stepping() {
+                        Stepping::Continuous { .. } => Path::Measured(signals),
+                        _ => Path::Held { x: &signals.x },
+                    };
+                    let regressions = self.propose_implicit(i, &path, &signals.sigma, None, (&symmetric, most));
+                    proposals.extend(self.most_promising(&regressions));
                 }
-            }
-            if let Some(better) = better {
+                let mut better = self.best_of(proposals, best, i, &mut tried);
+                let all = self.choice(i);
+                if better.is_none() && all.len() > symmetric.len() {
+                    better = self.best_of(self.implicit_proposals(i, best, (&all, most)), best, i, &mut tried);
+                }
+                let Some(better) = better else { break };
                 *best = better;
                 taken = true;
             }
         }
         taken
+    }
+
+    /// The best of `proposals` for equation `i` that were not `tried` before, if its score is better than that of `base`.
+    fn best_of(
+        &self,
+        proposals: Vec<Proposal>,
+        base: &Hypothesis,
+        i: usize,
+        tried: &mut Vec<Vec<usize>>,
+    ) -> Option<Hypothesis> {
+        let mut better: Option<Hypothesis> = None;
+        for proposal in proposals {
+            if tried.contains(&proposal.support) {
+                continue;
+            }
+            tried.push(proposal.support.clone());
+            let loose = self.with_equation(base, i, &proposal, 0..2).filter(|l| l.score <= base.score + FAR);
+            let Some(loose) = loose else { continue };
+            let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
+            let strict = self.hypothesis(loose.supports, loose.flow.stepping(), from, 2..4);
+            let bar = better.as_ref().map_or(base.score, |h| h.score);
+            better = strict.filter(|h| h.score < bar).or(better);
+        }
+        better
+    }
+
+    /// Proposals for equation `i` with at most `most` terms, one of which multiplies its own derivative, along the path of `best`.
+    fn implicit_proposals(&self, i: usize, best: &Hypothesis, among: (&[usize], usize)) -> Vec<Proposal> {
+        let (flow, fit) = (&best.flow, &best.fit);
+        let path = match flow.stepping() {
+            Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
+            _ => Path::Held { x: &fit.x },
+        };
+        self.most_promising(&self.propose_implicit(i, &path, &fit.sigma, Some((flow, &fit.xi, &fit.x)), among))
+    }
+
+    /// The best of each of the [`FACTORS`] best `regressions`, at each price of a term.
+    fn most_promising(&self, regressions: &[Regression]) -> Vec<Proposal> {
+        let proposals = TIMES.iter().flat_map(|times| {
+            let best = regressions.iter().map(|r| r.best(*times, |support| self.penalty(support)));
+            let mut best: Vec<Proposal> = best.collect();
+            best.sort_by(|a, b| a.score.total_cmp(&b.score));
+            best.truncate(FACTORS);
+            best
+        });
+        let mut proposals: Vec<Proposal> = proposals.collect();
+        let least = proposals.iter().map(|p| p.residual).fold(f64::INFINITY, f64::min);
+        proposals.retain(|p| p.residual <= HOPELESS * least);
+        proposals
     }
 
     /// `base` with other terms in equation `i`, fitted anew.
@@ -294,13 +382,7 @@ impl Problem<'_> {
         }
     }
 
-    fn account(
-        &self,
-        best: Hypothesis,
-        regressions: &[Regression],
-        rivals: Vec<Rivals>,
-        signals: &Signals,
-    ) -> Estimate {
+    fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let adequate: Vec<bool> = (0..n)
             .map(|i| {

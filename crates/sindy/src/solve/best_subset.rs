@@ -2,7 +2,7 @@
 
 use super::candidates::{Candidate, Kept};
 use super::criterion::{Criterion, FLOOR_FACTOR, by_chance, explained, rms};
-use super::exchange::grow;
+use super::exchange::{grow, shrink};
 use super::path::Subset;
 use super::prepare::{distinct, most_promising_first, problem, split, unit};
 use super::problem::Problem;
@@ -136,8 +136,9 @@ impl BestSubset {
         let (columns, equal, problem) = simplest(triangle, target, complexity);
         let rows = triangle.n_rows();
         let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
-        let mut sizes: Vec<(Vec<Subset>, bool)> = Vec::new();
+        let mut sizes: Vec<(Kept, bool)> = Vec::new();
         let mut smaller: Vec<Candidate> = Vec::new();
+        let subset = |c: &Candidate| Subset { support: support_of(c, &columns), rss: c.rss };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let mut kept = Kept::new(KEPT, NEAR_BEST, 0.0);
             if size > 0 {
@@ -145,16 +146,22 @@ impl BestSubset {
             }
             let begun = rows > columns.len() || problem.n_subsets(size) <= self.budget as f64;
             let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
-            smaller = kept.into_best();
-            let subset = |c: &Candidate| Subset { support: support_of(c, &columns), rss: c.rss };
-            let found: Vec<Subset> = smaller.iter().map(subset).collect();
-            let stop = found.first().is_none_or(&mut enough);
-            sizes.push((found, complete));
+            smaller = kept.clone().into_best();
+            let stop = smaller.first().is_none_or(|c| enough(&subset(c)));
+            sizes.push((kept, complete));
             if stop {
                 break;
             }
         }
-        Candidates { sizes, equal }
+        // Back down: a larger subset may hold a better smaller one than those that grew.
+        for at in (1..sizes.len()).rev() {
+            let (below, from) = sizes.split_at_mut(at);
+            if let (Some((kept, false)), Some((larger, _))) = (below.last_mut(), from.first()) {
+                shrink(&problem, &larger.clone().into_best(), kept);
+            }
+        }
+        let of = |(kept, proved): (Kept, bool)| (kept.into_best().iter().map(subset).collect(), proved);
+        Candidates { sizes: sizes.into_iter().map(of).collect(), equal }
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.

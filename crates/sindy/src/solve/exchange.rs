@@ -12,20 +12,48 @@ const ROUNDS: usize = 40;
 /// Offers good subsets of one more column than `from` have: a forward step from each, then exchanges until none helps.
 pub(crate) fn grow(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
     for start in from.iter().take(STARTS) {
-        let Some(mut current) = complete(problem, &start.subset, kept) else { continue };
-        for _ in 0..ROUNDS {
-            let mut better: Option<Candidate> = None;
-            for out in 0..current.subset.len() {
-                let mut rest = current.subset.clone();
-                rest.remove(out);
-                let found = complete(problem, &rest, kept);
-                let bar = better.as_ref().map_or(current.rss * (1.0 - 1e-9), |b| b.rss);
-                better = found.filter(|c| c.rss < bar).or(better);
+        if let Some(grown) = complete(problem, &start.subset, kept) {
+            exchange(problem, grown, kept);
+        }
+    }
+}
+
+/// Offers good subsets of one column less than `from` have: the best that is left of each, then exchanges until none helps.
+///
+/// # References
+/// Pudil, Novovičová, Kittler (1994), Floating search methods in feature selection, Pattern Recognition Letters 15(11).
+pub(crate) fn shrink(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
+    for start in from.iter().take(STARTS) {
+        let mut best: Option<Candidate> = None;
+        for out in 0..start.subset.len() {
+            let mut rest = start.subset.clone();
+            rest.remove(out);
+            let Some(rss) = problem.rss(&rest) else { continue };
+            kept.offer(rss, &rest);
+            if best.as_ref().is_none_or(|b| rss < b.rss) {
+                best = Some(Candidate { rss, subset: rest });
             }
-            match better {
-                Some(next) => current = next,
-                None => break,
-            }
+        }
+        if let Some(shrunk) = best {
+            exchange(problem, shrunk, kept);
+        }
+    }
+}
+
+/// Exchanges one column of `current` for another as long as that helps.
+fn exchange(problem: &Problem, mut current: Candidate, kept: &mut Kept) {
+    for _ in 0..ROUNDS {
+        let mut better: Option<Candidate> = None;
+        for out in 0..current.subset.len() {
+            let mut rest = current.subset.clone();
+            rest.remove(out);
+            let found = complete(problem, &rest, kept);
+            let bar = better.as_ref().map_or(current.rss * (1.0 - 1e-9), |b| b.rss);
+            better = found.filter(|c| c.rss < bar).or(better);
+        }
+        match better {
+            Some(next) => current = next,
+            None => break,
         }
     }
 }
