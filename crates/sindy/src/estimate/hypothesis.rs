@@ -70,7 +70,13 @@ impl Problem<'_> {
         }
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
         let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
-        let score = self.score(&supports, &seen);
+        let mut first = 0;
+        let cancelling = supports.iter().enumerate().map(|(i, support)| {
+            let xi = &fit.xi[first..first + support.len()];
+            first += support.len();
+            self.sizes.cost(i, support, xi)
+        });
+        let score = self.score(&supports, &seen) + cancelling.sum::<f64>();
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
     }

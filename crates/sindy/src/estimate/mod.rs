@@ -6,6 +6,8 @@
 mod hypothesis;
 mod propose;
 mod search;
+mod sizes;
 mod white;
 
 pub(crate) use search::{Estimate, Problem, estimate};
+pub(crate) use sizes::Sizes;

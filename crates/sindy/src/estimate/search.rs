@@ -6,6 +6,7 @@ use ndarray::Array2;
 
 use super::hypothesis::Hypothesis;
 use super::propose::{Proposal, Regression};
+use super::sizes::Sizes;
 use super::white::is_white;
 use crate::BestSubset;
 use crate::data::{Segment, Signals, sample_of, smooth};
@@ -26,6 +27,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) floor: &'a [f64],
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
+    /// Sizes of terms and rates in these data; found by [`estimate`].
+    pub(crate) sizes: &'a Sizes,
     pub(crate) solver: &'a BestSubset,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
@@ -89,7 +92,8 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     let problem = &Problem { floor: &floor, ..*problem };
     let sample = sample_of(problem.segments, SAMPLE);
     let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let problem = &Problem { noise: &signals.sigma, ..*problem };
+    let sizes = Sizes::of(problem.terms, problem.segments, &signals);
+    let problem = &Problem { noise: &signals.sigma, sizes: &sizes, ..*problem };
     if problem.samples() <= 2.0 * SAMPLE as f64 {
         let searched = problem.search(&signals, None, stepping)?;
         return Some(problem.account(searched, &signals));
