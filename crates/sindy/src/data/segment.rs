@@ -27,7 +27,7 @@ impl Segment {
     }
 
     /// Steps `first` to `last`, that one excluded.
-    fn part(&self, first: usize, last: usize) -> Self {
+    pub(crate) fn part(&self, first: usize, last: usize) -> Self {
         Self {
             x: self.x.slice(s![first..=last, ..]).to_owned(),
             u: self.u.slice(s![first..last, ..]).to_owned(),

@@ -70,13 +70,11 @@ impl Problem<'_> {
         }
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
         let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
-        let mut first = 0;
-        let cancelling = supports.iter().enumerate().map(|(i, support)| {
-            let xi = &fit.xi[first..first + support.len()];
-            first += support.len();
-            self.sizes.cost(i, support, xi)
-        });
-        let score = self.score(&supports, &seen) + cancelling.sum::<f64>();
+        // Contributions are of the size of the rates, or seldom larger: a Cauchy distribution. Terms that cancel are worth it only
+        // where the data tell them so.
+        let contributions = flow.contributions(self.segments, &fit.x, &fit.xi);
+        let prior: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
+        let score = self.score(&supports, &seen) + prior;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
     }

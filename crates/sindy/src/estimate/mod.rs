@@ -3,11 +3,10 @@
 //! A hypothesis is a set of terms for each equation and a way of stepping. Linear regressions along a path propose; the prediction
 //! error of whole trajectories, with one penalty for every term, decides.
 
+mod constancy;
 mod hypothesis;
 mod propose;
 mod search;
-mod sizes;
 mod white;
 
 pub(crate) use search::{Estimate, Problem, estimate};
-pub(crate) use sizes::Sizes;

@@ -6,7 +6,6 @@ use ndarray::Array2;
 
 use super::hypothesis::Hypothesis;
 use super::propose::{Proposal, Regression};
-use super::sizes::Sizes;
 use super::white::is_white;
 use crate::BestSubset;
 use crate::data::{Segment, Signals, sample_of, smooth};
@@ -27,8 +26,6 @@ pub(crate) struct Problem<'a> {
     pub(crate) floor: &'a [f64],
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
-    /// Sizes of terms and rates in these data; found by [`estimate`].
-    pub(crate) sizes: &'a Sizes,
     pub(crate) solver: &'a BestSubset,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
@@ -92,8 +89,7 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     let problem = &Problem { floor: &floor, ..*problem };
     let sample = sample_of(problem.segments, SAMPLE);
     let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let sizes = Sizes::of(problem.terms, problem.segments, &signals);
-    let problem = &Problem { noise: &signals.sigma, sizes: &sizes, ..*problem };
+    let problem = &Problem { noise: &signals.sigma, ..*problem };
     if problem.samples() <= 2.0 * SAMPLE as f64 {
         let searched = problem.search(&signals, None, stepping)?;
         return Some(problem.account(searched, &signals));
@@ -388,10 +384,11 @@ impl Problem<'_> {
 
     fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
         let n = self.rates.len();
+        let constant = self.halves_agree(&best);
         let adequate: Vec<bool> = (0..n)
             .map(|i| {
                 let judged = self.samples() >= ROWS_A_TERM * best.supports[i].len() as f64;
-                judged && self.is_noise(&best, i) && rivals[i].is_empty()
+                judged && self.is_noise(&best, i) && rivals[i].is_empty() && (constant[i] || best.numerical)
             })
             .collect();
         let mut parameter = 0;

@@ -8,13 +8,13 @@ const LAGS: usize = 10;
 /// Samples for every lag, below which nothing can be told.
 const FEWEST: f64 = 3.0;
 
-/// Quantile of the standard normal distribution at which residuals are no longer taken for white: one false alarm in ten thousand.
+/// Quantile of the standard normal distribution at which chance is no longer believed: one false alarm in ten thousand.
 const QUANTILE: f64 = 3.72;
 
 /// Whether the residuals in column `i` of all `residuals` are uncorrelated from sample to sample; `false` where too few of them can tell.
 ///
 /// # References
-/// Ljung, Box (1978), Biometrika 65(2); the quantile of χ² by Wilson, Hilferty (1931).
+/// Ljung, Box (1978), Biometrika 65(2).
 pub(super) fn is_white(residuals: &[Array2<f64>], i: usize) -> bool {
     let columns: Vec<Vec<f64>> = residuals.iter().map(|r| r.column(i).to_vec()).collect();
     let count: f64 = columns.iter().map(|c| c.len() as f64).sum();
@@ -35,9 +35,17 @@ pub(super) fn is_white(residuals: &[Array2<f64>], i: usize) -> bool {
             statistic += (product / square * count / pairs).powi(2) * pairs;
         }
     }
-    let k = LAGS as f64;
+    statistic < by_chance(LAGS)
+}
+
+/// What a sum of `k` squares of standard normal numbers exceeds once in ten thousand times.
+///
+/// # References
+/// Wilson, Hilferty (1931), PNAS 17(12).
+pub(super) fn by_chance(k: usize) -> f64 {
+    let k = k as f64;
     let spread = 2.0 / (9.0 * k);
-    statistic < k * (1.0 - spread + QUANTILE * spread.sqrt()).powi(3)
+    k * (1.0 - spread + QUANTILE * spread.sqrt()).powi(3)
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{Estimate, Problem, Sizes, estimate};
+use crate::estimate::{Estimate, Problem, estimate};
 use crate::library::{Term, general};
 use crate::model::Model;
 use crate::motion::Stepping;
@@ -126,7 +126,6 @@ impl Identifier {
             segments,
             floor,
             noise: &[],
-            sizes: &Sizes::default(),
             solver,
             spent: &Cell::new(0),
         };

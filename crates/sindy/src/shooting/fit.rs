@@ -81,6 +81,19 @@ pub(crate) fn fit(
     Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, triangle })
 }
 
+/// What `segments` alone tell of the coefficients of `flow`, linearised at `xi` and the states `x` that follow the equations: the
+/// factor of the whitened rows, and how far from `xi` they would have the coefficients.
+pub(crate) fn opinion(
+    flow: &Flow,
+    segments: &[Segment],
+    (xi, x): (&[f64], &[Array2<f64>]),
+    sigma: &[f64],
+) -> Option<(Triangle, Vec<f64>)> {
+    let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
+    let (triangle, delta, _) = state.gauss_newton(flow, segments, PARTS[PARTS.len() - 1])?;
+    Some((triangle, delta))
+}
+
 struct State {
     xi: Vec<f64>,
     x: Vec<Array2<f64>>,

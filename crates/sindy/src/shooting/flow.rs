@@ -1,8 +1,10 @@
 //! The map from one sample to the next, with its exact derivatives.
 
 use nalgebra::DMatrix;
+use ndarray::Array2;
 
 use crate::chain::after_their_rates;
+use crate::data::Segment;
 use crate::expr::Tape;
 use crate::library::Term;
 use crate::motion::Stepping;
@@ -207,6 +209,27 @@ impl Flow {
                 }
             }
         }
+    }
+
+    /// What the summand of each coefficient adds to the rates, RMS over the samples `x` (T + 1, n) of `segments`, as a multiple of the
+    /// RMS of these rates (p). Of equations that are next to singular it is large.
+    pub(crate) fn contributions(&self, segments: &[Segment], x: &[Array2<f64>], xi: &[f64]) -> Vec<f64> {
+        let (n, p) = (self.n, self.n_parameters);
+        let mut scratch = self.scratch();
+        let mut sums = vec![0.0; n * p];
+        let mut rates = vec![0.0; n];
+        for (segment, x) in segments.iter().zip(x) {
+            for (now, u) in x.rows().into_iter().zip(segment.u.rows()) {
+                self.rates(&now.to_vec(), &u.to_vec(), xi, true, &mut scratch);
+                rates.iter_mut().zip(&scratch.f).for_each(|(sum, f)| *sum += f * f);
+                sums.iter_mut().zip(&scratch.f_xi).for_each(|(sum, f)| *sum += f * f);
+            }
+        }
+        let of = |parameter: usize| {
+            let relative = (0..n).filter(|&i| rates[i] > 0.0).map(|i| sums[i * p + parameter] / rates[i]);
+            xi[parameter].abs() * relative.sum::<f64>().sqrt()
+        };
+        (0..p).map(of).collect()
     }
 
     /// Writes x⁺ one step of `dt` \[s\] later, and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`

@@ -4,5 +4,5 @@ mod eliminate;
 mod fit;
 mod flow;
 
-pub(crate) use fit::{Bounds, Fit, PARTS, fit};
+pub(crate) use fit::{Bounds, Fit, PARTS, fit, opinion};
 pub(crate) use flow::{Flow, Scratch, Stage};

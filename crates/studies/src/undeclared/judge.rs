@@ -114,7 +114,9 @@ impl Judge {
 
     fn equation(&self, i: usize, found: &[Term], compiled: &Equations) -> Judged {
         let (own, truth) = (compiled.row(i), self.compiled.row(i));
-        let implicit = self.compiled.is_implicit(self.judged.iter().copied());
+        // A ratio multiplied out has the own derivative among its terms.
+        let ratio = self.truth[i].iter().any(|t| t.text.contains('/'));
+        let implicit = ratio || self.compiled.is_implicit(self.judged.iter().copied());
         let coefficients = match self.points.structure(i, own) {
             Structure::True(coefficients) if implicit || own.len() <= truth.len() => Some(coefficients),
             _ => None,

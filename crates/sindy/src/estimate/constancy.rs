@@ -1,0 +1,65 @@
+//! Whether all parts of the data agree on the coefficients.
+
+use nalgebra::{DMatrix, DVector};
+use ndarray::{Array2, s};
+
+use super::hypothesis::Hypothesis;
+use super::search::Problem;
+use super::white::by_chance;
+use crate::Triangle;
+use crate::data::Segment;
+use crate::shooting::opinion;
+
+impl Problem<'_> {
+    /// Per state, whether the first and the second half of the data agree on the coefficients of its equation. Those of an equation
+    /// that only approximates the true one depend on where the states have been.
+    ///
+    /// # References
+    /// Chow (1960), Econometrica 28(3), with both halves linearised at the common estimate.
+    pub(super) fn halves_agree(&self, hypothesis: &Hypothesis) -> Vec<bool> {
+        let n = self.rates.len();
+        let total: usize = self.segments.iter().map(Segment::len).sum();
+        let half = |first: usize, last: usize| self.told_by(hypothesis, first, last);
+        let (Some(one), Some(other)) = (half(0, total / 2), half(total / 2, total)) else { return vec![true; n] };
+        let mut first = 0;
+        let of = |i: usize| {
+            let columns: Vec<usize> = (first..first + hypothesis.supports[i].len()).collect();
+            first += columns.len();
+            // What a half does not determine it does not contradict.
+            columns.is_empty() || distance(&one, &other, &columns).is_none_or(|d| d < by_chance(columns.len()))
+        };
+        (0..n).map(of).collect()
+    }
+
+    fn told_by(&self, hypothesis: &Hypothesis, first: usize, last: usize) -> Option<(Triangle, Vec<f64>)> {
+        let (mut segments, mut x): (Vec<Segment>, Vec<Array2<f64>>) = (Vec::new(), Vec::new());
+        let mut begun = 0;
+        for (segment, followed) in self.segments.iter().zip(&hypothesis.fit.x) {
+            let from = first.max(begun) - begun;
+            let to = last.min(begun + segment.len()).saturating_sub(begun);
+            if from < to {
+                segments.push(segment.part(from, to));
+                x.push(followed.slice(s![from..=to, ..]).to_owned());
+            }
+            begun += segment.len();
+        }
+        opinion(&hypothesis.flow, &segments, (&hypothesis.fit.xi, &x), &hypothesis.fit.sigma)
+    }
+}
+
+/// (a − b)ᵀ (A + B)⁻¹ (a − b) of the coefficients `columns` of two independent estimates with covariances A and B.
+fn distance(one: &(Triangle, Vec<f64>), other: &(Triangle, Vec<f64>), columns: &[usize]) -> Option<f64> {
+    let covariance = block(&one.0, columns)? + block(&other.0, columns)?;
+    let apart = DVector::from_iterator(columns.len(), columns.iter().map(|&j| one.1[j] - other.1[j]));
+    let solved = covariance.cholesky()?.solve(&apart);
+    Some(apart.dot(&solved)).filter(|d| d.is_finite())
+}
+
+/// The covariance of the coefficients `columns` of a triangle over all of them and a right-hand side, in units of their own.
+fn block(triangle: &Triangle, columns: &[usize]) -> Option<DMatrix<f64>> {
+    let p = triangle.n_columns() - 1;
+    let r = DMatrix::from_fn(p, p, |i, j| triangle.column(j).get(i).copied().unwrap_or(0.0));
+    let inverse = r.solve_upper_triangular(&DMatrix::identity(p, p))?;
+    let rows = inverse.select_rows(columns);
+    Some(&rows * rows.transpose())
+}
