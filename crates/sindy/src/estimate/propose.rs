@@ -25,14 +25,29 @@ const BUDGET: u64 = 100_000;
 
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n). `along` are equations found before and
-    /// their coefficients, whose derivatives tell what errors of the path do.
-    pub(super) fn propose(&self, path: &Path<'_>, sigma: &[f64], along: Option<Along<'_>>) -> Vec<Regression> {
+    /// their coefficients, whose derivatives tell what errors of the path do; `supports` are their terms: one of them that multiplies
+    /// the own derivative may be in the equation again.
+    pub(super) fn propose(
+        &self,
+        path: &Path<'_>,
+        sigma: &[f64],
+        along: Option<Along<'_>>,
+        supports: &[Vec<usize>],
+    ) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
         let regression = |i: usize| match self.rates[i] {
             Some(_) => Regression::none(),
-            None => self.regression(&theta, i, self.choice(i), (sigma, &errors), usize::MAX),
+            None => {
+                let own = supports.get(i).into_iter().flatten().find(|&&j| self.terms[j].rate == Some(i));
+                let choice = match own {
+                    Some(_) => self.symmetric(i, supports),
+                    None => self.choice(i),
+                };
+                let choice = choice.into_iter().chain(own.copied()).collect();
+                self.regression(&theta, i, choice, (sigma, &errors), usize::MAX)
+            }
         };
         (0..self.rates.len()).map(regression).collect()
     }
@@ -74,21 +89,6 @@ impl Problem<'_> {
             since > PATIENCE || support.len() >= most
         };
         let found = self.solver.within(BUDGET).candidates(&triangle, choice.len(), &complexity, enough);
-        if let Ok(names) = std::env::var("TRUTH") {
-            let names: Vec<&str> = names.split(';').collect();
-            let cols: Vec<usize> = names.iter().filter_map(|n| choice.iter().position(|&j| self.terms[j].name == *n)).collect();
-            if cols.len() == names.len() {
-                let xi = triangle.solve_unit(&cols, choice.len());
-                let rss = triangle.residual_norm(&cols, &xi, choice.len()).powi(2);
-                let s = |k: usize, rss: f64, sup: &[usize]| rows * (rss/(rows-k as f64)).ln() + self.penalty(sup);
-                let sup: Vec<usize> = cols.iter().map(|&c| choice[c]).collect();
-                eprintln!("TRUTH eq {i}: rss/n {:.3} score {:.1} xi {xi:.3?}", rss/rows, s(cols.len(), rss, &sup));
-                for (subs, proved) in &found.sizes { if let Some(b) = subs.first() {
-                    let sup: Vec<usize> = b.support.iter().map(|&c| choice[c]).collect();
-                    eprintln!("   size {} proved {proved} rss/n {:.3} score {:.1} {:?}", b.support.len(), b.rss/rows, s(b.support.len(), b.rss, &sup), sup.iter().map(|&j| &self.terms[j].name[..]).collect::<Vec<_>>());
-                }}
-            }
-        }
         Regression { found, triangle, choice, own }
     }
 

@@ -65,8 +65,8 @@ const HOPELESS: f64 = 4.0;
 const PASSES: usize = 4;
 
 /// Difference of scores of regressions up to which other terms are tried for an equation, and how many of them.
-const NEAR: f64 = 12.0;
-const RIVALS: usize = 6;
+const NEAR: f64 = 40.0;
+const RIVALS: usize = 16;
 
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
@@ -129,7 +129,7 @@ impl Problem<'_> {
                     Stepping::Continuous { .. } => Path::Measured(signals),
                     _ => Path::Held { x: &signals.x },
                 };
-                self.rounds(signals, self.propose(&path, &signals.sigma, None), begun, stepping)?
+                self.rounds(signals, self.propose(&path, &signals.sigma, None, &[]), begun, stepping)?
             }
         };
         self.prune(&mut best);
@@ -315,7 +315,7 @@ impl Problem<'_> {
             Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
             _ => Path::Held { x: &fit.x },
         };
-        self.propose(&path, &fit.sigma, Some((flow, &fit.xi, &fit.x)))
+        self.propose(&path, &fit.sigma, Some((flow, &fit.xi, &fit.x)), &along.supports)
     }
 
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
@@ -332,10 +332,6 @@ impl Problem<'_> {
             let nothing_left = self.leaves_nothing(&best);
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
-                // Terms that multiply the own derivative are not among those of the regression.
-                if best.supports[i].iter().any(|&j| self.terms[j].rate == Some(i)) {
-                    continue;
-                }
                 for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
                     let longer = proposal.support.len() > best.supports[i].len();
                     if proposal.support == best.supports[i] || nothing_left && longer {
@@ -385,6 +381,18 @@ impl Problem<'_> {
     fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
+        if let Ok(t) = std::env::var("TRUTH2") {
+            let mut supports = best.supports.clone();
+            let mut xi = Vec::new();
+            for (i, eq) in t.split('|').enumerate() { if !eq.is_empty() {
+                let mut pairs: Vec<(usize, f64)> = eq.split(';').map(|c| { let (n, v) = c.split_once(':').unwrap(); (self.terms.iter().position(|t| t.name == n).expect(n), v.parse().unwrap()) }).collect();
+                pairs.sort_by_key(|p| p.0);
+                supports[i] = pairs.iter().map(|p| p.0).collect();
+                xi.extend(pairs.iter().map(|p| p.1));
+            }}
+            let truth = self.hypothesis(supports, best.flow.stepping(), (&xi, &signals.x, &signals.sigma), 0..4);
+            eprintln!("TRUTH2 best {} truth {:?} left {:?} / {:?} signal {:?} const {:?} white {:?} rivals {:?} spent {}", best.score, truth.as_ref().map(|t| t.score), best.fit.left, truth.as_ref().map(|t| t.fit.left.clone()), signals.sigma, constant, (0..n).map(|i| self.is_noise(&best, i)).collect::<Vec<_>>(), rivals.iter().map(|r| r.len()).collect::<Vec<_>>(), self.spent.get());
+        }
         let adequate: Vec<bool> = (0..n)
             .map(|i| {
                 let judged = self.samples() >= ROWS_A_TERM * best.supports[i].len() as f64;

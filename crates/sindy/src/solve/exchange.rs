@@ -64,12 +64,18 @@ fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Cand
     let mut residual = problem.target().to_vec();
     basis.iter().for_each(|q| subtract(&mut residual, q));
     let rss = square(&residual);
+    let quick = Quick::new(problem, subset, rss);
     let mut best: Option<Candidate> = None;
-    for j in (0..problem.n_columns()).filter(|j| !subset.contains(j)) {
+    // The most promising first: what follows is then mostly passed over.
+    let mut order: Vec<(f64, usize)> = (0..problem.n_columns())
+        .filter(|j| !subset.contains(j))
+        .map(|j| (quick.bound(problem, subset, j) + problem.unreachable(), j))
+        .collect();
+    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    for (bound, j) in order {
         let of = |c: &Candidate| c.rss;
-        let bar = best.as_ref().map_or(f64::INFINITY, of).max(kept.cutoff()) - problem.unreachable();
-        if promising(problem.column(j), &basis, &residual, rss) > bar {
-            continue;
+        if bound > best.as_ref().map_or(f64::INFINITY, of).max(kept.cutoff()) {
+            break;
         }
         let mut a = problem.column(j).to_vec();
         take_out_all(&mut a, &basis);
@@ -92,14 +98,64 @@ fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Cand
     best
 }
 
-/// A quick lower bound on the squared residual after `column` is chosen too.
-fn promising(column: &[f64], basis: &[Vec<f64>], residual: &[f64], rss: f64) -> f64 {
-    /// Lengths below this (squared) are not trusted to a difference of squares.
-    const TRUSTED: f64 = 1e-6;
-    let shared: f64 = basis.iter().map(|q| dot(column, q).powi(2)).sum();
-    let left = 1.0 - shared;
-    if left < TRUSTED {
-        return 0.0;
-    }
-    rss - dot(column, residual).powi(2) / left - 1e-8 * rss
+/// Bounds on residuals by inner products alone.
+struct Quick {
+    /// L of L Lᵀ = Gram of the subset, row by row; empty if it cannot be trusted.
+    factor: Vec<f64>,
+    /// L⁻¹ times the inner products with the target.
+    along: Vec<f64>,
+    rss: f64,
 }
+
+/// Squared lengths below this are not trusted to a difference of inner products.
+const TRUSTED: f64 = 1e-6;
+
+impl Quick {
+    /// For columns added to `subset`, which leaves `rss` of the reachable target.
+    fn new(problem: &Problem, subset: &[usize], rss: f64) -> Self {
+        let k = subset.len();
+        let mut factor = vec![0.0; k * k];
+        let mut along = vec![0.0; k];
+        for i in 0..k {
+            for j in 0..=i {
+                let known: f64 = (0..j).map(|m| factor[i * k + m] * factor[j * k + m]).sum();
+                let left = problem.product(subset[i], subset[j]) - known;
+                if i == j && left < TRUSTED {
+                    return Self { factor: Vec::new(), along: Vec::new(), rss };
+                }
+                factor[i * k + j] = if i == j { left.sqrt() } else { left / factor[j * k + j] };
+            }
+            let known: f64 = (0..i).map(|m| factor[i * k + m] * along[m]).sum();
+            along[i] = (problem.along(subset[i]) - known) / factor[i * k + i];
+        }
+        Self { factor, along, rss }
+    }
+
+    /// A lower bound on the squared residual, in the reachable part, after column `j` is chosen too.
+    fn bound(&self, problem: &Problem, subset: &[usize], j: usize) -> f64 {
+        let k = subset.len();
+        if self.along.len() < k {
+            return 0.0;
+        }
+        let mut v = [0.0; 32];
+        if k > v.len() {
+            return 0.0;
+        }
+        let (mut left, mut gain) = (1.0, problem.along(j));
+        for i in 0..k {
+            let row = &self.factor[i * k..=i * k + i];
+            let known: f64 = row[..i].iter().zip(&v).map(|(l, v)| l * v).sum();
+            v[i] = (problem.product(subset[i], j) - known) / row[i];
+            left -= v[i] * v[i];
+            gain -= v[i] * self.along[i];
+        }
+        if left < TRUSTED {
+            return 0.0;
+        }
+        // Rounding of inner products, which are of the order of the target's length.
+        self.rss - gain * gain / left - 1e-8 * self.rss - SLACK * gain.abs() * problem.total().sqrt() / left
+    }
+}
+
+/// Relative error of a gain by inner products.
+const SLACK: f64 = 1e-9;

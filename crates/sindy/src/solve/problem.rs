@@ -12,6 +12,9 @@ pub(crate) struct Problem {
     target: Vec<f64>,
     /// Squared length of the part of the target that no column reaches.
     unreachable: f64,
+    /// Inner products of the columns (columns, columns), and of each with the target.
+    gram: Vec<f64>,
+    along: Vec<f64>,
 }
 
 /// Squared distance from the span of the others at which a column of unit length counts as dependent.
@@ -21,7 +24,27 @@ impl Problem {
     /// A problem of `columns` and a `target`, all of length `dim`; `unreachable` is the squared length of what was cut
     /// off the target. The columns must have unit length.
     pub(crate) fn new(dim: usize, columns: Vec<f64>, target: Vec<f64>, unreachable: f64) -> Self {
-        Self { dim, columns, target, unreachable }
+        let count = columns.len().checked_div(dim).unwrap_or(0);
+        let column = |j: usize| &columns[j * dim..(j + 1) * dim];
+        let mut gram = vec![0.0; count * count];
+        for i in 0..count {
+            for j in 0..=i {
+                gram[i * count + j] = dot(column(i), column(j));
+                gram[j * count + i] = gram[i * count + j];
+            }
+        }
+        let along = (0..count).map(|j| dot(column(j), &target)).collect();
+        Self { dim, columns, target, unreachable, gram, along }
+    }
+
+    /// Inner product of columns `i` and `j`.
+    pub(super) fn product(&self, i: usize, j: usize) -> f64 {
+        self.gram[i * self.n_columns() + j]
+    }
+
+    /// Inner product of column `j` and the target.
+    pub(super) fn along(&self, j: usize) -> f64 {
+        self.along[j]
     }
 
     pub(crate) fn n_columns(&self) -> usize {
