@@ -381,18 +381,6 @@ impl Problem<'_> {
     fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
-        if let Ok(t) = std::env::var("TRUTH2") {
-            let mut supports = best.supports.clone();
-            let mut xi = Vec::new();
-            for (i, eq) in t.split('|').enumerate() { if !eq.is_empty() {
-                let mut pairs: Vec<(usize, f64)> = eq.split(';').map(|c| { let (n, v) = c.split_once(':').unwrap(); (self.terms.iter().position(|t| t.name == n).expect(n), v.parse().unwrap()) }).collect();
-                pairs.sort_by_key(|p| p.0);
-                supports[i] = pairs.iter().map(|p| p.0).collect();
-                xi.extend(pairs.iter().map(|p| p.1));
-            }}
-            let truth = self.hypothesis(supports, best.flow.stepping(), (&xi, &signals.x, &signals.sigma), 0..4);
-            eprintln!("TRUTH2 best {} truth {:?} left {:?} / {:?} signal {:?} const {:?} white {:?} rivals {:?} spent {}", best.score, truth.as_ref().map(|t| t.score), best.fit.left, truth.as_ref().map(|t| t.fit.left.clone()), signals.sigma, constant, (0..n).map(|i| self.is_noise(&best, i)).collect::<Vec<_>>(), rivals.iter().map(|r| r.len()).collect::<Vec<_>>(), self.spent.get());
-        }
         let adequate: Vec<bool> = (0..n)
             .map(|i| {
                 let judged = self.samples() >= ROWS_A_TERM * best.supports[i].len() as f64;

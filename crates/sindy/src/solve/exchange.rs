@@ -4,7 +4,7 @@ use super::candidates::{Candidate, Kept};
 use super::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
 
 /// Subsets to start from.
-const STARTS: usize = 2;
+const STARTS: usize = 8;
 
 /// Rounds of exchanges; each one improves the residual, so this is never reached in practice.
 const ROUNDS: usize = 40;
