@@ -20,8 +20,23 @@ const UNKNOWN: f64 = 0.2;
 /// Sizes looked at beyond the best one.
 const PATIENCE: usize = 4;
 
-/// Operations for each size of an equation.
-const BUDGET: u64 = 100_000;
+/// What is spent on one regression.
+#[derive(Debug, Clone, Copy)]
+struct Effort {
+    /// Operations for each size.
+    budget: u64,
+    /// Subsets of each size from which larger ones are grown.
+    starts: usize,
+}
+
+const THOROUGHLY: Effort = Effort { budget: 100_000, starts: 8 };
+const ROUGHLY: Effort = Effort { budget: 10_000, starts: 2 };
+
+/// Multiples of an own derivative that are looked at thoroughly, of those that score best, and of those that do when terms are dear.
+const PROMISING: usize = 2;
+
+/// Multiple of what terms cost when they are dear.
+const DEAR: f64 = 16.0;
 
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n). `along` are equations found before and
@@ -46,7 +61,7 @@ impl Problem<'_> {
                     None => self.choice(i),
                 };
                 let choice = choice.into_iter().chain(own.copied()).collect();
-                self.regression(&theta, i, choice, (sigma, &errors), usize::MAX)
+                self.regression(&theta, i, choice, (sigma, &errors), (usize::MAX, THOROUGHLY))
             }
         };
         (0..self.rates.len()).map(regression).collect()
@@ -66,8 +81,25 @@ impl Problem<'_> {
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
         let errors = self.errors(sigma, along);
         let own = (0..self.terms.len()).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
-        own.map(|j| self.regression(&theta, i, [&choice[..], &[j]].concat(), (sigma, &errors), most))
-            .collect()
+        let regression = |j: usize, effort: Effort| {
+            self.regression(&theta, i, [choice, &[j]].concat(), (sigma, &errors), (most, effort))
+        };
+        let mut ranked: Vec<(f64, f64, usize)> = own
+            .map(|j| {
+                let roughly = regression(j, ROUGHLY);
+                let score = |times: f64| roughly.best(times, |support| self.penalty(support)).score;
+                (score(1.0), score(DEAR), j)
+            })
+            .collect();
+        let mut promising: Vec<usize> = Vec::new();
+        let mut take = |ranked: &[(f64, f64, usize)]| promising.extend(ranked.iter().take(PROMISING).map(|r| r.2));
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        take(&ranked);
+        ranked.sort_by(|a, b| a.1.total_cmp(&b.1));
+        take(&ranked);
+        promising.sort_unstable();
+        promising.dedup();
+        promising.into_iter().map(|j| regression(j, THOROUGHLY)).collect()
     }
 
     fn regression(
@@ -76,7 +108,7 @@ impl Problem<'_> {
         i: usize,
         choice: Vec<usize>,
         (sigma, errors): (&[f64], &[Array2<f64>]),
-        most: usize,
+        (most, effort): (usize, Effort),
     ) -> Regression {
         let Some((triangle, own)) = self.rows(theta, &choice, i, sigma, errors) else { return Regression::none() };
         let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
@@ -88,7 +120,8 @@ impl Problem<'_> {
             best = best.min(score);
             since > PATIENCE || support.len() >= most
         };
-        let found = self.solver.within(BUDGET).candidates(&triangle, choice.len(), &complexity, enough);
+        let solver = self.solver.within(effort.budget);
+        let found = solver.candidates(&triangle, (choice.len(), effort.starts), &complexity, enough);
         Regression { found, triangle, choice, own }
     }
 

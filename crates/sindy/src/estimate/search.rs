@@ -133,12 +133,10 @@ impl Problem<'_> {
             }
         };
         self.prune(&mut best);
-        let (mut best, mut regressions, mut rivals) = self.exchanged(best);
         if self.implicit(&mut best, signals) {
             self.prune(&mut best);
-            (best, regressions, rivals) = self.exchanged(best);
         }
-        Some((best, regressions, rivals))
+        Some(self.exchanged(best))
     }
 
     /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.

@@ -44,17 +44,27 @@ impl Identifier {
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let rounded = self.spec.noise <= 0.0 && search.explains_a_part();
-        let exact = rounded.then(|| search.exact()).flatten();
-        let Some((mut found, kept, strays)) = exact else {
+        let mut exact = rounded.then(|| search.exactly()).flatten().map(|found| (found, None, 0));
+        if exact.is_none() {
             let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
             let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
             let floor: Vec<f64> = (0..rates.len()).map(error).collect();
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
             let counts = Counts { rows, at_limit: at_limits, astray: 0 };
-            let found = self.estimated(tiers.terms, &segments, &floor, stepping, counts, &space, solver)?;
-            return found.ok_or_else(|| failed("no equations follow the data".into()));
-        };
+            let found =
+                self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, solver)?;
+            let adequate =
+                |found: &Identified| found.report.equations.iter().all(|e| e.reached_floor || !e.ties.is_empty());
+            // What explains a part of the data to rounding explains all of it but for a few steps.
+            if rounded && !found.as_ref().is_some_and(adequate) {
+                exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
+            }
+            if exact.is_none() {
+                return found.ok_or_else(|| failed("no equations follow the data".into()));
+            }
+        }
+        let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };
         let runs = kept.as_deref().unwrap_or(&runs);
         let (model, errors) = match motion::polished(&found, runs) {
             Some(polished) => (polished.model, polished.errors),

@@ -59,16 +59,8 @@ pub(crate) struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Equations that explain all steps, or all but a few: then also the runs without these, and how many they are.
-    pub(crate) fn exact(&self) -> Option<(Found, Option<Vec<Run>>, usize)> {
-        match self.roughly().or_else(|| self.once().ok().filter(Found::explains)) {
-            Some(found) => Some((found, None, 0)),
-            None => self.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays)),
-        }
-    }
-
     /// Equations that explain the data, if there are some that a short search finds.
-    pub(super) fn roughly(&self) -> Option<Found> {
+    pub(crate) fn exactly(&self) -> Option<Found> {
         let solver = self.solver.within(ROUGHLY);
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }
@@ -82,7 +74,7 @@ impl Search<'_> {
         [0, (total - PART) / 2, total - PART].into_iter().any(|first| {
             let part = runs_between(self.runs, first, first + PART);
             let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
-            Search { system: &narrow, runs: &part, ..*self }.roughly().is_some()
+            Search { system: &narrow, runs: &part, ..*self }.exactly().is_some()
         })
     }
 

@@ -29,7 +29,7 @@ impl Search<'_> {
             return None;
         }
         let narrow = crate::motion::System { terms: &self.system.terms[..self.system.core], ..*self.system };
-        let search = |runs: &[Run]| Search { system: &narrow, runs, ..*self }.roughly();
+        let search = |runs: &[Run]| Search { system: &narrow, runs, ..*self }.exactly();
         let part = |i: usize| i * total / PARTS;
         let left_out = (0..PARTS).map(|i| (part(i)..part(i + 1), true));
         let alone = (0..PARTS - 1).map(|i| (part(i)..part(i + 2), false));

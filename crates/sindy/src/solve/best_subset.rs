@@ -88,6 +88,9 @@ const KEPT: usize = 24;
 /// Residuals this many times the best one's (squared) are of no interest.
 const NEAR_BEST: f64 = 4.0;
 
+/// Subsets of one size from which those of the next are grown.
+const STARTS: usize = 2;
+
 /// Sizes always tried where rounding is known.
 const SHORT: usize = 4;
 
@@ -125,11 +128,12 @@ impl BestSubset {
     /// The best subsets of each size from none on, at most [`KEPT`] of each, best first, and whether none better was missed; until
     /// `enough` says of the best of a size that larger ones are of no interest.
     ///
-    /// `complexity` (F) decides which of equal columns stands for the others.
+    /// `complexity` (F) decides which of equal columns stands for the others. Larger subsets are grown from `starts` smaller ones: noise
+    /// hides which of them lead on.
     pub(crate) fn candidates(
         &self,
         triangle: &Triangle,
-        target: usize,
+        (target, starts): (usize, usize),
         complexity: &[u32],
         mut enough: impl FnMut(&Subset) -> bool,
     ) -> Candidates {
@@ -142,7 +146,7 @@ impl BestSubset {
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let mut kept = Kept::new(KEPT, NEAR_BEST, 0.0);
             if size > 0 {
-                grow(&problem, &smaller, &mut kept);
+                grow(&problem, &smaller[..smaller.len().min(starts)], &mut kept);
             }
             let begun = rows > columns.len() || problem.n_subsets(size) <= self.budget as f64;
             let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
@@ -157,7 +161,8 @@ impl BestSubset {
         for at in (1..sizes.len()).rev() {
             let (below, from) = sizes.split_at_mut(at);
             if let (Some((kept, false)), Some((larger, _))) = (below.last_mut(), from.first()) {
-                shrink(&problem, &larger.clone().into_best(), kept);
+                let larger = larger.clone().into_best();
+                shrink(&problem, &larger[..larger.len().min(starts)], kept);
             }
         }
         let of = |(kept, proved): (Kept, bool)| (kept.into_best().iter().map(subset).collect(), proved);
@@ -186,7 +191,7 @@ impl BestSubset {
             let interesting = explained(selection.floor, rows, size);
             let mut kept = Kept::new(KEPT, NEAR_BEST, interesting);
             if let Some((smaller, _)) = sizes.last() {
-                grow(&problem, smaller, &mut kept);
+                grow(&problem, &smaller[..smaller.len().min(STARTS)], &mut kept);
             }
             // Where nothing bounds, what is too much to look at is not begun, and larger sizes are still more.
             let begun = rows > columns.len()

@@ -3,27 +3,24 @@
 use super::candidates::{Candidate, Kept};
 use super::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
 
-/// Subsets to start from.
-const STARTS: usize = 8;
-
 /// Rounds of exchanges; each one improves the residual, so this is never reached in practice.
 const ROUNDS: usize = 40;
 
-/// Offers good subsets of one more column than `from` have: a forward step from each, then exchanges until none helps.
+/// Offers good subsets of one more column than those in `from` have: a forward step from each, then exchanges until none helps.
 pub(crate) fn grow(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
-    for start in from.iter().take(STARTS) {
+    for start in from {
         if let Some(grown) = complete(problem, &start.subset, kept) {
             exchange(problem, grown, kept);
         }
     }
 }
 
-/// Offers good subsets of one column less than `from` have: the best that is left of each, then exchanges until none helps.
+/// Offers good subsets of one column less than those in `from` have: the best that is left of each, then exchanges until none helps.
 ///
 /// # References
 /// Pudil, Novovičová, Kittler (1994), Floating search methods in feature selection, Pattern Recognition Letters 15(11).
 pub(crate) fn shrink(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
-    for start in from.iter().take(STARTS) {
+    for start in from {
         let mut best: Option<Candidate> = None;
         for out in 0..start.subset.len() {
             let mut rest = start.subset.clone();
@@ -63,13 +60,13 @@ fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Cand
     let basis = problem.basis(subset)?;
     let mut residual = problem.target().to_vec();
     basis.iter().for_each(|q| subtract(&mut residual, q));
-    let rss = square(&residual);
-    let quick = Quick::new(problem, subset, rss);
+    let quick = Quick::new(problem, subset, &residual);
+    let mut scratch = vec![0.0; subset.len()];
     let mut best: Option<Candidate> = None;
     // The most promising first: what follows is then mostly passed over.
     let mut order: Vec<(f64, usize)> = (0..problem.n_columns())
         .filter(|j| !subset.contains(j))
-        .map(|j| (quick.bound(problem, subset, j) + problem.unreachable(), j))
+        .map(|j| (quick.bound(j, &mut scratch) + problem.unreachable(), j))
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     for (bound, j) in order {
@@ -98,64 +95,53 @@ fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Cand
     best
 }
 
-/// Bounds on residuals by inner products alone.
-struct Quick {
+/// Bounds on residuals, with lengths by inner products of columns.
+struct Quick<'a> {
+    problem: &'a Problem,
+    subset: &'a [usize],
+    /// What the subset leaves of the target, and its squared length.
+    residual: &'a [f64],
+    rss: f64,
     /// L of L Lᵀ = Gram of the subset, row by row; empty if it cannot be trusted.
     factor: Vec<f64>,
-    /// L⁻¹ times the inner products with the target.
-    along: Vec<f64>,
-    rss: f64,
 }
 
 /// Squared lengths below this are not trusted to a difference of inner products.
 const TRUSTED: f64 = 1e-6;
 
-impl Quick {
-    /// For columns added to `subset`, which leaves `rss` of the reachable target.
-    fn new(problem: &Problem, subset: &[usize], rss: f64) -> Self {
+impl<'a> Quick<'a> {
+    fn new(problem: &'a Problem, subset: &'a [usize], residual: &'a [f64]) -> Self {
         let k = subset.len();
         let mut factor = vec![0.0; k * k];
-        let mut along = vec![0.0; k];
         for i in 0..k {
             for j in 0..=i {
                 let known: f64 = (0..j).map(|m| factor[i * k + m] * factor[j * k + m]).sum();
                 let left = problem.product(subset[i], subset[j]) - known;
                 if i == j && left < TRUSTED {
-                    return Self { factor: Vec::new(), along: Vec::new(), rss };
+                    return Self { problem, subset, residual, rss: square(residual), factor: Vec::new() };
                 }
                 factor[i * k + j] = if i == j { left.sqrt() } else { left / factor[j * k + j] };
             }
-            let known: f64 = (0..i).map(|m| factor[i * k + m] * along[m]).sum();
-            along[i] = (problem.along(subset[i]) - known) / factor[i * k + i];
         }
-        Self { factor, along, rss }
+        Self { problem, subset, residual, rss: square(residual), factor }
     }
 
-    /// A lower bound on the squared residual, in the reachable part, after column `j` is chosen too.
-    fn bound(&self, problem: &Problem, subset: &[usize], j: usize) -> f64 {
-        let k = subset.len();
-        if self.along.len() < k {
+    /// A lower bound on the squared residual, in the reachable part, after column `j` is chosen too. `v` (k) is scratch space.
+    fn bound(&self, j: usize, v: &mut [f64]) -> f64 {
+        let k = self.subset.len();
+        if self.factor.len() < k * k {
             return 0.0;
         }
-        let mut v = [0.0; 32];
-        if k > v.len() {
-            return 0.0;
-        }
-        let (mut left, mut gain) = (1.0, problem.along(j));
+        let mut left = 1.0;
         for i in 0..k {
             let row = &self.factor[i * k..=i * k + i];
-            let known: f64 = row[..i].iter().zip(&v).map(|(l, v)| l * v).sum();
-            v[i] = (problem.product(subset[i], j) - known) / row[i];
+            let known: f64 = row[..i].iter().zip(&*v).map(|(l, v)| l * v).sum();
+            v[i] = (self.problem.product(self.subset[i], j) - known) / row[i];
             left -= v[i] * v[i];
-            gain -= v[i] * self.along[i];
         }
         if left < TRUSTED {
             return 0.0;
         }
-        // Rounding of inner products, which are of the order of the target's length.
-        self.rss - gain * gain / left - 1e-8 * self.rss - SLACK * gain.abs() * problem.total().sqrt() / left
+        self.rss - dot(self.problem.column(j), self.residual).powi(2) / left - 1e-8 * self.rss
     }
 }
-
-/// Relative error of a gain by inner products.
-const SLACK: f64 = 1e-9;

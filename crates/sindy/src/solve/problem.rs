@@ -12,9 +12,8 @@ pub(crate) struct Problem {
     target: Vec<f64>,
     /// Squared length of the part of the target that no column reaches.
     unreachable: f64,
-    /// Inner products of the columns (columns, columns), and of each with the target.
+    /// Inner products of the columns (columns, columns).
     gram: Vec<f64>,
-    along: Vec<f64>,
 }
 
 /// Squared distance from the span of the others at which a column of unit length counts as dependent.
@@ -33,18 +32,12 @@ impl Problem {
                 gram[j * count + i] = gram[i * count + j];
             }
         }
-        let along = (0..count).map(|j| dot(column(j), &target)).collect();
-        Self { dim, columns, target, unreachable, gram, along }
+        Self { dim, columns, target, unreachable, gram }
     }
 
     /// Inner product of columns `i` and `j`.
     pub(super) fn product(&self, i: usize, j: usize) -> f64 {
         self.gram[i * self.n_columns() + j]
-    }
-
-    /// Inner product of column `j` and the target.
-    pub(super) fn along(&self, j: usize) -> f64 {
-        self.along[j]
     }
 
     pub(crate) fn n_columns(&self) -> usize {
