@@ -27,6 +27,9 @@ const TRUNCATION: f64 = 3e-3;
 const FINEST: usize = 32;
 const LOOSE: usize = 4;
 
+/// Classical substeps of a model per sampling interval, at most.
+const FINEST_CLASSICAL: usize = 64;
+
 /// Part of what the signals tell of noise, below which residuals are no noise.
 const BELOW: f64 = 0.1;
 
@@ -112,6 +115,18 @@ impl Problem<'_> {
             substeps *= 2;
         }
         of(substeps)
+    }
+
+    /// The way `hypothesis` is stepped by classical substeps, as many as the noise makes worth while.
+    pub(super) fn classical(&self, hypothesis: &Hypothesis) -> Stepping {
+        let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
+        let Stepping::Continuous { substeps: first } = flow.stepping() else { return flow.stepping() };
+        let of = |substeps: usize| flow.classical().with_stepping(Stepping::Continuous { substeps });
+        let mut substeps = first;
+        while substeps < FINEST_CLASSICAL && self.difference(&of(substeps), flow, &fit.xi, &fit.x, &fit.sigma) > TRUNCATION {
+            substeps *= 2;
+        }
+        Stepping::Continuous { substeps }
     }
 
     /// Whether the errors of the finest Runge–Kutta steps add up to the residuals along a segment.

@@ -184,6 +184,7 @@ impl Problem<'_> {
             let of = |s: &crate::data::Segment| Array2::from_shape_fn((s.len(), n), |at| unknown(at, &s.dt));
             return self.segments.iter().map(of).collect();
         };
+        let flow = flow.for_derivatives();
         let mut scratch = flow.scratch();
         let width = n + flow.n_parameters();
         let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * width]);

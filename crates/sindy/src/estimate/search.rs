@@ -405,7 +405,7 @@ impl Problem<'_> {
         Estimate {
             fits,
             errors,
-            stepping: best.flow.stepping(),
+            stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             sigma: best.fit.left,
             signal_noise: signals.sigma.clone(),

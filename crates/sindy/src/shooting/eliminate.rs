@@ -1,13 +1,6 @@
 //! Linear least squares over all states of a trajectory and shared parameters, one sample at a time.
 
-use faer::Mat;
 use ndarray::Array2;
-
-/// Rows over (δx_t, δx_{t+1}, δξ) that are left once δx_t is eliminated from everything before it; what is needed to go back.
-struct Head {
-    /// (n, 2 n + p + 1), upper triangular in its first n columns.
-    rows: Mat<f64>,
-}
 
 /// A square-root information filter over the states of one trajectory: minimises
 /// Σ ‖(y_t − δx_t)/σ‖² + Σ ‖(δx_{t+1} − A_t δx_t − B_t δξ − d_t)/q‖² over all δx_t, with the parameters δξ left open.
@@ -17,44 +10,52 @@ struct Head {
 pub(super) struct Elimination {
     n: usize,
     p: usize,
-    heads: Vec<Head>,
+    /// Per step, rows over (δx_t, δx_{t+1}, δξ | right-hand side) that are left once δx_t is eliminated from everything before it (n, 2 n +
+    /// p + 1), upper triangular in their first n columns; what is needed to go back.
+    heads: Vec<Vec<f64>>,
     /// Rows over (δx_t, δξ | right-hand side) that the past leaves (n, n + p + 1).
-    prior: Mat<f64>,
+    prior: Vec<f64>,
+    stacked: Vec<f64>,
     /// Rows over (δξ | right-hand side) alone, one after the other.
     left: Vec<f64>,
 }
 
 impl Elimination {
     pub(super) fn new(n: usize, p: usize) -> Self {
-        Self { n, p, heads: Vec::new(), prior: Mat::zeros(n, n + p + 1), left: Vec::new() }
+        let prior = vec![0.0; n * (n + p + 1)];
+        let stacked = vec![0.0; 3 * n * (2 * n + p + 1)];
+        Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new() }
     }
 
     /// One sample and the step after it: misses `y` (n) of the sample, `d` (n) of the step, its Jacobian `s` (n, n + p).
     pub(super) fn step(&mut self, y: &[f64], sigma: &[f64], s: &[f64], d: &[f64], q: &[f64]) {
         let (n, p) = (self.n, self.p);
         let width = 2 * n + p + 1;
-        let prior = &self.prior;
-        let stacked = Mat::from_fn(3 * n, width, |i, j| {
-            let (block, i) = (i / n, i % n);
-            match block {
-                0 if j < n => prior[(i, j)],
-                0 if j < 2 * n => 0.0,
-                0 => prior[(i, j - n)],
-                1 if j == i => 1.0 / sigma[i],
-                1 if j == width - 1 => y[i] / sigma[i],
-                1 => 0.0,
-                _ if j < n => -s[i * (n + p) + j] / q[i],
-                _ if j == n + i => 1.0 / q[i],
-                _ if j < 2 * n => 0.0,
-                _ if j == width - 1 => d[i] / q[i],
-                _ => -s[i * (n + p) + j - n] / q[i],
-            }
-        });
-        let r = triangular(stacked);
-        self.heads.push(Head { rows: Mat::from_fn(n, width, |i, j| r[(i, j)]) });
-        self.prior = Mat::from_fn(n, n + p + 1, |i, j| r[(n + i, n + j)]);
-        for i in 2 * n..r.nrows() {
-            self.left.extend((2 * n..width).map(|j| r[(i, j)]));
+        let before = n + p + 1;
+        self.stacked.fill(0.0);
+        for i in 0..n {
+            let known = &self.prior[i * before..(i + 1) * before];
+            let row = &mut self.stacked[i * width..(i + 1) * width];
+            row[..n].copy_from_slice(&known[..n]);
+            row[2 * n..].copy_from_slice(&known[n..]);
+            let row = &mut self.stacked[(n + i) * width..(n + i + 1) * width];
+            row[i] = 1.0 / sigma[i];
+            row[width - 1] = y[i] / sigma[i];
+            let row = &mut self.stacked[(2 * n + i) * width..(2 * n + i + 1) * width];
+            let slopes = &s[i * (n + p)..(i + 1) * (n + p)];
+            row[..n].iter_mut().zip(slopes).for_each(|(r, s)| *r = -s / q[i]);
+            row[n + i] = 1.0 / q[i];
+            row[2 * n..].iter_mut().zip(&slopes[n..]).for_each(|(r, s)| *r = -s / q[i]);
+            row[width - 1] = d[i] / q[i];
+        }
+        reflect(&mut self.stacked, width, 2 * n);
+        self.heads.push(self.stacked[..n * width].to_vec());
+        for i in 0..n {
+            let row = &self.stacked[(n + i) * width + n..(n + i + 1) * width];
+            self.prior[i * before..(i + 1) * before].copy_from_slice(row);
+        }
+        for row in self.stacked.chunks_exact(width).skip(2 * n) {
+            self.left.extend_from_slice(&row[2 * n..]);
         }
     }
 
@@ -62,17 +63,16 @@ impl Elimination {
     pub(super) fn finish(&mut self, y: &[f64], sigma: &[f64]) {
         let (n, p) = (self.n, self.p);
         let width = n + p + 1;
-        let prior = &self.prior;
-        let stacked = Mat::from_fn(2 * n, width, |i, j| match i.checked_sub(n) {
-            None => prior[(i, j)],
-            Some(i) if i == j => 1.0 / sigma[i],
-            Some(i) if j == width - 1 => y[i] / sigma[i],
-            Some(_) => 0.0,
-        });
-        let r = triangular(stacked);
-        self.prior = Mat::from_fn(n, width, |i, j| r[(i, j)]);
-        for i in n..r.nrows() {
-            self.left.extend((n..width).map(|j| r[(i, j)]));
+        let mut stacked = self.prior.clone();
+        stacked.resize(2 * n * width, 0.0);
+        for i in 0..n {
+            stacked[(n + i) * width + i] = 1.0 / sigma[i];
+            stacked[(n + i + 1) * width - 1] = y[i] / sigma[i];
+        }
+        reflect(&mut stacked, width, n);
+        self.prior.copy_from_slice(&stacked[..n * width]);
+        for row in stacked.chunks_exact(width).skip(n) {
+            self.left.extend_from_slice(&row[n..]);
         }
     }
 
@@ -86,16 +86,16 @@ impl Elimination {
     pub(super) fn states(&self, delta: &[f64]) -> Option<Array2<f64>> {
         let (n, p, steps) = (self.n, self.p, self.heads.len());
         let mut states = Array2::zeros((steps + 1, n));
-        let last = back(&self.prior, n, |i| {
-            self.prior[(i, n + p)] - (0..p).map(|j| self.prior[(i, n + j)] * delta[j]).sum::<f64>()
+        let before = n + p + 1;
+        let last = back(&self.prior, before, n, |row| {
+            row[n + p] - row[n..].iter().zip(delta).map(|(r, d)| r * d).sum::<f64>()
         })?;
         states.row_mut(steps).iter_mut().zip(last).for_each(|(slot, v)| *slot = v);
         for t in (0..steps).rev() {
-            let rows = &self.heads[t].rows;
             let later = states.row(t + 1).to_vec();
-            let found = back(rows, n, |i| {
-                let known: f64 = (0..n).map(|j| rows[(i, n + j)] * later[j]).sum();
-                rows[(i, 2 * n + p)] - known - (0..p).map(|j| rows[(i, 2 * n + j)] * delta[j]).sum::<f64>()
+            let found = back(&self.heads[t], before + n, n, |row| {
+                let known: f64 = row[n..].iter().zip(later.iter().chain(delta)).map(|(r, d)| r * d).sum();
+                row[2 * n + p] - known
             })?;
             states.row_mut(t).iter_mut().zip(found).for_each(|(slot, v)| *slot = v);
         }
@@ -103,18 +103,49 @@ impl Elimination {
     }
 }
 
-/// R of the QR factorisation.
-fn triangular(a: Mat<f64>) -> Mat<f64> {
-    let r = a.qr().thin_R().to_owned();
-    Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { r[(i, j)] } else { 0.0 })
+/// Makes the first `columns` columns of `rows` (each `width` long) upper triangular, by Householder's reflections.
+///
+/// By hand: a dozen rows for every sample are too few for the blocked factorisations of the crates, which took most of the time
+/// of a fit.
+fn reflect(rows: &mut [f64], width: usize, columns: usize) {
+    let count = rows.len() / width;
+    let mut sums = vec![0.0; width];
+    for c in 0..columns.min(count) {
+        let norm = rows[c * width..].chunks_exact(width).map(|r| r[c] * r[c]).sum::<f64>().sqrt();
+        if norm == 0.0 {
+            continue;
+        }
+        let head = rows[c * width + c];
+        let diagonal = if head > 0.0 { -norm } else { norm };
+        // v = (head − diagonal, what is below it); 2/(v·v) = 1/(−diagonal v₀).
+        let first = head - diagonal;
+        rows[c * width + c] = first;
+        sums[c + 1..].fill(0.0);
+        for row in rows[c * width..].chunks_exact(width) {
+            let v = row[c];
+            if v != 0.0 {
+                sums[c + 1..].iter_mut().zip(&row[c + 1..]).for_each(|(sum, r)| *sum += v * r);
+            }
+        }
+        let scale = -1.0 / (diagonal * first);
+        for row in rows[c * width..].chunks_exact_mut(width) {
+            let v = row[c] * scale;
+            if v != 0.0 {
+                row[c + 1..].iter_mut().zip(&sums[c + 1..]).for_each(|(r, sum)| *r -= v * sum);
+            }
+            row[c] = 0.0;
+        }
+        rows[c * width + c] = diagonal;
+    }
 }
 
-/// Solves the upper triangular system in the first n columns of `rows`.
-fn back(rows: &Mat<f64>, n: usize, right: impl Fn(usize) -> f64) -> Option<Vec<f64>> {
+/// Solves the upper triangular system in the first n columns of `rows`, each `width` long.
+fn back(rows: &[f64], width: usize, n: usize, right: impl Fn(&[f64]) -> f64) -> Option<Vec<f64>> {
     let mut x = vec![0.0; n];
     for i in (0..n).rev() {
-        let known: f64 = (i + 1..n).map(|j| rows[(i, j)] * x[j]).sum();
-        x[i] = (right(i) - known) / rows[(i, i)];
+        let row = &rows[i * width..(i + 1) * width];
+        let known: f64 = (i + 1..n).map(|j| row[j] * x[j]).sum();
+        x[i] = (right(row) - known) / row[i];
         if !x[i].is_finite() {
             return None;
         }

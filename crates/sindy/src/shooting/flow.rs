@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
+use super::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::chain::after_their_rates;
 use crate::data::Segment;
 use crate::expr::Tape;
@@ -37,6 +38,8 @@ pub(crate) struct Flow {
     /// States with declared rates, each after its rate.
     positions: Vec<usize>,
     stepping: Stepping,
+    /// Whether all substeps are classical ones of order four, as those of a model are.
+    classical: bool,
     implicit: bool,
 }
 
@@ -49,8 +52,14 @@ pub(crate) struct Stage<'a> {
     pub(crate) x_dot: &'a [f64],
 }
 
-/// Runge–Kutta steps per interval in which derivatives are followed, at most.
+/// Substeps per interval in which derivatives are followed, at most.
 const DERIVATIVE_SUBSTEPS: usize = 2;
+
+/// Substeps from which on one step of order eight stands for so many of order four: it is the more accurate one.
+const OF_EIGHTH: usize = 8;
+
+/// Stages of a step, at most.
+const STAGES: usize = 11;
 
 impl Flow {
     /// The flow of the equations whose terms are numbered in `supports`, one list per state; coefficients are numbered equation by
@@ -99,6 +108,7 @@ impl Flow {
             rates: rates.to_vec(),
             positions,
             stepping,
+            classical: false,
             tape,
         }
     }
@@ -119,6 +129,11 @@ impl Flow {
     /// The same equations stepped in another way.
     pub(crate) fn with_stepping(&self, stepping: Stepping) -> Self {
         Self { stepping, ..self.clone() }
+    }
+
+    /// The same with classical substeps only.
+    pub(crate) fn classical(&self) -> Self {
+        Self { classical: true, ..self.clone() }
     }
 
     /// The same with no more substeps than derivatives need: they only point the way to the next iterate.
@@ -142,9 +157,9 @@ impl Flow {
             f_x: vec![0.0; n * n],
             f_xi: vec![0.0; n * self.n_parameters],
             stage: vec![0.0; n],
-            slopes: vec![0.0; 4 * n],
+            slopes: vec![0.0; STAGES * n],
             s_stage: vec![0.0; n * width],
-            s_slopes: vec![0.0; 4 * n * width],
+            s_slopes: vec![0.0; STAGES * n * width],
         }
     }
 
@@ -273,30 +288,32 @@ impl Flow {
                 }
             }
             Stepping::Continuous { substeps } => {
+                let (tableau, substeps) = self.scheme(substeps);
                 let h = dt / substeps as f64;
                 for _ in 0..substeps {
-                    for stage in 0..4 {
-                        let reach = [0.0, 0.5 * h, 0.5 * h, h][stage];
+                    for (stage, row) in tableau.a.iter().enumerate() {
                         let mut at = std::mem::take(&mut scratch.stage);
                         for i in 0..n {
-                            let before = if stage > 0 { scratch.slopes[(stage - 1) * n + i] } else { 0.0 };
-                            at[i] = next[i] + reach * before;
+                            let slopes = row.iter().enumerate().map(|(j, a)| a * scratch.slopes[j * n + i]);
+                            at[i] = next[i] + h * slopes.sum::<f64>();
                         }
                         self.rates(&at, u, xi, s.is_some(), scratch);
-                        z[..n].copy_from_slice(&at);
-                        let weight = [1.0, 2.0, 2.0, 1.0][stage] / (6.0 * substeps as f64);
-                        visit(&Stage { weight, z: &z, x_dot: &scratch.f });
+                        if tableau.b[stage] > 0.0 {
+                            z[..n].copy_from_slice(&at);
+                            let weight = tableau.b[stage] / substeps as f64;
+                            visit(&Stage { weight, z: &z, x_dot: &scratch.f });
+                        }
                         scratch.stage = at;
                         scratch.slopes[stage * n..(stage + 1) * n].copy_from_slice(&scratch.f);
                         if let Some(s) = s.as_deref_mut() {
-                            self.variation(stage, reach, s, scratch);
+                            self.variation(stage, row, h, s, scratch);
                         }
                     }
-                    for (stage, w) in [1.0, 2.0, 2.0, 1.0].into_iter().enumerate() {
-                        (0..n).for_each(|i| next[i] += w * h / 6.0 * scratch.slopes[stage * n + i]);
+                    for (stage, b) in tableau.b.iter().enumerate().filter(|(_, b)| **b > 0.0) {
+                        (0..n).for_each(|i| next[i] += b * h * scratch.slopes[stage * n + i]);
                         if let Some(s) = s.as_deref_mut() {
                             let slopes = &scratch.s_slopes[stage * n * width..(stage + 1) * n * width];
-                            s.iter_mut().zip(slopes).for_each(|(s, slope)| *s += w * h / 6.0 * slope);
+                            s.iter_mut().zip(slopes).for_each(|(s, slope)| *s += b * h * slope);
                         }
                     }
                 }
@@ -305,19 +322,21 @@ impl Flow {
         next.iter().all(|v| v.is_finite()) && s.is_none_or(|s| s.iter().all(|v| v.is_finite()))
     }
 
-    /// The slope of ∂x/∂(x₀; ξ) at stage number `stage`.
-    fn variation(&self, stage: usize, reach: f64, s: &[f64], scratch: &mut Scratch) {
+    /// The scheme and its number of steps for an interval of `substeps`: many of them are too few for the classical one.
+    fn scheme(&self, substeps: usize) -> (&'static Tableau, usize) {
+        if substeps < OF_EIGHTH || self.classical { (&FOURTH, substeps) } else { (&EIGHTH, substeps / OF_EIGHTH) }
+    }
+
+    /// The slope of ∂x/∂(x₀; ξ) at stage number `stage`, which is `row` of the scheme.
+    fn variation(&self, stage: usize, row: &[f64], h: f64, s: &[f64], scratch: &mut Scratch) {
         let (n, p) = (self.n, self.n_parameters);
         let width = n + p;
         let (before, now) = scratch.s_slopes.split_at_mut(stage * n * width);
-        let at: &[f64] = if stage == 0 {
-            s
-        } else {
-            let last = &before[(stage - 1) * n * width..];
-            let moved = s.iter().zip(last).map(|(s, slope)| s + reach * slope);
-            scratch.s_stage.iter_mut().zip(moved).for_each(|(slot, v)| *slot = v);
-            &scratch.s_stage
-        };
+        scratch.s_stage.copy_from_slice(s);
+        for (slopes, a) in before.chunks_exact(n * width).zip(row).filter(|(_, a)| **a != 0.0) {
+            scratch.s_stage.iter_mut().zip(slopes).for_each(|(slot, slope)| *slot += a * h * slope);
+        }
+        let at = &scratch.s_stage;
         for i in 0..n {
             let row = &mut now[i * width..(i + 1) * width];
             row[..n].fill(0.0);

@@ -3,6 +3,7 @@
 mod eliminate;
 mod fit;
 mod flow;
+mod tableau;
 
 pub(crate) use fit::{Bounds, Fit, PARTS, fit, opinion};
 pub(crate) use flow::{Flow, Scratch, Stage};
