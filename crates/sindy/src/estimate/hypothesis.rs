@@ -123,7 +123,9 @@ impl Problem<'_> {
         let Stepping::Continuous { substeps: first } = flow.stepping() else { return flow.stepping() };
         let of = |substeps: usize| flow.classical().with_stepping(Stepping::Continuous { substeps });
         let mut substeps = first;
-        while substeps < FINEST_CLASSICAL && self.difference(&of(substeps), flow, &fit.xi, &fit.x, &fit.sigma) > TRUNCATION {
+        while substeps < FINEST_CLASSICAL
+            && self.difference(&of(substeps), flow, &fit.xi, &fit.x, &fit.sigma) > TRUNCATION
+        {
             substeps *= 2;
         }
         Stepping::Continuous { substeps }

@@ -47,6 +47,8 @@ pub(crate) struct Estimate {
     pub(crate) signal_noise: Vec<f64>,
     /// Per state: whether what its equation leaves is noise.
     pub(crate) adequate: Vec<bool>,
+    /// Whether what is left of every state is below all that numbers can tell.
+    pub(crate) leaves_nothing: bool,
 }
 
 /// Rounds of proposals, at most.
@@ -407,6 +409,7 @@ impl Problem<'_> {
             errors,
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
+            leaves_nothing: self.leaves_nothing(&best),
             sigma: best.fit.left,
             signal_noise: signals.sigma.clone(),
             adequate,

@@ -82,7 +82,7 @@ impl Identifier {
         let counts = Counts { rows, at_limit: 0, astray: 0 };
         let found =
             self.estimated(tiers, &segments, &floor, Stepping::Continuous { substeps: 1 }, counts, &space, solver)?;
-        found.ok_or_else(|| failed("no equations follow the data".into()))
+        found.map(|(found, _)| found).ok_or_else(|| failed("no equations follow the data".into()))
     }
 
     /// Refuses states whose powers are beyond all numbers.
@@ -102,7 +102,8 @@ impl Identifier {
         Ok(())
     }
 
-    /// Equations with the best score, with noise estimated, but not below `floor` (n). `None` if no equations follow the data.
+    /// Equations with the best score, with noise estimated, but not below `floor` (n), and whether they leave no more than that. `None` if
+    /// no equations follow the data.
     #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
     pub(super) fn estimated(
         &self,
@@ -113,7 +114,7 @@ impl Identifier {
         counts: Counts,
         space: &Space,
         solver: &BestSubset,
-    ) -> Result<Option<Identified>, FitError> {
+    ) -> Result<Option<(Identified, bool)>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
         let terms = self.general_terms(tiers, segments);
@@ -132,7 +133,7 @@ impl Identifier {
         let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
         let model = written(&found, &terms, &rates, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
-        Ok(Some(Identified { model, report }))
+        Ok(Some((Identified { model, report }, found.leaves_nothing)))
     }
 }
 

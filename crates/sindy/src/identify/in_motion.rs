@@ -52,15 +52,13 @@ impl Identifier {
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
             let counts = Counts { rows, at_limit: at_limits, astray: 0 };
-            let found =
-                self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, solver)?;
-            let adequate =
-                |found: &Identified| found.report.equations.iter().all(|e| e.reached_floor || !e.ties.is_empty());
-            // What explains a part of the data to rounding explains all of it but for a few steps.
-            if rounded && !found.as_ref().is_some_and(adequate) {
+            let found = self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, solver)?;
+            // What explains a part of the data to rounding explains all of it, or all but a few steps.
+            if rounded && !found.as_ref().is_some_and(|(_, leaves_nothing)| *leaves_nothing) {
                 exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
             }
             if exact.is_none() {
+                let found = found.map(|(found, _)| found);
                 return found.ok_or_else(|| failed("no equations follow the data".into()));
             }
         }

@@ -100,7 +100,7 @@ impl Search<'_> {
             let found = self.fit(stepping, &self.upright(), None, &Terms::Best(choices))?;
             // Once more, with the errors that enter through the terms.
             let found = self.fit(stepping, &self.upright(), Some(&found.model), &Terms::Best(choices))?;
-            self.judged(found)
+            Ok(self.pruned(self.judged(found)?))
         })
     }
 

@@ -1,5 +1,6 @@
 //! Sums of sine and cosine told as one wave of an angle with another zero.
 
+use super::Stepping;
 use super::fitting::Terms;
 use super::search::{Found, Search};
 use super::tilt::{Turn, turns};
@@ -84,7 +85,10 @@ impl Search<'_> {
         fits[i].support.remove(least);
         fits[i].coefficients.remove(least);
         let start = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Same(&fits)).ok()?;
-        let fewer = self.refine(start).ok()?;
+        let fewer = match start.stepping {
+            Stepping::Continuous { .. } => self.refine(start).ok()?,
+            _ => self.judged(start).ok()?,
+        };
         fewer.explains().then_some(fewer)
     }
 
