@@ -30,6 +30,7 @@ mod triangle;
 pub use coordinates::CoordinateMode;
 pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
 pub use error::{InvalidParam, UnknownName};
+pub use estimate::Doubt;
 pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
     EquationReport, Identified, Identifier, LibraryChoice, Noise, Recording, Report, SolverChoice, Target,

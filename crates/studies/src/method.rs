@@ -11,7 +11,7 @@ use crate::log::{Log, Role, Trajectory};
 pub struct Found {
     /// Terms of each state's equation.
     pub equations: Vec<Vec<Term>>,
-    /// Whether the method claims that nothing is left to explain.
+    /// Whether the method claims that nothing is left to explain, and names no other terms that explain as much.
     pub adequate: bool,
     /// One sampling interval of what was found.
     pub dynamics: Box<dyn Dynamics>,
@@ -36,7 +36,10 @@ pub fn identify(log: &Log) -> anyhow::Result<Found> {
     let judged = |i: &usize| !model.kinematic()[*i];
     Ok(Found {
         equations: (0..log.states.len()).map(row).collect(),
-        adequate: (0..log.states.len()).filter(judged).all(|i| found.report.equations[i].reached_floor),
+        adequate: (0..log.states.len()).filter(judged).all(|i| {
+            let equation = &found.report.equations[i];
+            equation.reached_floor && equation.ties.is_empty()
+        }),
         dynamics: Box::new(model),
     })
 }

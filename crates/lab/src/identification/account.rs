@@ -35,6 +35,8 @@ pub(crate) struct Account {
     /// RMS difference of each state as measured and as it follows from the equations, where it was estimated.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     noise_deviations: Vec<Deviation>,
+    /// Whether the search for terms tried all it would.
+    search_complete: bool,
 }
 
 /// The noise of one state.
@@ -43,6 +45,8 @@ struct Deviation {
     state: String,
     sigma: f64,
     unit: String,
+    /// 100 (1 − NRMSE) of the state simulated along each recording.
+    fit_percent: Option<f64>,
 }
 
 /// What is added to a state before the terms are computed.
@@ -67,10 +71,11 @@ impl Account {
             Equation::new(found, i, &unit, judged)
         };
         let unit = |name: &String| spec.state.iter().find(|c| c.name == *name).map(|c| c.unit.clone());
-        let deviation = |(state, &sigma): (&String, &f64)| Deviation {
+        let deviation = |((state, &sigma), &fit): ((&String, &f64), &f64)| Deviation {
             state: state.clone(),
             sigma,
             unit: unit(state).unwrap_or_default(),
+            fit_percent: Some(100.0 * fit).filter(|f| f.is_finite()),
         };
         let equations: Vec<Equation> = (0..report.equations.len()).map(equation).collect();
         let named = model.states().iter().zip(model.offsets());
@@ -93,7 +98,11 @@ impl Account {
                 Noise::Declared => "declared",
                 Noise::Estimated => "estimated",
             },
-            noise_deviations: model.states().iter().zip(&report.noise_deviations).map(deviation).collect(),
+            noise_deviations: {
+                let states = model.states().iter().zip(&report.noise_deviations);
+                states.zip(&report.fit).map(deviation).collect()
+            },
+            search_complete: report.search_complete,
         }
     }
 
@@ -115,10 +124,16 @@ impl Account {
             None => "infinite (fewer steps than terms)".into(),
         };
         if !self.noise_deviations.is_empty() {
-            let sigma =
-                |d: &Deviation| format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit).trim_end().to_owned();
+            let sigma = |d: &Deviation| {
+                let sigma = format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit).trim_end().to_owned();
+                d.fit_percent.map_or_else(|| sigma.clone(), |fit| format!("{sigma} (fit {fit:.1} %)"))
+            };
             let all: Vec<String> = self.noise_deviations.iter().map(sigma).collect();
             let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
+        }
+        if !self.search_complete {
+            text +=
+                "\nthe search for terms ended before all proposals were tried: fewer rows or states make it complete";
         }
         let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", self.features.len());
         text

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
-use sindyna_sindy::{EquationReport, Form, Identified, SizeReport};
+use sindyna_sindy::{Doubt, EquationReport, Form, Identified, SizeReport};
 
 use crate::number::significant;
 use crate::table::columns_of;
@@ -29,6 +29,9 @@ pub(crate) struct Equation {
     /// RMS residual that rounding and declared noise explain; 0 where that is not known.
     floor: f64,
     reached_floor: bool,
+    /// Why it is not adequate, where the noise was estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    doubt: Option<&'static str>,
     /// Whether every subset of this size was looked at.
     proved: bool,
     /// The best subset of each size that was tried.
@@ -92,6 +95,7 @@ impl Equation {
             residual: (!declared).then_some(equation.residual),
             floor: if judged { equation.floor } else { 0.0 },
             reached_floor: judged && equation.reached_floor,
+            doubt: equation.doubt.map(told),
             proved: equation.proved,
             path: equation.path.iter().map(size).collect(),
             ties: equation.ties.iter().map(|tie| tie.iter().map(name).collect()).collect(),
@@ -114,7 +118,7 @@ impl Equation {
         let residual = self.quantity(residual);
         let verdict = match (self.reached_floor, self.floor > 0.0) {
             (true, _) if sensors == ESTIMATED => "white noise".into(),
-            (false, _) if sensors == ESTIMATED => self.why_not().into(),
+            (false, _) if sensors == ESTIMATED => self.doubt.unwrap_or_default().into(),
             (true, _) => format!("as small as {sensors} explains ({})", significant(self.floor, 2)),
             (false, true) if self.terms.len() >= self.rows => "as many terms as steps leave nothing to judge by".into(),
             (false, true) => {
@@ -147,18 +151,9 @@ impl Equation {
             ));
         }
         if sensors == ESTIMATED {
-            return Some(format!("the equation of {state} leaves {residual} RMS, {}", self.why_not()));
+            return Some(format!("the equation of {state} leaves {residual} RMS, {}", self.doubt.unwrap_or_default()));
         }
         Some(format!("the equation of {state} leaves {residual} RMS where {sensors} explains {floor}"))
-    }
-
-    /// Why the equation is not adequate although the noise is estimated.
-    fn why_not(&self) -> &'static str {
-        if self.ties.is_empty() {
-            "correlated from sample to sample: a term is missing or approximated"
-        } else {
-            "but other terms explain the data as well"
-        }
     }
 
     fn quantity(&self, value: f64) -> String {
@@ -190,6 +185,18 @@ impl Equation {
             let _ = writeln!(text, "  {term}{a}   {coefficient}{b}   {error}");
         }
         text
+    }
+}
+
+/// Why an equation is not adequate although the noise is estimated: what to say of its residual.
+fn told(doubt: Doubt) -> &'static str {
+    match doubt {
+        Doubt::TooFewSamples => "of fewer than three samples a term, which leave nothing to judge by",
+        Doubt::Correlated => "correlated from sample to sample: a term is missing or approximated",
+        Doubt::OtherTerms => "but other terms explain the data as well",
+        Doubt::Inconstant => {
+            "but the first and the second half of the data want other coefficients: a term is missing or approximated"
+        }
     }
 }
 
@@ -227,6 +234,7 @@ mod tests {
             residual: Some(1.26e-6),
             floor: 2e-6,
             reached_floor: true,
+            doubt: None,
             proved: false,
             path: vec![Size { terms: vec![], residual: 1.0, proved: true }],
             ties: vec![],

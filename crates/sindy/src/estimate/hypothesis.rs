@@ -37,7 +37,7 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits together: some seconds.
-const BUDGET: u64 = 1_200_000_000;
+pub(super) const BUDGET: u64 = 1_200_000_000;
 
 /// Passes over the data that a fit takes.
 const ITERATIONS: u64 = 40;

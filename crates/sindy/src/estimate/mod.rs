@@ -9,4 +9,5 @@ mod propose;
 mod search;
 mod white;
 
+pub use search::Doubt;
 pub(crate) use search::{Estimate, Problem, estimate};

@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use ndarray::Array2;
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
 use crate::BestSubset;
@@ -31,6 +31,20 @@ pub(crate) struct Problem<'a> {
     pub(crate) spent: &'a Cell<u64>,
 }
 
+/// Why an equation whose noise was estimated is not called adequate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doubt {
+    /// There are fewer than three samples for every term.
+    TooFewSamples,
+    /// What it leaves is correlated from sample to sample: a term is missing or approximated.
+    Correlated,
+    /// Other terms explain the data as well.
+    OtherTerms,
+    /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
+    /// are.
+    Inconstant,
+}
+
 /// Equations found.
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
@@ -45,8 +59,12 @@ pub(crate) struct Estimate {
     pub(crate) sigma: Vec<f64>,
     /// The same by how smooth the signals are, before any equation is known.
     pub(crate) signal_noise: Vec<f64>,
-    /// Per state: whether what its equation leaves is noise.
-    pub(crate) adequate: Vec<bool>,
+    /// Per state: why its equation is not adequate.
+    pub(crate) doubts: Vec<Option<Doubt>>,
+    /// Per state: 1 − ‖x measured − x‖ / ‖x measured − mean‖.
+    pub(crate) fit: Vec<f64>,
+    /// Whether no proposal was passed over because the budget was spent.
+    pub(crate) complete: bool,
     /// Whether what is left of every state is below all that numbers can tell.
     pub(crate) leaves_nothing: bool,
 }
@@ -381,12 +399,18 @@ impl Problem<'_> {
     fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
-        let adequate: Vec<bool> = (0..n)
-            .map(|i| {
-                let judged = self.samples() >= ROWS_A_TERM * best.supports[i].len() as f64;
-                judged && self.is_noise(&best, i) && rivals[i].is_empty() && (constant[i] || best.numerical)
-            })
-            .collect();
+        let doubt = |i: usize| {
+            if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
+                Some(Doubt::TooFewSamples)
+            } else if !self.is_noise(&best, i) {
+                Some(Doubt::Correlated)
+            } else if !rivals[i].is_empty() {
+                Some(Doubt::OtherTerms)
+            } else {
+                (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
+            }
+        };
+        let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
@@ -397,22 +421,26 @@ impl Problem<'_> {
                 support: best.supports[i].clone(),
                 coefficients: best.fit.xi[range.clone()].to_vec(),
                 residual: best.fit.left[i],
-                reached_floor: adequate[i],
+                reached_floor: doubts[i].is_none(),
                 proved: false,
                 path: regression.path(),
                 ties,
             });
             errors.push(best.fit.errors[range].to_vec());
         }
+        let left = best.fit.left.clone();
+        let fit = (0..n).map(|i| 1.0 - left[i] / self.spread(i)).collect();
         Estimate {
             fits,
             errors,
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             leaves_nothing: self.leaves_nothing(&best),
-            sigma: best.fit.left,
+            sigma: left,
             signal_noise: signals.sigma.clone(),
-            adequate,
+            doubts,
+            fit,
+            complete: self.spent.get() <= BUDGET,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::rows::Rows;
 use crate::Triangle;
-use crate::estimate::Estimate;
+use crate::estimate::{Doubt, Estimate};
 use crate::library::Term;
 use crate::model::Model;
 use crate::motion::Found;
@@ -35,6 +35,11 @@ pub struct Report {
     /// RMS difference of each state as measured and as it follows from the equations \[unit of the state\] (n), where it was
     /// estimated; else empty.
     pub noise_deviations: Vec<f64>,
+    /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of states simulated along each recording
+    /// from its start; empty where the noise was not estimated.
+    pub fit: Vec<f64>,
+    /// Whether the search tried all it would; it ends early where the data are many and the terms too.
+    pub search_complete: bool,
     /// One entry per state.
     pub equations: Vec<EquationReport>,
 }
@@ -62,6 +67,8 @@ pub struct EquationReport {
     /// Whether the equation is adequate: its residual no more than that, and where the noise is estimated, uncorrelated from sample to
     /// sample and no other terms as good.
     pub reached_floor: bool,
+    /// Why it is not adequate, where the noise was estimated.
+    pub doubt: Option<Doubt>,
     /// Whether every subset of the chosen size was looked at.
     pub proved: bool,
     /// Numbers of the chosen terms in [`Report::features`].
@@ -114,6 +121,7 @@ impl Report {
                 residual: residuals[i].0,
                 floor: residuals[i].1,
                 reached_floor: fit.reached_floor,
+                doubt: None,
                 proved: fit.proved,
                 coefficients: model.coefficients(i).iter().map(|e| e.coefficient).collect(),
                 standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
@@ -130,6 +138,8 @@ impl Report {
             condition: found.condition,
             noise,
             noise_deviations: Vec::new(),
+            fit: Vec::new(),
+            search_complete: true,
             equations: equations.collect(),
         }
     }
@@ -141,7 +151,8 @@ impl Report {
             state: state.clone(),
             residual: of_a_step(found.sigma[i]),
             floor: of_a_step(found.signal_noise[i]),
-            reached_floor: found.adequate[i],
+            reached_floor: found.doubts[i].is_none(),
+            doubt: found.doubts[i],
             proved: false,
             support: fit.support.clone(),
             coefficients: fit.coefficients.clone(),
@@ -157,6 +168,8 @@ impl Report {
             condition: found.condition,
             noise: Noise::Estimated,
             noise_deviations: found.sigma.clone(),
+            fit: found.fit.clone(),
+            search_complete: found.complete,
             equations: equations.collect(),
         }
     }
@@ -174,6 +187,7 @@ impl Report {
             residual: fit.residual,
             floor: *floor,
             reached_floor: fit.reached_floor,
+            doubt: None,
             proved: fit.proved,
             standard_errors: triangle.spread(&fit.support).into_iter().map(|s| s * fit.residual).collect(),
             support: fit.support,
@@ -189,6 +203,8 @@ impl Report {
             condition: triangle.condition(&all),
             noise: Noise::Rounding,
             noise_deviations: Vec::new(),
+            fit: Vec::new(),
+            search_complete: true,
             equations: equations.collect(),
         }
     }
