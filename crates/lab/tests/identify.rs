@@ -176,7 +176,7 @@ fn noise_that_is_given_and_digits_that_are_missing_are_taken_as_errors() {
     let unknown = [&args[..], &["--precision", "f64", "--strict"]].concat();
     let (code, stdout, _) = identify(temp.path(), &(header.clone() + &coarse), &unknown);
     assert!(code == 0 && stdout.contains("15 sin th + 2.999"), "{stdout}");
-    assert!(stdout.contains("noise, estimated: th 0.00029 rad, w 0.00029 rad/s"), "{stdout}");
+    assert!(stdout.contains("noise, estimated: th 0.00029 rad (fit 100.0 %), w 0.00029 rad/s (fit"), "{stdout}");
     let given = [&args[..], &["--precision", "f64", "--noise", "th=0.0003,w=0.0003"]].concat();
     let (_, stdout, _) = identify(temp.path(), &(header + &coarse), &given);
     assert!(stdout.contains("white noise"), "{stdout}");

@@ -139,6 +139,51 @@ fn a_law_that_no_terms_can_say_is_no_adequate_equation() {
     assert!(!found.report.equations[0].reached_floor, "{}", found.model);
 }
 
+fn prey_and_predators(x: &[f64], u: f64) -> Vec<f64> {
+    let eaten = x[0] * x[1] / (1.0 + x[0]);
+    vec![x[0] - 0.25 * x[0] * x[0] - 1.2 * eaten, 0.8 * eaten - 0.4 * x[1] + 0.2 * u]
+}
+
+#[test]
+fn ratios_are_found_multiplied_out() {
+    for noise in [0.0, 1e-3] {
+        let recording = record(prey_and_predators, &[1.0, 1.0], (400, 0.2), (noise, 1.0, false), 4);
+        let found = Identifier::new(&spec(&PLAIN[..2], 0.2)).identify_recordings(&[recording]).expect("equations");
+        let within = if noise > 0.0 { 0.02 } else { 1e-6 };
+        let prey = [("x", 1.0), ("x²", 0.75), ("x³", -0.25), ("x·y", -1.2), ("x·dx/dt", -1.0)];
+        assert_equation(&found, 0, &prey, within);
+        let predators = [("y", -0.4), ("u", 0.2), ("x·y", 0.4), ("x·u", 0.2), ("x·dy/dt", -1.0)];
+        assert_equation(&found, 1, &predators, within);
+    }
+}
+
+/// A pendulum hanging from the end of an arm that turns about a vertical axis and is driven by u.
+fn rotary_pendulum(x: &[f64], u: f64) -> Vec<f64> {
+    let (sin, cos) = x[1].sin_cos();
+    let (arm, pole) = (x[2], x[3]);
+    let a = 6.0 * u - 0.4 * arm - 2.0 * sin * cos * arm * pole + 0.8 * sin * pole * pole;
+    let b = -10.0 * sin - 0.2 * pole + sin * cos * arm * arm;
+    let (inertia, coupling) = (2.0 + sin * sin, 0.8 * cos);
+    let determinant = inertia - coupling * coupling;
+    vec![arm, pole, (a - coupling * b) / determinant, (inertia * b - coupling * a) / determinant]
+}
+
+#[test]
+fn inertia_that_depends_on_an_angle_is_found_in_noise() {
+    let kinds = [("ph", Kind::Angle), ("th", Kind::Angle), ("r", Kind::RateOf(0)), ("w", Kind::RateOf(1))];
+    let recordings: Vec<Recording> = (0..4)
+        .map(|seed| {
+            let start = [0.3, 1.2 - 0.6 * seed as f64, 0.5, 1.0];
+            record(rotary_pendulum, &start, (100, 0.03), (1e-3, 1.0, false), seed)
+        })
+        .collect();
+    let found = Identifier::new(&spec(&kinds, 0.03)).identify_recordings(&recordings).expect("equations");
+    let arm = [("r", -0.16), ("u", 2.4), ("w²·sin th", 0.32), ("r·w·sin 2th", -0.4), ("cos th·dw/dt", -0.32)];
+    assert_equation(&found, 2, &[&arm[..], &[("cos 2th·dr/dt", 0.2)]].concat(), 0.03);
+    let pole = [("sin th", -10.0), ("w", -0.2), ("r²·sin 2th", 0.5), ("cos th·dr/dt", -0.8)];
+    assert_equation(&found, 3, &pole, 0.03);
+}
+
 #[test]
 fn recordings_that_do_not_fit_are_refused() {
     let identifier = Identifier::new(&spec(&PLAIN, 0.02));

@@ -81,6 +81,7 @@ impl Log {
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
         notes.extend(unwrap(&mut recordings, &folded, &options.states));
         notes.extend(jumps::note(&recordings, &options.states));
+        notes.extend(still(&recordings, &options.states));
         let dt = match options.clock {
             Clock::Stamps if columns.time.is_none() => {
                 let failure = Failure::new(format!("{} has no column `{TIME}` and --dt was not given", path.display()));
@@ -374,4 +375,16 @@ fn dataset(recordings: &[Recording], spec: &Spec) -> Result<(Dataset, usize), Fa
         }
     }
     Ok((data, skipped))
+}
+
+/// States that never change: no term of another equation can be told from the same with them in it.
+fn still(recordings: &[Recording], names: &[String]) -> Vec<String> {
+    let stays = |i: &usize| {
+        let mut values = recordings.iter().flat_map(|r| r.states.column(*i).to_vec());
+        let first = values.next();
+        values.all(|v| Some(v) == first)
+    };
+    let note =
+        |i: usize| format!("{} never changes, so what it does cannot be seen; no candidate term has it", names[i]);
+    (0..names.len()).filter(stays).map(note).collect()
 }

@@ -12,6 +12,8 @@ pub(crate) struct Resolution {
     reach: f64,
     /// Whether a number was not whole: counts and settings are written in full.
     broken: bool,
+    /// Smallest and largest number.
+    range: Option<(f64, f64)>,
 }
 
 impl Resolution {
@@ -21,12 +23,16 @@ impl Resolution {
         self.digits = self.digits.max(digits.trim_start_matches('0').len());
         self.reach = self.reach.max(value.abs());
         self.broken |= value.fract() != 0.0;
+        let (low, high) = self.range.unwrap_or((value, value));
+        self.range = Some((low.min(value), high.max(value)));
     }
 
     /// The step between two numbers of this column, where it was rounded to fewer digits than a float32 has; of the largest ones
     /// if steps differ.
     pub(crate) fn step(&self) -> Option<f64> {
-        let rounded = self.broken && self.reach > 0.0 && (1..FULL).contains(&self.digits);
+        // One number, again and again, is written as short as it is.
+        let moves = self.range.is_some_and(|(low, high)| low < high);
+        let rounded = moves && self.broken && self.reach > 0.0 && (1..FULL).contains(&self.digits);
         rounded.then(|| 10_f64.powi(self.reach.log10().floor() as i32 + 1 - self.digits as i32))
     }
 }
@@ -48,5 +54,6 @@ mod tests {
         assert_eq!(step(&["0.1", "0.3333333333333333"]), None);
         assert_eq!(step(&["0.33333334", "0.25"]), None);
         assert_eq!(step(&["1", "2", "-5"]), None, "whole numbers are counts");
+        assert_eq!(step(&["0.7", "0.7"]), None, "a constant is written as short as it is");
     }
 }

@@ -7,12 +7,12 @@ use ndarray::Array2;
 use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
-use crate::BestSubset;
 use crate::data::{Segment, Signals, sample_of, smooth};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
 use crate::solve::Selected;
+use crate::{BestSubset, Expr};
 
 /// What is to be explained, and by what.
 #[derive(Clone, Copy)]
@@ -417,9 +417,16 @@ impl Problem<'_> {
         for (i, (regression, ties)) in regressions.iter().zip(rivals).enumerate() {
             let range = parameter..parameter + best.supports[i].len();
             parameter = range.end;
+            // A declared rate is an equation of one term.
+            let rate = self.rates[i]
+                .and_then(|v| self.terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(v)));
+            let (support, coefficients) = match rate {
+                Some(term) => (vec![term], vec![1.0]),
+                None => (best.supports[i].clone(), best.fit.xi[range.clone()].to_vec()),
+            };
             fits.push(Selected {
-                support: best.supports[i].clone(),
-                coefficients: best.fit.xi[range.clone()].to_vec(),
+                support,
+                coefficients,
                 residual: best.fit.left[i],
                 reached_floor: doubts[i].is_none(),
                 proved: false,
@@ -429,7 +436,9 @@ impl Problem<'_> {
             errors.push(best.fit.errors[range].to_vec());
         }
         let left = best.fit.left.clone();
-        let fit = (0..n).map(|i| 1.0 - left[i] / self.spread(i)).collect();
+        // Of a state that does not move there is nothing to fit.
+        let of_spread = |i: usize| if left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
+        let fit = (0..n).map(of_spread).collect();
         Estimate {
             fits,
             errors,

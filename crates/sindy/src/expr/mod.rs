@@ -82,6 +82,16 @@ impl Expr {
         }
     }
 
+    /// Whether variable `i` is in the term.
+    pub(crate) fn has(&self, i: usize) -> bool {
+        match self {
+            Self::Constant(_) => false,
+            Self::Variable(j) => *j == i,
+            Self::Neg(a) | Self::Power(a, _) | Self::Call(_, a) => a.has(i),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => a.has(i) || b.has(i),
+        }
+    }
+
     /// The term with `offsets` added to its variables; variables beyond them and offsets of zero change nothing.
     #[must_use]
     pub fn shifted(&self, offsets: &[f64]) -> Self {

@@ -6,6 +6,7 @@ use std::ops::RangeInclusive;
 use sindyna_core::FitError;
 
 use super::Identifier;
+use super::in_motion::stays;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
@@ -15,7 +16,6 @@ use crate::library::{Term, general};
 use crate::model::Model;
 use crate::motion::Stepping;
 use crate::regression::{Space, model};
-use crate::solve::Selected;
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice};
 
 /// Magnitudes of states whose third powers, and the squares of these, are numbers.
@@ -35,6 +35,9 @@ impl Identifier {
         };
         let positive: Vec<bool> = (0..inputs.len()).map(|i| lowest(i) > 0.0).collect();
         let mut terms = general(&inputs, &self.speeds(), &positive);
+        let still: Vec<usize> =
+            (0..n).filter(|&i| stays(segments.iter().flat_map(|s| s.x.column(i).to_vec()))).collect();
+        terms.retain(|t| !still.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
         // Terms of the user's own, and those of declared rates.
         let missing =
             |t: &Term| self.own_terms.contains(&t.name) || (t.rate.is_none() && matches!(t.expr, Expr::Variable(_)));
@@ -131,21 +134,13 @@ impl Identifier {
             spent: &Cell::new(0),
         };
         let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
-        let model = written(&found, &terms, &rates, space, self.spec.dt).map_err(failed)?;
+        let model = written(&found, &terms, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
         Ok(Some((Identified { model, report }, found.leaves_nothing)))
     }
 }
 
 /// The model of the equations found.
-fn written(found: &Estimate, terms: &[Term], rates: &[Option<usize>], space: &Space, dt: f64) -> Result<Model, String> {
-    let fit = |(fit, rate): (&Selected, &Option<usize>)| match rate {
-        None => fit.clone(),
-        Some(v) => {
-            let term = terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(*v));
-            Selected { support: term.into_iter().collect(), coefficients: vec![1.0], ..fit.clone() }
-        }
-    };
-    let fits: Vec<Selected> = found.fits.iter().zip(rates).map(fit).collect();
-    model(space.clone(), terms, &fits, found.stepping.form(), dt).map_err(|e| e.to_string())
+fn written(found: &Estimate, terms: &[Term], space: &Space, dt: f64) -> Result<Model, String> {
+    model(space.clone(), terms, &found.fits, found.stepping.form(), dt).map_err(|e| e.to_string())
 }

@@ -32,6 +32,9 @@ impl Identifier {
             return Err(FitError::TooFewRows { got: rows, needed, unknowns });
         }
         self.check_inputs_move(&runs)?;
+        let still: Vec<usize> =
+            (0..rates.len()).filter(|&i| stays(runs.iter().flat_map(|r| r.x.column(i).to_vec()))).collect();
+        let tiers = self.without(tiers, &still);
         for run in &runs {
             let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
             let none = Array2::zeros((run.len(), 0));
@@ -99,6 +102,17 @@ impl Identifier {
         tiers
     }
 
+    /// `tiers` without terms of the states `still`, which never change: what these multiply says no more than what is multiplied. Terms of
+    /// the user's own stay, and those of declared rates.
+    fn without(&self, tiers: Tiers, still: &[usize]) -> Tiers {
+        let kept = |t: &Term| {
+            let own = self.own_terms.contains(&t.name) || matches!(t.expr, crate::Expr::Variable(_));
+            own || !still.iter().any(|&i| t.expr.has(i))
+        };
+        let core = tiers.terms.iter().take(tiers.core).filter(|t| kept(t)).count();
+        Tiers { terms: tiers.terms.into_iter().filter(kept).collect(), core }
+    }
+
     /// The space of a model whose declared rates are kinematic equations.
     pub(super) fn motion_space(&self) -> Result<Space, String> {
         let kinematic = self.rates().iter().map(Option::is_some).collect();
@@ -108,9 +122,9 @@ impl Identifier {
     /// Refuses data in which an input stays where it is: what it does cannot be told from what is always there.
     fn check_inputs_move(&self, runs: &[motion::Run]) -> Result<(), FitError> {
         for (k, channel) in self.spec.control.iter().enumerate() {
-            let mut values = runs.iter().flat_map(|run| run.u.column(k).to_vec());
-            let Some(first) = values.next().filter(|v| *v != 0.0) else { continue };
-            if values.all(|v| v.to_bits() == first.to_bits()) {
+            let values = || runs.iter().flat_map(|run| run.u.column(k).to_vec());
+            let Some(first) = values().next().filter(|v| *v != 0.0) else { continue };
+            if stays(values()) {
                 let name = &channel.name;
                 let reason = format!(
                     "the input `{name}` is {first} in every step, so what it does cannot be told from a constant; \
@@ -121,4 +135,10 @@ impl Identifier {
         }
         Ok(())
     }
+}
+
+/// Whether all `values` are the same.
+pub(super) fn stays(mut values: impl Iterator<Item = f64>) -> bool {
+    let first = values.next();
+    first.is_none_or(|first| values.all(|v| v.to_bits() == first.to_bits()))
 }
