@@ -65,17 +65,35 @@ impl Search<'_> {
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }
 
-    /// Whether equations of the first tier explain some part of the runs: data with noise are told by a few of them.
-    pub(crate) fn explains_a_part(&self) -> bool {
+    /// Whether equations of the first tier that explain one part of the runs have the terms to explain another too: data with noise, and
+    /// laws that no terms can say, are told by a few of them.
+    pub(crate) fn explains_parts(&self) -> bool {
         let total: usize = self.runs.iter().map(Run::len).sum();
         if total <= 2 * PART {
             return true;
         }
-        [0, (total - PART) / 2, total - PART].into_iter().any(|first| {
-            let part = runs_between(self.runs, first, first + PART);
-            let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
-            Search { system: &narrow, runs: &part, ..*self }.exactly().is_some()
+        let parts = [0, (total - PART) / 2, total - PART].map(|first| runs_between(self.runs, first, first + PART));
+        let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
+        parts.iter().enumerate().any(|(at, part)| {
+            let Some(found) = self.of_core(&narrow, part).exactly() else { return false };
+            parts.iter().enumerate().filter(|(other, _)| *other != at).any(|(_, other)| {
+                let both: Vec<Run> = part.iter().chain(other).cloned().collect();
+                self.of_core(&narrow, &both).with_terms_of(&found, &found.fits).is_some_and(|found| found.explains())
+            })
         })
+    }
+
+    fn of_core<'a>(&'a self, narrow: &'a System<'a>, runs: &'a [Run]) -> Search<'a> {
+        Search { system: narrow, runs, ..*self }
+    }
+
+    /// `found` with the terms `fits`, fitted anew to all runs.
+    pub(super) fn with_terms_of(&self, found: &Found, fits: &[Selected]) -> Option<Found> {
+        let start = self.fit(found.stepping, found.model.offsets(), Some(&found.model), &Terms::Same(fits)).ok()?;
+        match start.stepping {
+            Stepping::Continuous { .. } => self.refine(start).ok(),
+            _ => self.judged(start).ok(),
+        }
     }
 
     fn once(&self) -> Result<Found, ModelError> {

@@ -1,6 +1,5 @@
 //! Sums of sine and cosine told as one wave of an angle with another zero.
 
-use super::Stepping;
 use super::fitting::Terms;
 use super::search::{Found, Search};
 use super::tilt::{Turn, turns};
@@ -70,7 +69,6 @@ impl Search<'_> {
         if self.system.rates[i].is_some() || found.fits[i].support.len() < 2 {
             return None;
         }
-        let offsets = found.model.offsets();
         let theta = self.averages_of(found, &found.model);
         let moves = |at: &usize| {
             let (j, c) = (found.fits[i].support[*at], found.fits[i].coefficients[*at]);
@@ -84,11 +82,7 @@ impl Search<'_> {
         let mut fits = found.fits.clone();
         fits[i].support.remove(least);
         fits[i].coefficients.remove(least);
-        let start = self.fit(found.stepping, offsets, Some(&found.model), &Terms::Same(&fits)).ok()?;
-        let fewer = match start.stepping {
-            Stepping::Continuous { .. } => self.refine(start).ok()?,
-            _ => self.judged(start).ok()?,
-        };
+        let fewer = self.with_terms_of(found, &fits)?;
         fewer.explains().then_some(fewer)
     }
 
