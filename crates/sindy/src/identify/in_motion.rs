@@ -47,7 +47,7 @@ impl Identifier {
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let rounded = self.spec.noise <= 0.0 && search.explains_parts();
-        let mut exact = rounded.then(|| search.exactly()).flatten().map(|found| (found, None, 0));
+        let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         if exact.is_none() {
             let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
             let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);

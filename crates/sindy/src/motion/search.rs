@@ -65,11 +65,22 @@ impl Search<'_> {
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }
 
+    /// Whether there are too few steps for parts.
+    fn is_short(&self) -> bool {
+        self.runs.iter().map(Run::len).sum::<usize>() <= 2 * PART
+    }
+
+    /// Equations that explain the data, with all that the solver is allowed where the steps are so few that nothing else can tell.
+    pub(crate) fn exact(&self) -> Option<Found> {
+        let found = self.exactly();
+        if found.is_none() && self.is_short() { self.once().ok().filter(Found::explains) } else { found }
+    }
+
     /// Whether equations of the first tier that explain one part of the runs have the terms to explain another too: data with noise, and
     /// laws that no terms can say, are told by a few of them.
     pub(crate) fn explains_parts(&self) -> bool {
         let total: usize = self.runs.iter().map(Run::len).sum();
-        if total <= 2 * PART {
+        if self.is_short() {
             return true;
         }
         let parts = [0, (total - PART) / 2, total - PART].map(|first| runs_between(self.runs, first, first + PART));
