@@ -15,6 +15,8 @@ pub struct Term {
     pub rate: Option<usize>,
     /// c.
     pub coefficient: f64,
+    /// Its standard error, where a method tells one.
+    pub error: Option<f64>,
 }
 
 impl Term {
@@ -136,7 +138,7 @@ pub fn summands(text: &str, states: &[String]) -> Result<Vec<Term>, NotASummand>
             None => (rest, None),
             Some((term, state)) => (term, Some(states.iter().position(|s| s == state.trim()).ok_or_else(bad)?)),
         };
-        Ok(Term { text: term.trim().to_owned(), rate, coefficient })
+        Ok(Term { text: term.trim().to_owned(), rate, coefficient, error: None })
     };
     text.split(';').filter(|part| !part.trim().is_empty()).map(summand).collect()
 }

@@ -27,11 +27,13 @@ pub fn identify(log: &Log) -> anyhow::Result<Found> {
     let (model, names) = (found.model, log.variables());
     let terms = model.shifted_terms();
     let row = |i: usize| {
-        let term = |e: &sindyna_sindy::Entry| {
+        let errors = &found.report.equations[i].standard_errors;
+        let term = |(at, e): (usize, &sindyna_sindy::Entry)| {
             let text = terms[e.term].display(&names).to_string();
-            Term { text, rate: e.rate, coefficient: e.coefficient }
+            let error = errors.get(at).copied().filter(|e| e.is_finite() && *e > 0.0);
+            Term { text, rate: e.rate, coefficient: e.coefficient, error }
         };
-        model.coefficients(i).iter().map(term).collect()
+        model.coefficients(i).iter().enumerate().map(term).collect()
     };
     let judged = |i: &usize| !model.kinematic()[*i];
     Ok(Found {

@@ -27,6 +27,7 @@ fn true_equations_are_judged_right_and_any_other_wrong() -> anyhow::Result<()> {
                 text: "exp(0.1*".to_owned() + &system.states()[i] + ")",
                 rate: None,
                 coefficient: 1e-12,
+                error: None,
             });
             let verdict = judge.judge(&wider)?;
             assert!(!verdict.right && verdict.equations.iter().any(|e| e.spurious.len() == 1), "{verdict:#?}");

@@ -67,7 +67,7 @@ pub fn problems() -> anyhow::Result<Vec<Problem>> {
 fn problem(entry: Entry) -> anyhow::Result<Problem> {
     let of = || format!("ODEBench {}", entry.id);
     let sides = entry.substituted.first().with_context(of)?;
-    let term = |side: &String| vec![Term { text: readable(side), rate: None, coefficient: 1.0 }];
+    let term = |side: &String| vec![Term { text: readable(side), rate: None, coefficient: 1.0, error: None }];
     let rows: Vec<Vec<Term>> = sides.iter().map(term).collect();
     let equations = Equations::new(&rows, &names(sides.len())).with_context(of)?;
     let times = (0..entry.n).map(|i| entry.t_end * i as f64 / (entry.n - 1) as f64).collect();

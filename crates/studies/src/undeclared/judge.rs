@@ -51,6 +51,8 @@ pub struct Judged {
     pub spurious: Vec<String>,
     /// Largest |found/true − 1| of a coefficient; none unless right.
     pub coefficient_error: Option<f64>,
+    /// (found − true)/standard error of each coefficient; none unless right and told by the method.
+    pub standardised: Option<Vec<f64>>,
 }
 
 /// All judged equations.
@@ -139,6 +141,10 @@ impl Judge {
             right,
             missing: unmatched(i, &self.truth[i], &self.compiled, compiled),
             spurious: unmatched(i, found, compiled, &self.compiled),
+            standardised: coefficients.as_ref().and_then(|true_ones| {
+                let z = |(t, c): (&Term, &f64)| Some((t.coefficient - c) / t.error?);
+                found.iter().zip(true_ones).map(z).collect()
+            }),
             coefficient_error: coefficients.map(error),
         }
     }
