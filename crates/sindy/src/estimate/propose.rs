@@ -125,9 +125,11 @@ impl Problem<'_> {
         Regression { found, triangle, choice, own }
     }
 
-    /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion.
+    /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion, which
+    /// are those of such states.
     pub(super) fn choice(&self, i: usize) -> Vec<usize> {
-        let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && self.rates.contains(&Some(l)));
+        let is_rate = |i: usize| self.rates.contains(&Some(i));
+        let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && is_rate(l) && is_rate(i));
         (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).collect()
     }
 
@@ -285,14 +287,15 @@ impl Regression {
 
     /// `support` with a term exchanged for one that has the same values on all data, up to a factor.
     pub(super) fn twins(&self, support: &[usize]) -> Vec<Vec<usize>> {
-        let exchanged = |(out, kept): &(usize, usize)| {
-            let at = support.iter().position(|&j| j == self.choice[*kept])?;
+        let exchanged = |a: usize, b: usize| {
+            let at = support.iter().position(|&j| j == self.choice[a])?;
             let mut other = support.to_vec();
-            other[at] = self.choice[*out];
+            other[at] = self.choice[b];
             other.sort_unstable();
             Some(other)
         };
-        self.found.equal.iter().filter_map(exchanged).collect()
+        let equal = self.found.equal.iter();
+        equal.filter_map(|&(out, kept)| exchanged(kept, out).or_else(|| exchanged(out, kept))).collect()
     }
 
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
