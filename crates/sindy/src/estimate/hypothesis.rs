@@ -71,6 +71,9 @@ impl Problem<'_> {
             };
             (flow, fit) = (finer, better);
         }
+        if !flow.is_regular(self.segments, &fit.x, &fit.xi) {
+            return None;
+        }
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
         let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
         // Contributions are of the size of the rates, or seldom larger: a Cauchy distribution. Terms that cancel are worth it only

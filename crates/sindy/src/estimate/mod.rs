@@ -10,4 +10,4 @@ mod search;
 mod white;
 
 pub use search::Doubt;
-pub(crate) use search::{Estimate, Problem, estimate};
+pub(crate) use search::{Estimate, Problem, estimate, finish};

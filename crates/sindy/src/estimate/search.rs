@@ -103,6 +103,26 @@ const FLOOR: f64 = 1.5;
 /// Part of a channel's spread below which nothing is left to explain.
 const NOTHING: f64 = 1e-9;
 
+/// Equations that leave nothing, `begun` with terms and coefficients that do, without those that only made up for coarse steps. `None` if
+/// they do not leave nothing when followed closely.
+pub(crate) fn finish(
+    problem: &Problem<'_>,
+    stepping: Stepping,
+    (supports, xi): (Vec<Vec<usize>>, &[f64]),
+) -> Option<Estimate> {
+    let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
+    let problem = &Problem { floor: &floor, ..*problem };
+    let signals = smooth(problem.segments, problem.rates, problem.floor);
+    let problem = &Problem { noise: &signals.sigma, ..*problem };
+    let mut best = problem.hypothesis(supports, stepping, (xi, &signals.x, &signals.sigma), 0..4)?;
+    if !problem.leaves_nothing(&best) {
+        return None;
+    }
+    problem.prune(&mut best);
+    let exchanged = problem.exchanged(best);
+    problem.leaves_nothing(&exchanged.0).then(|| problem.account(exchanged, &signals))
+}
+
 /// The equations with the best score.
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();

@@ -11,11 +11,12 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{Estimate, Problem, estimate};
+use crate::estimate::{Estimate, Problem, estimate, finish};
 use crate::library::{Term, general};
 use crate::model::Model;
-use crate::motion::Stepping;
+use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
+use crate::solve::Selected;
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice};
 
 /// Magnitudes of states whose third powers, and the squares of these, are numbers.
@@ -137,6 +138,35 @@ impl Identifier {
         let model = written(&found, &terms, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
         Ok(Some((Identified { model, report }, found.leaves_nothing)))
+    }
+}
+
+impl Identifier {
+    /// `found`, which explains `segments` to rounding, without terms that only made up for coarse steps. `None` where there are none.
+    pub(super) fn finished(
+        &self,
+        terms: &[Term],
+        found: &Found,
+        (segments, floor): (&[Segment], &[f64]),
+        counts: Counts,
+        space: &Space,
+        solver: &BestSubset,
+    ) -> Result<Option<Identified>, FitError> {
+        let rates = self.rates();
+        let fitted = || found.fits.iter().zip(&rates).map(|(fit, rate)| rate.is_none().then_some(fit));
+        let supports = fitted().map(|fit| fit.map_or_else(Vec::new, |f| f.support.clone())).collect();
+        let xi: Vec<f64> = fitted().flatten().flat_map(|f| f.coefficients.clone()).collect();
+        let n_controls = self.spec.control_dim();
+        let spent = &Cell::new(0);
+        let problem = Problem { terms, rates: &rates, n_controls, segments, floor, noise: &[], solver, spent };
+        let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
+        let size = |fits: &[Selected]| fits.iter().map(|f| f.support.len()).sum::<usize>();
+        if size(&finished.fits) >= size(&found.fits) {
+            return Ok(None);
+        }
+        let model = written(&finished, terms, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
+        let report = Report::estimated(&self.names(), terms, counts, &finished, self.spec.dt);
+        Ok(Some(Identified { model, report }))
     }
 }
 

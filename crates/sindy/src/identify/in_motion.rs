@@ -48,15 +48,23 @@ impl Identifier {
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let rounded = self.spec.noise <= 0.0 && search.explains_parts();
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
+        let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
+        let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
+        let floor: Vec<f64> = (0..rates.len()).map(error).collect();
+        let counts = Counts { rows, at_limit: at_limits, astray: 0 };
+        if let Some((found, _, _)) = &exact
+            && matches!(found.stepping, motion::Stepping::Continuous { .. })
+            && found.model.offsets().iter().all(|v| *v == 0.0)
+            && !search.is_short()
+            && let Some(finished) = self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, solver)?
+        {
+            return Ok(finished);
+        }
         if exact.is_none() {
-            let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
-            let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
-            let floor: Vec<f64> = (0..rates.len()).map(error).collect();
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
-            let counts = Counts { rows, at_limit: at_limits, astray: 0 };
             let found = self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, solver)?;
-            // What explains a part of the data to rounding explains all of it, or all but a few steps.
+            // What explains parts of the data to rounding explains all of it, or all but a few steps.
             if rounded && !found.as_ref().is_some_and(|(_, leaves_nothing)| *leaves_nothing) {
                 exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
             }

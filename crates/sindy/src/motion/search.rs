@@ -66,7 +66,7 @@ impl Search<'_> {
     }
 
     /// Whether there are too few steps for parts.
-    fn is_short(&self) -> bool {
+    pub(crate) fn is_short(&self) -> bool {
         self.runs.iter().map(Run::len).sum::<usize>() <= 2 * PART
     }
 

@@ -58,6 +58,12 @@ const DERIVATIVE_SUBSTEPS: usize = 2;
 /// Substeps from which on one step of order eight stands for so many of order four: it is the more accurate one.
 const OF_EIGHTH: usize = 8;
 
+/// Part of its largest value that the factor of a derivative keeps everywhere.
+const LEAST: f64 = 0.02;
+
+/// Part of that which is the derivative itself, at least: without it the equation is one of the product.
+const SHARE: f64 = 1e-4;
+
 /// Stages of a step, at most.
 const STAGES: usize = 11;
 
@@ -245,6 +251,32 @@ impl Flow {
             xi[parameter].abs() * relative.sum::<f64>().sqrt()
         };
         (0..p).map(of).collect()
+    }
+
+    /// Whether what each equation multiplies its own derivative by, 1 − Σ ξ w, stays away from zero at the samples `x` (T + 1, n) of
+    /// `segments`: where it vanishes the state may be anywhere a moment later.
+    pub(crate) fn is_regular(&self, segments: &[Segment], x: &[Array2<f64>], xi: &[f64]) -> bool {
+        let own: Vec<&Summand> = self.summands.iter().filter(|s| s.rate == Some(s.row)).collect();
+        let mut registers = vec![0.0; self.tape.n_registers()];
+        let mut factor = vec![(0.0_f64, 0.0_f64, 0.0_f64); self.n];
+        for (segment, x) in segments.iter().zip(x) {
+            for (now, u) in x.rows().into_iter().zip(segment.u.rows()).take_while(|_| !own.is_empty()) {
+                registers.iter_mut().zip(now.iter().chain(u)).for_each(|(slot, v)| *slot = *v);
+                self.tape.run(&mut registers);
+                let mut values = vec![1.0; self.n];
+                for s in &own {
+                    values[s.row] -= xi[s.parameter] * registers[self.values[s.term] as usize];
+                }
+                for ((low, high, reach), value) in factor.iter_mut().zip(values) {
+                    if *reach == 0.0 {
+                        (*low, *high) = (value, value);
+                    }
+                    (*low, *high) = (low.min(value), high.max(value));
+                    *reach = reach.max(value.abs());
+                }
+            }
+        }
+        factor.iter().all(|(low, high, reach)| low.max(-high) >= LEAST * reach && SHARE * reach <= 1.0)
     }
 
     /// Writes x⁺ one step of `dt` \[s\] later, and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
