@@ -3,11 +3,14 @@
 //! A hypothesis is a set of terms for each equation and a way of stepping. Linear regressions along a path propose; the prediction
 //! error of whole trajectories, with one penalty for every term, decides.
 
+mod account;
 mod constancy;
 mod hypothesis;
+mod implicit;
 mod propose;
 mod search;
 mod white;
 
-pub use search::Doubt;
-pub(crate) use search::{Estimate, Problem, estimate, finish};
+pub use account::Doubt;
+pub(crate) use account::Estimate;
+pub(crate) use search::{Problem, estimate, finish};

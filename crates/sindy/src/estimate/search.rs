@@ -4,15 +4,15 @@ use std::cell::Cell;
 
 use ndarray::Array2;
 
+use super::account::Estimate;
 use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
+use crate::BestSubset;
 use crate::data::{Segment, Signals, sample_of, smooth};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
-use crate::solve::Selected;
-use crate::{BestSubset, Expr};
 
 /// What is to be explained, and by what.
 #[derive(Clone, Copy)]
@@ -31,55 +31,11 @@ pub(crate) struct Problem<'a> {
     pub(crate) spent: &'a Cell<u64>,
 }
 
-/// Why an equation whose noise was estimated is not called adequate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Doubt {
-    /// There are fewer than three samples for every term.
-    TooFewSamples,
-    /// What it leaves is correlated from sample to sample: a term is missing or approximated.
-    Correlated,
-    /// Other terms explain the data as well.
-    OtherTerms,
-    /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
-    /// are.
-    Inconstant,
-}
-
-/// Equations found.
-#[derive(Debug, Clone)]
-pub(crate) struct Estimate {
-    /// One per state: terms, coefficients, the best subsets of each size. None for states with declared rates.
-    pub(crate) fits: Vec<Selected>,
-    /// Standard errors of the coefficients of each equation.
-    pub(crate) errors: Vec<Vec<f64>>,
-    pub(crate) stepping: Stepping,
-    /// Condition number of the sensitivities of the trajectories to the coefficients.
-    pub(crate) condition: f64,
-    /// Standard deviation of the noise of each state, by what the equations leave.
-    pub(crate) sigma: Vec<f64>,
-    /// The same by how smooth the signals are, before any equation is known.
-    pub(crate) signal_noise: Vec<f64>,
-    /// Per state: why its equation is not adequate.
-    pub(crate) doubts: Vec<Option<Doubt>>,
-    /// Per state: 1 − ‖x measured − x‖ / ‖x measured − mean‖.
-    pub(crate) fit: Vec<f64>,
-    /// Whether no proposal was passed over because the budget was spent.
-    pub(crate) complete: bool,
-    /// Whether what is left of every state is below all that numbers can tell.
-    pub(crate) leaves_nothing: bool,
-}
-
 /// Rounds of proposals, at most.
-const ROUNDS: usize = 6;
+pub(super) const ROUNDS: usize = 6;
 
 /// Noise larger than this many times what the smoothness of the signals tells is no noise.
 const LARGER: f64 = 1.25;
-
-/// Factors of an own derivative that are tried at each price of a term.
-const FACTORS: usize = 3;
-
-/// Multiple of the smallest residual of all proposals beyond which one is not tried.
-const HOPELESS: f64 = 4.0;
 
 /// Passes of exchanges, at most.
 const PASSES: usize = 4;
@@ -91,11 +47,8 @@ const RIVALS: usize = 16;
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
 
-/// Samples for every term, below which an equation is not called adequate.
-const ROWS_A_TERM: f64 = 3.0;
-
 /// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
-const FAR: f64 = 100.0;
+pub(super) const FAR: f64 = 100.0;
 
 /// Multiple of the smallest error that is believed, up to which an error is that.
 const FLOOR: f64 = 1.5;
@@ -135,7 +88,8 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
         return Some(problem.account(searched, &signals));
     }
     // Terms are looked for in a part of the data, and judged with all of them.
-    let in_part = Problem { segments: &sample, spent: &Cell::new(0), ..*problem };
+    let spent = Cell::new(0);
+    let in_part = Problem { segments: &sample, spent: &spent, ..*problem };
     let of_part = smooth(&sample, problem.rates, problem.floor);
     let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
     let begun = found.and_then(|(found, _, _)| {
@@ -143,20 +97,39 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
         problem.hypothesis(found.supports.clone(), found.flow.stepping(), from, 0..4)
     });
     let searched = problem.search(&signals, begun, stepping)?;
-    Some(problem.account(searched, &signals))
+    let mut found = problem.account(searched, &signals);
+    found.complete &= spent.get() <= BUDGET;
+    Some(found)
 }
 
 /// Steps of the part of long recordings in which terms are looked for first.
 const SAMPLE: usize = 400;
 
 /// The best hypothesis, the regressions along its path, and per equation terms that explain the data as well.
-type Searched = (Hypothesis, Vec<Regression>, Vec<Rivals>);
+pub(super) type Searched = (Hypothesis, Vec<Regression>, Vec<Rivals>);
+
+/// The path of the signals, as `stepping` has it between samples.
+pub(super) fn measured(signals: &Signals, stepping: Stepping) -> Path<'_> {
+    match stepping {
+        Stepping::Continuous { .. } => Path::Measured(signals),
+        _ => Path::Held { x: &signals.x },
+    }
+}
+
+/// The path of a hypothesis.
+pub(super) fn followed(hypothesis: &Hypothesis) -> Path<'_> {
+    let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
+    match flow.stepping() {
+        Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
+        _ => Path::Held { x: &fit.x },
+    }
+}
 
 /// Other terms of an equation that explain the data as well.
 type Rivals = Vec<Vec<usize>>;
 
 /// What every term costs in the regressions that propose, as multiples of its penalty.
-const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
+pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
@@ -164,13 +137,12 @@ impl Problem<'_> {
         let settled = |h: &Hypothesis| (0..self.rates.len()).all(|i| self.is_noise(h, i));
         let mut best = match begun {
             Some(begun) if settled(&begun) => begun,
-            _ => {
-                let path = match stepping {
-                    Stepping::Continuous { .. } => Path::Measured(signals),
-                    _ => Path::Held { x: &signals.x },
-                };
-                self.rounds(signals, self.propose(&path, &signals.sigma, None, &[]), begun, stepping)?
-            }
+            _ => self.rounds(
+                signals,
+                self.propose(&measured(signals, stepping), &signals.sigma, None, &[]),
+                begun,
+                stepping,
+            )?,
         };
         self.prune(&mut best);
         if self.implicit(&mut best, signals) {
@@ -225,93 +197,8 @@ impl Problem<'_> {
         best
     }
 
-    /// Tries, for each equation, terms that multiply its own derivative: of ratios such as x/(1 + x) they make sums, and of the
-    /// inertia of joints. Whether one was taken.
-    fn implicit(&self, best: &mut Hypothesis, signals: &Signals) -> bool {
-        let mut taken = false;
-        for i in (0..self.rates.len()).filter(|&i| self.rates[i].is_none()) {
-            let mut tried: Vec<Vec<usize>> = vec![best.supports[i].clone()];
-            for round in 0..ROUNDS {
-                if self.leaves_nothing(best) {
-                    return taken;
-                }
-                // Of an equation that leaves noise alone only a shorter one is better.
-                let noise = self.is_noise(best, i);
-                let most = if noise { best.supports[i].len().saturating_sub(1) } else { usize::MAX };
-                let symmetric = self.symmetric(i, &best.supports);
-                let mut proposals = self.implicit_proposals(i, best, (&symmetric, most));
-                if round == 0 {
-                    let path = match best.flow.stepping() {
-                        Stepping::Continuous { .. } => Path::Measured(signals),
-                        _ => Path::Held { x: &signals.x },
-                    };
-                    let regressions = self.propose_implicit(i, &path, &signals.sigma, None, (&symmetric, most));
-                    proposals.extend(self.most_promising(&regressions));
-                }
-                let mut better = self.best_of(proposals, best, i, &mut tried);
-                let all = self.choice(i);
-                if better.is_none() && all.len() > symmetric.len() {
-                    better = self.best_of(self.implicit_proposals(i, best, (&all, most)), best, i, &mut tried);
-                }
-                let Some(better) = better else { break };
-                *best = better;
-                taken = true;
-            }
-        }
-        taken
-    }
-
-    /// The best of `proposals` for equation `i` that were not `tried` before, if its score is better than that of `base`.
-    fn best_of(
-        &self,
-        proposals: Vec<Proposal>,
-        base: &Hypothesis,
-        i: usize,
-        tried: &mut Vec<Vec<usize>>,
-    ) -> Option<Hypothesis> {
-        let mut better: Option<Hypothesis> = None;
-        for proposal in proposals {
-            if tried.contains(&proposal.support) {
-                continue;
-            }
-            tried.push(proposal.support.clone());
-            let loose = self.with_equation(base, i, &proposal, 0..2).filter(|l| l.score <= base.score + FAR);
-            let Some(loose) = loose else { continue };
-            let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
-            let strict = self.hypothesis(loose.supports, loose.flow.stepping(), from, 2..4);
-            let bar = better.as_ref().map_or(base.score, |h| h.score);
-            better = strict.filter(|h| h.score < bar).or(better);
-        }
-        better
-    }
-
-    /// Proposals for equation `i` with at most `most` terms, one of which multiplies its own derivative, along the path of `best`.
-    fn implicit_proposals(&self, i: usize, best: &Hypothesis, among: (&[usize], usize)) -> Vec<Proposal> {
-        let (flow, fit) = (&best.flow, &best.fit);
-        let path = match flow.stepping() {
-            Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
-            _ => Path::Held { x: &fit.x },
-        };
-        self.most_promising(&self.propose_implicit(i, &path, &fit.sigma, Some((flow, &fit.xi, &fit.x)), among))
-    }
-
-    /// The best of each of the [`FACTORS`] best `regressions`, at each price of a term.
-    fn most_promising(&self, regressions: &[Regression]) -> Vec<Proposal> {
-        let proposals = TIMES.iter().flat_map(|times| {
-            let best = regressions.iter().map(|r| r.best(*times, |support| self.penalty(support)));
-            let mut best: Vec<Proposal> = best.collect();
-            best.sort_by(|a, b| a.score.total_cmp(&b.score));
-            best.truncate(FACTORS);
-            best
-        });
-        let mut proposals: Vec<Proposal> = proposals.collect();
-        let least = proposals.iter().map(|p| p.residual).fold(f64::INFINITY, f64::min);
-        proposals.retain(|p| p.residual <= HOPELESS * least);
-        proposals
-    }
-
     /// `base` with other terms in equation `i`, fitted anew.
-    fn with_equation(
+    pub(super) fn with_equation(
         &self,
         base: &Hypothesis,
         i: usize,
@@ -328,7 +215,7 @@ impl Problem<'_> {
     }
 
     /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
-    fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
+    pub(super) fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
         let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&hypothesis.fit.x).map(|(s, x)| &s.x - x).collect();
         let mut at = Some(i);
         let mut seen = Vec::new();
@@ -343,17 +230,13 @@ impl Problem<'_> {
     }
 
     /// Whether what is left of every state is below all that numbers can tell.
-    fn leaves_nothing(&self, hypothesis: &Hypothesis) -> bool {
+    pub(super) fn leaves_nothing(&self, hypothesis: &Hypothesis) -> bool {
         hypothesis.numerical || hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
     }
 
     fn propose_along(&self, along: &Hypothesis) -> Vec<Regression> {
         let (flow, fit) = (&along.flow, &along.fit);
-        let path = match flow.stepping() {
-            Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
-            _ => Path::Held { x: &fit.x },
-        };
-        self.propose(&path, &fit.sigma, Some((flow, &fit.xi, &fit.x)), &along.supports)
+        self.propose(&followed(along), &fit.sigma, Some((flow, &fit.xi, &fit.x)), &along.supports)
     }
 
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
@@ -416,65 +299,8 @@ impl Problem<'_> {
         }
     }
 
-    fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
-        let n = self.rates.len();
-        let constant = self.halves_agree(&best);
-        let doubt = |i: usize| {
-            if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
-                Some(Doubt::TooFewSamples)
-            } else if !self.is_noise(&best, i) {
-                Some(Doubt::Correlated)
-            } else if !rivals[i].is_empty() {
-                Some(Doubt::OtherTerms)
-            } else {
-                (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
-            }
-        };
-        let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
-        let mut parameter = 0;
-        let mut errors = Vec::with_capacity(n);
-        let mut fits = Vec::with_capacity(n);
-        for (i, (regression, ties)) in regressions.iter().zip(rivals).enumerate() {
-            let range = parameter..parameter + best.supports[i].len();
-            parameter = range.end;
-            // A declared rate is an equation of one term.
-            let rate = self.rates[i]
-                .and_then(|v| self.terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(v)));
-            let (support, coefficients) = match rate {
-                Some(term) => (vec![term], vec![1.0]),
-                None => (best.supports[i].clone(), best.fit.xi[range.clone()].to_vec()),
-            };
-            fits.push(Selected {
-                support,
-                coefficients,
-                residual: best.fit.left[i],
-                reached_floor: doubts[i].is_none(),
-                proved: false,
-                path: regression.path(),
-                ties,
-            });
-            errors.push(best.fit.errors[range].to_vec());
-        }
-        let left = best.fit.left.clone();
-        // Of a state that does not move there is nothing to fit.
-        let of_spread = |i: usize| if left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
-        let fit = (0..n).map(of_spread).collect();
-        Estimate {
-            fits,
-            errors,
-            stepping: self.classical(&best),
-            condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
-            leaves_nothing: self.leaves_nothing(&best),
-            sigma: left,
-            signal_noise: signals.sigma.clone(),
-            doubts,
-            fit,
-            complete: self.spent.get() <= BUDGET,
-        }
-    }
-
     /// Standard deviation of state `i` over all samples.
-    fn spread(&self, i: usize) -> f64 {
+    pub(super) fn spread(&self, i: usize) -> f64 {
         let values: Vec<f64> = self.segments.iter().flat_map(|s| s.x.column(i).to_vec()).collect();
         let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
         (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64).sqrt()

@@ -35,8 +35,8 @@ pub struct Report {
     /// RMS difference of each state as measured and as it follows from the equations \[unit of the state\] (n), where it was
     /// estimated; else empty.
     pub noise_deviations: Vec<f64>,
-    /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of states simulated along each recording
-    /// from its start; empty where the noise was not estimated.
+    /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of the states x̂ that follow the
+    /// equations along each recording from a start that is estimated too; empty where the noise was not estimated.
     pub fit: Vec<f64>,
     /// Whether the search tried all it would; it ends early where the data are many and the terms too.
     pub search_complete: bool,

@@ -1,0 +1,109 @@
+//! What was found, and how far to believe it.
+
+use super::hypothesis::BUDGET;
+use super::search::{Problem, Searched};
+use crate::Expr;
+use crate::data::Signals;
+use crate::motion::Stepping;
+use crate::solve::Selected;
+
+/// Why an equation whose noise was estimated is not called adequate.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Doubt {
+    /// There are fewer than three samples for every term.
+    TooFewSamples,
+    /// What it leaves is correlated from sample to sample: a term is missing or approximated.
+    Correlated,
+    /// Other terms explain the data as well.
+    OtherTerms,
+    /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
+    /// are.
+    Inconstant,
+}
+
+/// Equations found.
+#[derive(Debug, Clone)]
+pub(crate) struct Estimate {
+    /// One per state: terms, coefficients, the best subsets of each size. None for states with declared rates.
+    pub(crate) fits: Vec<Selected>,
+    /// Standard errors of the coefficients of each equation.
+    pub(crate) errors: Vec<Vec<f64>>,
+    pub(crate) stepping: Stepping,
+    /// Condition number of the sensitivities of the trajectories to the coefficients.
+    pub(crate) condition: f64,
+    /// Standard deviation of the noise of each state, by what the equations leave.
+    pub(crate) sigma: Vec<f64>,
+    /// The same by how smooth the signals are, before any equation is known.
+    pub(crate) signal_noise: Vec<f64>,
+    /// Per state: why its equation is not adequate.
+    pub(crate) doubts: Vec<Option<Doubt>>,
+    /// Per state: 1 − ‖x measured − x‖ / ‖x measured − mean‖.
+    pub(crate) fit: Vec<f64>,
+    /// Whether no proposal was passed over because the budget was spent.
+    pub(crate) complete: bool,
+    /// Whether what is left of every state is below all that numbers can tell.
+    pub(crate) leaves_nothing: bool,
+}
+
+/// Samples for every term, below which an equation is not called adequate.
+const ROWS_A_TERM: f64 = 3.0;
+
+impl Problem<'_> {
+    /// What was found, and what speaks against it.
+    pub(super) fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
+        let n = self.rates.len();
+        let constant = self.halves_agree(&best);
+        let doubt = |i: usize| {
+            if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
+                Some(Doubt::TooFewSamples)
+            } else if !self.is_noise(&best, i) {
+                Some(Doubt::Correlated)
+            } else if !rivals[i].is_empty() {
+                Some(Doubt::OtherTerms)
+            } else {
+                (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
+            }
+        };
+        let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
+        let mut parameter = 0;
+        let mut errors = Vec::with_capacity(n);
+        let mut fits = Vec::with_capacity(n);
+        for (i, (regression, ties)) in regressions.iter().zip(rivals).enumerate() {
+            let range = parameter..parameter + best.supports[i].len();
+            parameter = range.end;
+            // A declared rate is an equation of one term.
+            let rate = self.rates[i]
+                .and_then(|v| self.terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(v)));
+            let (support, coefficients) = match rate {
+                Some(term) => (vec![term], vec![1.0]),
+                None => (best.supports[i].clone(), best.fit.xi[range.clone()].to_vec()),
+            };
+            fits.push(Selected {
+                support,
+                coefficients,
+                residual: best.fit.left[i],
+                reached_floor: doubts[i].is_none(),
+                proved: false,
+                path: regression.path(),
+                ties,
+            });
+            errors.push(best.fit.errors[range].to_vec());
+        }
+        let left = best.fit.left.clone();
+        // Of a state that does not move there is nothing to fit.
+        let of_spread = |i: usize| if left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
+        let fit = (0..n).map(of_spread).collect();
+        Estimate {
+            fits,
+            errors,
+            stepping: self.classical(&best),
+            condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
+            leaves_nothing: self.leaves_nothing(&best),
+            sigma: left,
+            signal_noise: signals.sigma.clone(),
+            doubts,
+            fit,
+            complete: self.spent.get() <= BUDGET,
+        }
+    }
+}
