@@ -34,6 +34,9 @@ pub enum FitError {
         /// What the solver said.
         reason: String,
     },
+    /// It was told to stop.
+    #[error("interrupted before the equations were found")]
+    Interrupted,
 }
 
 /// Learns dynamics over the task's state x from rollouts of observations.

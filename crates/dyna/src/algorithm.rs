@@ -4,7 +4,7 @@ use std::io;
 
 use sindyna_core::{
     Agent, AgentError, Batch, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError, Observe,
-    Observer, Region, Replay, Rng, Seed, Task, Unseen,
+    Observer, Region, Replay, Seed, Task, Unseen,
 };
 
 use crate::collect::{Actor, Amount, CollectError, collect};
@@ -170,8 +170,15 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
             return Ok(learned);
         }
         let mut fit_rng = self.seed.stream("identification", 0);
-        let model = self.learner.fit(&learned.data, None, &mut fit_rng)?;
-        let Some(model) = model else { return Ok(learned) };
+        let model = match self.learner.fit(&learned.data, None, &mut fit_rng) {
+            Ok(Some(model)) => model,
+            Ok(None) => return Ok(learned),
+            Err(FitError::Interrupted) => {
+                learned.interrupted = true;
+                return Ok(learned);
+            }
+            Err(error) => return Err(error.into()),
+        };
         self.tell(&model, &learned.data, observer)?;
 
         let schedule = self.schedule;
@@ -229,7 +236,15 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
                 }
             }
             if schedule.refit == Refit::AfterRollouts {
-                model = self.refit(model, &learned.data, &mut fit_rng, observer)?;
+                match self.learner.fit(&learned.data, Some(&model), &mut fit_rng) {
+                    Ok(fitted) => model = fitted.unwrap_or(model),
+                    Err(FitError::Interrupted) => {
+                        learned.interrupted = true;
+                        break;
+                    }
+                    Err(error) => return Err(error.into()),
+                }
+                self.tell(&model, &learned.data, observer)?;
                 improvement.start_over();
             }
         }
@@ -245,19 +260,6 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         learned.policy = improvement.best.map(|best| best.policy);
         learned.model = Some(model);
         Ok(learned)
-    }
-
-    /// The model of all real data so far; the old one where the learner has none to offer.
-    fn refit(
-        &self,
-        model: L::Model,
-        data: &Dataset,
-        rng: &mut Rng,
-        observer: &mut dyn Observer,
-    ) -> Result<L::Model, DynaError> {
-        let model = self.learner.fit(data, Some(&model), rng)?.unwrap_or(model);
-        self.tell(&model, data, observer)?;
-        Ok(model)
     }
 
     /// Tells `observer` of `model`, fitted to `data`.

@@ -1,10 +1,15 @@
 //! SINDy as a learner whose models remember how they were found.
 
 use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Rng};
-use sindyna_sindy::{Identified, Identifier};
+use sindyna_sindy::{Identified, Identifier, Watch};
 
-/// Fits by [`Identifier::identify`].
-pub(crate) struct Learner(pub(crate) Identifier);
+use crate::interrupt::Interrupt;
+
+/// Fits by [`Identifier::identify_watched`], until Ctrl-C.
+pub(crate) struct Learner {
+    pub(crate) identifier: Identifier,
+    pub(crate) interrupt: Interrupt,
+}
 
 /// An identified model together with the report on it.
 #[derive(Debug, Clone)]
@@ -20,7 +25,8 @@ impl DynamicsLearner for Learner {
     type Model = Fitted;
 
     fn fit(&self, data: &Dataset, _previous: Option<&Fitted>, _rng: &mut Rng) -> Result<Option<Fitted>, FitError> {
-        self.0.identify(data).map(|identified| Some(Fitted(identified)))
+        let go_on = || !self.interrupt.pressed();
+        self.identifier.identify_watched(data, &Watch::going_on(&go_on)).map(|identified| Some(Fitted(identified)))
     }
 
     fn rows(&self, model: &Fitted, _data: &Dataset) -> usize {

@@ -1,9 +1,12 @@
 //! How a run is going, on stderr: a bar on a terminal, plain lines elsewhere.
 
+use std::cell::Cell;
 use std::io::{IsTerminal as _, Write as _};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use sindyna_core::Event;
+use sindyna_sindy::Stage;
 
 use crate::plain::message;
 
@@ -63,6 +66,45 @@ impl Progress {
     pub(crate) fn finish(&self) {
         if let Self::Bar(bar) = self {
             bar.finish_and_clear();
+        }
+    }
+}
+
+/// How the search for equations is going: a line every other second, or what a bar shows.
+pub(crate) struct Looking<'a> {
+    progress: &'a Progress,
+    begun: Instant,
+    told: Cell<Instant>,
+}
+
+/// Time between two lines, and between two changes of a bar.
+const EVERY: (Duration, Duration) = (Duration::from_secs(2), Duration::from_millis(100));
+
+impl<'a> Looking<'a> {
+    pub(crate) fn new(progress: &'a Progress) -> Self {
+        let now = Instant::now();
+        Self { progress, begun: now, told: Cell::new(now) }
+    }
+
+    pub(crate) fn tell(&self, stage: Stage) {
+        let (now, bar) = (Instant::now(), matches!(self.progress, Progress::Bar(_)));
+        if now - self.told.get() < if bar { EVERY.1 } else { EVERY.0 } {
+            return;
+        }
+        self.told.set(now);
+        let seconds = (now - self.begun).as_secs();
+        let line = match stage {
+            Stage::Search { spent } => {
+                format!("looking for equations: {seconds} s, {:.0} % of the operations allowed", 100.0 * spent)
+            }
+            _ => format!("looking for equations: {seconds} s"),
+        };
+        match self.progress {
+            Progress::Bar(bar) => {
+                bar.set_style(ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
+                bar.set_message(line);
+            }
+            progress => progress.say(&line),
         }
     }
 }

@@ -26,6 +26,7 @@ mod regression;
 mod shooting;
 mod solve;
 mod triangle;
+mod watch;
 
 pub use coordinates::CoordinateMode;
 pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
@@ -43,3 +44,4 @@ pub use solve::{
     SizeResult, SparseFit, Stlsq, Subset, SubsetPath,
 };
 pub use triangle::{Triangle, TriangleError};
+pub use watch::{Stage, Watch};

@@ -4,8 +4,8 @@ mod branch;
 mod schedule;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, Inverse, Mode, Policy, Replay, Rng,
-    Seed, Sensors, Task, Transition,
+    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Policy, Replay,
+    Rng, Seed, Sensors, Task, Transition,
 };
 
 use crate::algorithm::DynaError;
@@ -144,7 +144,14 @@ impl<L: DynamicsLearner> Online<'_, L> {
                 if let (Some(branches), Some(inverse)) = (&schedule.branches, &inverse)
                     && (step - schedule.first_steps).is_multiple_of(branches.every)
                 {
-                    left.model = self.learner.fit(&practice.data, left.model.as_ref(), &mut fit_rng)?.or(left.model);
+                    match self.learner.fit(&practice.data, left.model.as_ref(), &mut fit_rng) {
+                        Ok(fitted) => left.model = fitted.or(left.model),
+                        Err(FitError::Interrupted) => {
+                            left.interrupted = true;
+                            break;
+                        }
+                        Err(error) => return Err(error.into()),
+                    }
                     if let Some(model) = &left.model {
                         let stage = Stage { model, task: self.task, sensors: self.sensors, inverse };
                         let count = branches.every * branches.per_step;

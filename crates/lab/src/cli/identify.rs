@@ -6,15 +6,16 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde::Serialize;
 use sindyna_core::{Channel, FitError, Kind, Precision, Spec};
-use sindyna_sindy::{Identified, Identifier};
+use sindyna_sindy::{Identified, Identifier, Watch};
 
 use super::identification::IdentificationOptions;
 use super::{Common, Verdict, print};
 use crate::failure::Failure;
 use crate::identification::{Account, IdentificationConfig};
+use crate::interrupt::Interrupt;
 use crate::log::{Clock, Log, LogOptions};
 use crate::number::significant;
-use crate::progress::Progress;
+use crate::progress::{Looking, Progress};
 use crate::record::{RunDir, json};
 
 /// Finds equations of motion in logged data, with no learning of a controller
@@ -109,13 +110,24 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);
     args.identification.check(&settings)?;
+    let interrupt = Interrupt::listen()?;
     let progress = Progress::new(args.common.quiet);
     let log = Log::read(&args.log, &args.options()?)?;
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
     check_size(&identifier, &log)?;
-    let found =
-        args.common.pool()?.install(|| identifier.identify(&log.data)).map_err(|e| explain(e, &args.log, &log))?;
+    let found = args.common.pool()?.install(|| {
+        let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
+        identifier.identify_watched(&log.data, &Watch::going_on(&go_on).telling(&|stage| looking.tell(stage)))
+    });
+    progress.finish();
+    let found = match found {
+        Err(FitError::Interrupted) => {
+            progress.say("interrupted: nothing was written");
+            return Ok(Verdict::Interrupted);
+        }
+        found => found.map_err(|e| explain(e, &args.log, &log))?,
+    };
     let account = Account::new(&found, &log.spec);
 
     // What was found is told even if it cannot be written down.

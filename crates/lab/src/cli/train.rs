@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     }
     let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
-    let plan = Plan::new(&config, &problem)?;
+    let plan = Plan::new(&config, &problem, interrupt.clone())?;
     let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
@@ -94,7 +94,7 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
-    let (plan, pool) = (Plan::new(&config, &problem)?, args.common.pool()?);
+    let (plan, pool) = (Plan::new(&config, &problem, interrupt.clone())?, args.common.pool()?);
     let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
 }
@@ -109,11 +109,11 @@ struct Plan {
 }
 
 impl Plan {
-    fn new(config: &TrainConfig, problem: &Problem) -> Result<Self, Failure> {
+    fn new(config: &TrainConfig, problem: &Problem, interrupt: Interrupt) -> Result<Self, Failure> {
         let spec = problem.spec();
         let mut weights = Seed::new(config.seed).stream("initial weights", 0);
         Ok(Self {
-            learner: Learner(config.identifier(spec)?),
+            learner: Learner { identifier: config.identifier(spec)?, interrupt },
             schedule: config.schedule(spec)?,
             agent: config.agent(spec, &mut weights)?,
             real: Real::new(problem, &config.simulator)?,

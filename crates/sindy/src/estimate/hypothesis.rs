@@ -5,6 +5,7 @@ use ndarray::Array2;
 use super::search::Problem;
 use crate::motion::Stepping;
 use crate::shooting::{self, Bounds, Fit, Flow, PARTS};
+use crate::Stage;
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -56,9 +57,7 @@ impl Problem<'_> {
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
         let mut flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
-        let noise = Bounds { floor: self.floor, shape: self.noise };
-        let mut fit =
-            self.spend(&flow).then(|| shooting::fit(&flow, self.segments, (xi, x), sigma, noise, parts.clone()))??;
+        let mut fit = self.spend(&flow).then(|| self.fit(&flow, (xi, x), sigma, parts.clone()))??;
         loop {
             // What is left may be less than was thought, and the steps then too coarse for it.
             let finer = self.accurate(flow.clone(), (flow.stepping(), finest), &fit.xi, &fit.x, &fit.sigma);
@@ -66,9 +65,7 @@ impl Problem<'_> {
                 break;
             }
             let from = (&fit.xi[..], &fit.x[..]);
-            let Some(better) = shooting::fit(&finer, self.segments, from, &fit.sigma, noise, parts.clone()) else {
-                break;
-            };
+            let Some(better) = self.fit(&finer, from, &fit.sigma, parts.clone()) else { break };
             (flow, fit) = (finer, better);
         }
         if !flow.is_regular(self.segments, &fit.x, &fit.xi) {
@@ -85,6 +82,17 @@ impl Problem<'_> {
         score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
     }
 
+    fn fit(
+        &self,
+        flow: &Flow,
+        from: (&[f64], &[Array2<f64>]),
+        sigma: &[f64],
+        parts: std::ops::Range<usize>,
+    ) -> Option<Fit> {
+        let noise = Bounds { floor: self.floor, shape: self.noise };
+        shooting::fit(flow, self.segments, from, sigma, noise, parts, self.watch.asks())
+    }
+
     /// Takes what a fit of `flow` costs from the budget; `false` if there is not as much left.
     fn spend(&self, flow: &Flow) -> bool {
         let (samples, n, p) = (self.samples() as u64, self.rates.len() as u64, flow.n_parameters() as u64);
@@ -95,7 +103,8 @@ impl Problem<'_> {
         let operations = ITERATIONS * samples * ((n + p) * (n + p) + substeps * (n + p));
         let spent = self.spent.get() + operations;
         self.spent.set(spent);
-        spent <= BUDGET
+        self.watch.tell(Stage::Search { spent: (spent as f64 / BUDGET as f64).min(1.0) });
+        spent <= BUDGET && self.watch.go_on()
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.

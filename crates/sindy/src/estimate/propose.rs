@@ -121,7 +121,8 @@ impl Problem<'_> {
             since > PATIENCE || support.len() >= most
         };
         let solver = self.solver.within(effort.budget);
-        let found = solver.candidates(&triangle, (choice.len(), effort.starts), &complexity, enough);
+        let of = (choice.len(), effort.starts);
+        let found = solver.candidates(&triangle, of, &complexity, self.watch.asks(), enough);
         Regression { found, triangle, choice, own }
     }
 

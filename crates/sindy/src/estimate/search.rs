@@ -8,7 +8,7 @@ use super::account::Estimate;
 use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
-use crate::BestSubset;
+use crate::{BestSubset, Watch};
 use crate::data::{Segment, Signals, sample_of, smooth};
 use crate::design::Path;
 use crate::library::Term;
@@ -29,6 +29,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) solver: &'a BestSubset,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
+    pub(crate) watch: &'a Watch<'a>,
 }
 
 /// Rounds of proposals, at most.

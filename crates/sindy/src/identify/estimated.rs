@@ -17,7 +17,7 @@ use crate::model::Model;
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
 use crate::solve::Selected;
-use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice};
+use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
 
 /// Magnitudes of states whose third powers, and the squares of these, are numbers.
 const MAGNITUDES: RangeInclusive<f64> = 1e-45..=1e45;
@@ -57,9 +57,21 @@ impl Identifier {
     /// # Errors
     /// [`FitError`] if the recordings do not have the spec's shape, their times do not increase, or they are too few.
     pub fn identify_recordings(&self, recordings: &[Recording]) -> Result<Identified, FitError> {
+        self.identify_recordings_watched(recordings, &Watch::default())
+    }
+
+    /// The same, followed by `watch`, which may end it.
+    ///
+    /// # Errors
+    /// As [`Self::identify_recordings`]; [`FitError::Interrupted`] if `watch` did.
+    pub fn identify_recordings_watched(
+        &self,
+        recordings: &[Recording],
+        watch: &Watch<'_>,
+    ) -> Result<Identified, FitError> {
         recordings.iter().try_for_each(|r| r.check(&self.spec))?;
         if recordings.iter().all(|r| r.is_even(self.spec.dt)) {
-            return self.identify(&dataset(&self.spec, recordings)?);
+            return self.identify_watched(&dataset(&self.spec, recordings)?, watch);
         }
         let failed = |reason: String| FitError::Regression { reason };
         let solver = self.motion_solver().ok_or_else(|| {
@@ -85,7 +97,10 @@ impl Identifier {
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
         let found =
-            self.estimated(tiers, &segments, &floor, Stepping::Continuous { substeps: 1 }, counts, &space, solver)?;
+            self.estimated(tiers, &segments, &floor, Stepping::Continuous { substeps: 1 }, counts, &space, (solver, watch))?;
+        if !watch.go_on() {
+            return Err(FitError::Interrupted);
+        }
         found.map(|(found, _)| found).ok_or_else(|| failed("no equations follow the data".into()))
     }
 
@@ -117,7 +132,7 @@ impl Identifier {
         stepping: Stepping,
         counts: Counts,
         space: &Space,
-        solver: &BestSubset,
+        (solver, watch): (&BestSubset, &Watch<'_>),
     ) -> Result<Option<(Identified, bool)>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
@@ -133,6 +148,7 @@ impl Identifier {
             noise: &[],
             solver,
             spent: &Cell::new(0),
+            watch,
         };
         let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
         let model = written(&found, &terms, space, self.spec.dt).map_err(failed)?;
@@ -150,7 +166,7 @@ impl Identifier {
         (segments, floor): (&[Segment], &[f64]),
         counts: Counts,
         space: &Space,
-        solver: &BestSubset,
+        (solver, watch): (&BestSubset, &Watch<'_>),
     ) -> Result<Option<Identified>, FitError> {
         let rates = self.rates();
         let fitted = || found.fits.iter().zip(&rates).map(|(fit, rate)| rate.is_none().then_some(fit));
@@ -158,7 +174,7 @@ impl Identifier {
         let xi: Vec<f64> = fitted().flatten().flat_map(|f| f.coefficients.clone()).collect();
         let n_controls = self.spec.control_dim();
         let spent = &Cell::new(0);
-        let problem = Problem { terms, rates: &rates, n_controls, segments, floor, noise: &[], solver, spent };
+        let problem = Problem { terms, rates: &rates, n_controls, segments, floor, noise: &[], solver, spent, watch };
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
         let size = |fits: &[Selected]| fits.iter().map(|f| f.support.len()).sum::<usize>();
         if size(&finished.fits) >= size(&found.fits) {

@@ -9,7 +9,7 @@ use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::library::{Term, Tiers};
 use crate::regression::{Space, design};
-use crate::{BestSubset, motion};
+use crate::{BestSubset, Stage, Watch, motion};
 
 impl Identifier {
     /// Equations of motion, with the way they are stepped.
@@ -19,6 +19,7 @@ impl Identifier {
         tiers: Tiers,
         coordinates: &Coordinates,
         solver: &BestSubset,
+        watch: &Watch<'_>,
     ) -> Result<Identified, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         let tiers = self.with_rates_of_motion(tiers);
@@ -44,7 +45,8 @@ impl Identifier {
         let system =
             motion::System { terms: &tiers.terms, core: tiers.core, rates: &rates, angles: &angles, dt: self.spec.dt };
         let space = self.motion_space().map_err(failed)?;
-        let search = motion::Search { system: &system, runs: &runs, space: &space, solver };
+        let search = motion::Search { system: &system, runs: &runs, space: &space, solver, watch };
+        watch.tell(Stage::Rounding);
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let rounded = self.spec.noise <= 0.0 && search.explains_parts();
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
@@ -56,14 +58,14 @@ impl Identifier {
             && matches!(found.stepping, motion::Stepping::Continuous { .. })
             && found.model.offsets().iter().all(|v| *v == 0.0)
             && !search.is_short()
-            && let Some(finished) = self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, solver)?
+            && let Some(finished) = self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
         {
             return Ok(finished);
         }
         if exact.is_none() {
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
-            let found = self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, solver)?;
+            let found = self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, (solver, watch))?;
             // What explains parts of the data to rounding explains all of it, or all but a few steps.
             if rounded && !found.as_ref().is_some_and(|(_, leaves_nothing)| *leaves_nothing) {
                 exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));

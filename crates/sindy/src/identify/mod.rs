@@ -21,7 +21,7 @@ use crate::model::{Model, Reading};
 use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
-use crate::{BestSubset, CoordinateMode};
+use crate::{BestSubset, CoordinateMode, Watch};
 use rows::Rows;
 
 /// Identifies equations of motion from rollouts of a system that a [`Spec`] declares.
@@ -227,13 +227,26 @@ impl Identifier {
     /// # Errors
     /// [`FitError`] if the data do not have the spec's shape, are too few, or the library does not fit.
     pub fn identify(&self, data: &Dataset) -> Result<Identified, FitError> {
+        self.identify_watched(data, &Watch::default())
+    }
+
+    /// The same, followed by `watch`, which may end it.
+    ///
+    /// # Errors
+    /// As [`Self::identify`]; [`FitError::Interrupted`] if `watch` did.
+    pub fn identify_watched(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
+        let found = self.identified(data, watch);
+        if watch.go_on() { found } else { Err(FitError::Interrupted) }
+    }
+
+    fn identified(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
         self.check(data)?;
         let failed = |reason: String| FitError::Regression { reason };
         let tiers = self.tiers().map_err(|e| failed(e.to_string()))?;
         let coordinates = Coordinates::new(&self.spec, self.coordinates)
             .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
         if let Some(solver) = self.motion_solver() {
-            return self.in_motion_of(data, tiers, &coordinates, solver);
+            return self.in_motion_of(data, tiers, &coordinates, solver, watch);
         }
         let terms = tiers.terms;
         let rows = Rows::new(&self.spec, &coordinates, &self.target, data).map_err(|e| failed(e.to_string()))?;

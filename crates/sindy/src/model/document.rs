@@ -83,6 +83,9 @@ pub enum ModelError {
         /// Number found.
         got: usize,
     },
+    /// The search for the equations was told to stop.
+    #[error("interrupted before the equations were found")]
+    Interrupted,
     /// A number that is NaN, infinite or otherwise impossible.
     #[error("{what} is {value}")]
     BadNumber {

@@ -10,7 +10,7 @@ use crate::design::whiten;
 use crate::model::ModelError;
 use crate::regression::model;
 use crate::solve::{FLOOR_FACTOR, Selected, Selection};
-use crate::{Expr, Model, Triangle};
+use crate::{Expr, Model, Stage, Triangle};
 
 /// Half the RMS of whitened residuals that rounding explains. It is generous: rounding errors are no random numbers, and
 /// a system rounds on its way too.
@@ -75,6 +75,10 @@ impl Search<'_> {
         terms: &Terms<'_>,
         errors: Option<&[Array2<f64>]>,
     ) -> Result<Found, ModelError> {
+        if !self.watch.go_on() {
+            return Err(ModelError::Interrupted);
+        }
+        self.watch.tell(Stage::Rounding);
         let system = self.system;
         let wanted: Vec<usize> = match terms {
             Terms::Of(fits) | Terms::Same(fits) => {
@@ -106,7 +110,8 @@ impl Search<'_> {
                 Terms::Best(_) | Terms::Of(_) => {
                     let complexity: Vec<u32> = choice.iter().map(|&j| system.terms[j].complexity).collect();
                     let floor = ROUNDING;
-                    self.solver.solve(&triangle, target, Selection { floor, complexity: &complexity, region: None })
+                    let selection = Selection { floor, complexity: &complexity, region: None };
+                    self.solver.solve_while(&triangle, target, selection, self.watch.asks())
                 }
             };
             misfit += triangle.residual_norm(&selected.support, &selected.coefficients, target).powi(2);

@@ -7,7 +7,7 @@ use super::{Run, Stepping, System};
 use crate::model::ModelError;
 use crate::regression::Space;
 use crate::solve::{Selected, binomial};
-use crate::{BestSubset, Model};
+use crate::{BestSubset, Model, Watch};
 
 /// Equations found, one per state, and how they are stepped.
 #[derive(Debug, Clone)]
@@ -56,6 +56,7 @@ pub(crate) struct Search<'a> {
     pub(crate) runs: &'a [Run],
     pub(crate) space: &'a Space,
     pub(crate) solver: &'a BestSubset,
+    pub(crate) watch: &'a Watch<'a>,
 }
 
 impl Search<'_> {

@@ -40,6 +40,9 @@ const ENOUGH: f64 = 1e-7;
 /// Factor by which the noise of one channel may differ from what it should be beside that of the others.
 const APART: f64 = 10.0;
 
+/// Samples after which it is asked again whether to go on.
+const ASKED: usize = 1000;
+
 /// What is known of the noise before.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bounds<'a> {
@@ -51,7 +54,7 @@ pub(crate) struct Bounds<'a> {
 
 /// Fits the coefficients of `flow` to `segments`, from `xi` and states `x` (T + 1, n each) near the data; `sigma` (n) is a guess
 /// of the noise, which is estimated anew, within the bounds `noise`. `parts` are the numbers of the [`PARTS`] gone through. `None` if the
-/// equations cannot follow the data.
+/// equations cannot follow the data, or `go_on` says no.
 ///
 /// Minimises Σ ((x measured − x)/σ)² + Σ ((x⁺ − F(x; ξ))/q)² over ξ and all x, where q is a small part of σ: the equations are
 /// followed through each whole trajectory, and yet every sample is a node from which they are linearised.
@@ -65,16 +68,17 @@ pub(crate) fn fit(
     sigma: &[f64],
     noise: Bounds<'_>,
     parts: std::ops::Range<usize>,
+    go_on: &dyn Fn() -> bool,
 ) -> Option<Fit> {
     let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec(), left: sigma.to_vec() };
     let last = parts.end.min(PARTS.len()).saturating_sub(1);
     for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
         let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
-        state.iterate(flow, segments, *part, iterations)?;
+        state.iterate(flow, segments, *part, iterations, go_on)?;
         state.update_noise(flow, segments, noise);
     }
     // With the noise that was found at last.
-    let triangle = state.iterate(flow, segments, PARTS[last], 3)?;
+    let triangle = state.iterate(flow, segments, PARTS[last], 3, go_on)?;
     state.update_noise(flow, segments, noise);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
@@ -90,7 +94,7 @@ pub(crate) fn opinion(
     sigma: &[f64],
 ) -> Option<(Triangle, Vec<f64>)> {
     let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
-    let (triangle, delta, _) = state.gauss_newton(flow, segments, PARTS[PARTS.len() - 1])?;
+    let (triangle, delta, _) = state.gauss_newton(flow, segments, PARTS[PARTS.len() - 1], &|| true)?;
     Some((triangle, delta))
 }
 
@@ -128,14 +132,21 @@ impl State {
     }
 
     /// Gauss–Newton steps, each halved until it gains. The factor over the coefficients of the last one.
-    fn iterate(&mut self, flow: &Flow, segments: &[Segment], part: f64, iterations: usize) -> Option<Triangle> {
+    fn iterate(
+        &mut self,
+        flow: &Flow,
+        segments: &[Segment],
+        part: f64,
+        iterations: usize,
+        go_on: &dyn Fn() -> bool,
+    ) -> Option<Triangle> {
         let mut cost = self.cost(flow, segments, part);
         let mut triangle = None;
         if !cost.is_finite() {
             return None;
         }
         for _ in 0..iterations {
-            let (factor, delta, moved) = self.gauss_newton(flow, segments, part)?;
+            let (factor, delta, moved) = self.gauss_newton(flow, segments, part, go_on)?;
             triangle = Some(factor);
             let mut taken = None;
             for halvings in 0..HALVINGS {
@@ -165,6 +176,7 @@ impl State {
         flow: &Flow,
         segments: &[Segment],
         part: f64,
+        go_on: &dyn Fn() -> bool,
     ) -> Option<(Triangle, Vec<f64>, Vec<Array2<f64>>)> {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
         let rough = flow.for_derivatives();
@@ -176,6 +188,9 @@ impl State {
         for (segment, x) in segments.iter().zip(&self.x) {
             let mut elimination = Elimination::new(n, p);
             for t in 0..=segment.len() {
+                if t.is_multiple_of(ASKED) && !go_on() {
+                    return None;
+                }
                 let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
                 if t == segment.len() {
                     elimination.finish(&y, &self.sigma);
@@ -281,6 +296,7 @@ mod tests {
                 &[0.1, 0.1],
                 Bounds { floor: &[1e-9; 2], shape: &[0.01, 0.03] },
                 0..4,
+                &|| true,
             )
             .expect("a fit");
             for i in 0..3 {

@@ -135,11 +135,12 @@ impl BestSubset {
         triangle: &Triangle,
         (target, starts): (usize, usize),
         complexity: &[u32],
+        go_on: &dyn Fn() -> bool,
         mut enough: impl FnMut(&Subset) -> bool,
     ) -> Candidates {
         let (columns, equal, problem) = simplest(triangle, target, complexity);
         let rows = triangle.n_rows();
-        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
+        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on };
         let mut sizes: Vec<(Kept, bool)> = Vec::new();
         let mut smaller: Vec<Candidate> = Vec::new();
         let subset = |c: &Candidate| Subset { support: support_of(c, &columns), rss: c.rss };
@@ -153,7 +154,7 @@ impl BestSubset {
             smaller = kept.clone().into_best();
             let stop = smaller.first().is_none_or(|c| enough(&subset(c)));
             sizes.push((kept, complete));
-            if stop {
+            if stop || !go_on() {
                 break;
             }
         }
@@ -172,6 +173,18 @@ impl BestSubset {
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
+        self.solve_while(triangle, target, selection, &|| true)
+    }
+
+    /// The same as long as `go_on` says so, which is asked at every node.
+    #[must_use]
+    pub fn solve_while(
+        &self,
+        triangle: &Triangle,
+        target: usize,
+        selection: Selection<'_>,
+        go_on: &dyn Fn() -> bool,
+    ) -> Selected {
         let (columns, equal, problem) = simplest(triangle, target, selection.complexity);
         let rows = triangle.n_rows();
         let criterion = Criterion {
@@ -186,7 +199,7 @@ impl BestSubset {
         let exact = |c: &Candidate| c.rss <= explained(selection.floor, rows, c.subset.len());
         let mut sizes: Vec<(Vec<Candidate>, bool)> = Vec::new();
         let mut winner: Option<(f64, Candidate)> = None;
-        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on: &|| true };
+        let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
             let interesting = explained(selection.floor, rows, size);
             let mut kept = Kept::new(KEPT, NEAR_BEST, interesting);
@@ -211,7 +224,7 @@ impl BestSubset {
             let best_size = winner.as_ref().map_or(0, |(_, c)| c.subset.len());
             // Exact equations are short; they may be found on hardly more rows than terms.
             let short = size < SHORT && selection.floor > 0.0;
-            if enough || (size >= most_terms.min(best_size + PATIENCE) && !short) {
+            if enough || (size >= most_terms.min(best_size + PATIENCE) && !short) || !go_on() {
                 break;
             }
         }
