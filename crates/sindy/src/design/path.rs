@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use crate::data::{Segment, Signals};
+use crate::Expr;
 use crate::expr::Tape;
 use crate::library::Term;
 use crate::shooting::{Flow, Scratch, Stage};
@@ -27,12 +28,19 @@ const LOBATTO: [(f64, f64); 4] =
 pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path<'_>) -> Array2<f64> {
     let (n, k) = (segment.x.ncols(), segment.u.ncols());
     let mut theta = Array2::zeros((segment.len(), terms.len()));
-    let tape = Tape::new(n + k, terms.iter().map(|t| &t.expr));
+    // On the way of a model signs are what they are there, also between −1 and 1.
+    let smooth: Vec<Expr> = match path {
+        Path::Model { flow, .. } => terms.iter().map(|t| flow.switches().smooth(&t.expr)).collect(),
+        _ => terms.iter().map(|t| t.expr.clone()).collect(),
+    };
+    let n_modes = if let Path::Model { flow, .. } = path { flow.switches().len() } else { 0 };
+    let tape = Tape::new(n + k + n_modes, &smooth);
     let mut registers = vec![0.0; tape.n_registers()];
     let mut way = Way::default();
     for t in 0..segment.len() {
         let mut add = |stage: &Stage<'_>| {
             registers[..n + k].copy_from_slice(stage.z);
+            registers[n + k..n + k + n_modes].copy_from_slice(stage.modes);
             tape.run(&mut registers);
             for (j, (term, &register)) in terms.iter().zip(tape.outputs()).enumerate() {
                 let rate = term.rate.map_or(1.0, |l| stage.x_dot[l]);
@@ -45,7 +53,7 @@ pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path
                 let z: Vec<f64> = x[at].row(t).iter().chain(segment.u.row(t)).copied().collect();
                 let rate = |i: usize| (x[at][[t + 1, i]] - x[at][[t, i]]) / segment.dt[t];
                 let x_dot: Vec<f64> = (0..n).map(rate).collect();
-                add(&Stage { weight: 1.0, z: &z, x_dot: &x_dot });
+                add(&Stage { weight: 1.0, z: &z, x_dot: &x_dot, modes: &[] });
             }
             Path::Model { flow, xi, x } => way.follow(flow, xi, segment, t, &x[at], &mut add),
         }
@@ -67,7 +75,7 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
             z[i] = a + s * (p + s * (c + s * d));
             slopes[i] = (p + s * (2.0 * c + 3.0 * s * d)) / h;
         }
-        add(&Stage { weight, z: &z, x_dot: &slopes });
+        add(&Stage { weight, z: &z, x_dot: &slopes, modes: &[] });
     }
 }
 
@@ -81,6 +89,8 @@ struct Way {
     z: Vec<f64>,
     /// ẋ likewise.
     x_dot: Vec<f64>,
+    /// Signs of the switches likewise.
+    modes: Vec<f64>,
 }
 
 impl Way {
@@ -95,25 +105,28 @@ impl Way {
         add: &mut dyn FnMut(&Stage<'_>),
     ) {
         let n = x.ncols();
-        let Self { scratch, next, weights, z, x_dot } = self;
+        let Self { scratch, next, weights, z, x_dot, modes } = self;
         let scratch = scratch.get_or_insert_with(|| flow.scratch());
         next.resize(n, 0.0);
         weights.clear();
         z.clear();
         x_dot.clear();
+        modes.clear();
         let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
         flow.step((&now, &u, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
             weights.push(stage.weight);
             z.extend_from_slice(stage.z);
             x_dot.extend_from_slice(stage.x_dot);
+            modes.extend_from_slice(stage.modes);
         });
         for (s, &weight) in weights.iter().enumerate() {
             let x_dot = &mut x_dot[s * n..(s + 1) * n];
             for i in 0..n {
                 x_dot[i] += (x[[t + 1, i]] - next[i]) / segment.dt[t];
             }
-            let width = n + u.len();
-            add(&Stage { weight, z: &z[s * width..(s + 1) * width], x_dot });
+            let (width, m) = (n + u.len(), flow.switches().len());
+            let (z, modes) = (&z[s * width..(s + 1) * width], &modes[s * m..(s + 1) * m]);
+            add(&Stage { weight, z, x_dot, modes });
         }
     }
 }

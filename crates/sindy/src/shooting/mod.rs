@@ -1,9 +1,14 @@
 //! Coefficients by the prediction error of whole trajectories: multiple shooting with continuity.
 
+mod checks;
 mod eliminate;
 mod fit;
 mod flow;
+mod step;
+mod switches;
 mod tableau;
+mod turn;
 
 pub(crate) use fit::{Bounds, Fit, PARTS, fit, opinion};
-pub(crate) use flow::{Flow, Scratch, Stage};
+pub(crate) use flow::{Flow, Stage};
+pub(crate) use step::Scratch;
