@@ -84,6 +84,21 @@ impl Triangle {
         Ok(())
     }
 
+    /// The triangle of the columns from number `first` on, with all that those before it explain taken out of them.
+    pub(crate) fn trailing(&self, first: usize) -> Self {
+        let height = self.r.nrows().saturating_sub(first);
+        let r = Mat::from_fn(height, self.n_columns - first, |i, j| self.r[(first + i, first + j)]);
+        Self { r, n_columns: self.n_columns - first, n_rows: self.n_rows.saturating_sub(first) }
+    }
+
+    /// The same rows over combinations of the columns: of each, the numbers of columns with their factors.
+    pub(crate) fn combined(&self, columns: &[Vec<(usize, f64)>]) -> Self {
+        let combination = |i: usize, j: usize| columns[j].iter().map(|&(c, factor)| factor * self.r[(i, c)]).sum();
+        let rows = Mat::from_fn(self.r.nrows(), columns.len(), combination);
+        let r = factor(Mat::zeros(0, columns.len()).as_ref(), rows.as_ref());
+        Self { r, n_columns: columns.len(), n_rows: self.n_rows }
+    }
+
     /// Number of columns.
     #[must_use]
     pub fn n_columns(&self) -> usize {

@@ -8,7 +8,7 @@ use super::search::Problem;
 use super::white::by_chance;
 use crate::Triangle;
 use crate::data::Segment;
-use crate::shooting::opinion;
+use crate::shooting::{PARTS, linearised};
 
 impl Problem<'_> {
     /// Per state, whether the first and the second half of the data agree on the coefficients of its equation. Those of an equation
@@ -43,7 +43,11 @@ impl Problem<'_> {
             }
             begun += segment.len();
         }
-        opinion(&hypothesis.flow, &segments, (&hypothesis.fit.xi, &x), &hypothesis.fit.sigma)
+        let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
+        let triangle = linearised(flow, &segments, (&fit.xi, &x), &fit.sigma, PARTS.len() - 1, self.watch.asks())?;
+        let p = flow.n_parameters();
+        let moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
+        Some((triangle, moved))
     }
 }
 

@@ -19,6 +19,8 @@ pub(super) struct Hypothesis {
     pub(super) score: f64,
     /// Whether what is left is no more than the finest Runge–Kutta steps are wrong.
     pub(super) numerical: bool,
+    /// Number of the [`PARTS`] with which it was fitted last.
+    pub(super) part: usize,
 }
 
 /// Part of the noise by which one step may be wrong numerically.
@@ -79,7 +81,8 @@ impl Problem<'_> {
         let prior: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
         let score = self.score(&supports, &seen) + prior;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
-        score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical })
+        let part = parts.end.min(PARTS.len()).saturating_sub(1);
+        score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical, part })
     }
 
     fn fit(

@@ -7,6 +7,7 @@ mod account;
 mod constancy;
 mod hypothesis;
 mod implicit;
+mod near;
 mod propose;
 mod search;
 mod white;

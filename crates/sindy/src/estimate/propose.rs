@@ -22,14 +22,14 @@ const PATIENCE: usize = 4;
 
 /// What is spent on one regression.
 #[derive(Debug, Clone, Copy)]
-struct Effort {
+pub(super) struct Effort {
     /// Operations for each size.
     budget: u64,
     /// Subsets of each size from which larger ones are grown.
     starts: usize,
 }
 
-const THOROUGHLY: Effort = Effort { budget: 100_000, starts: 8 };
+pub(super) const THOROUGHLY: Effort = Effort { budget: 100_000, starts: 8 };
 const ROUGHLY: Effort = Effort { budget: 10_000, starts: 2 };
 
 /// Multiples of an own derivative that are looked at thoroughly, of those that score best, and of those that do when terms are dear.
@@ -39,36 +39,21 @@ const PROMISING: usize = 2;
 const DEAR: f64 = 16.0;
 
 impl Problem<'_> {
-    /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n). `along` are equations found before and
-    /// their coefficients, whose derivatives tell what errors of the path do; `supports` are their terms: one of them that multiplies
-    /// the own derivative may be in the equation again.
-    pub(super) fn propose(
-        &self,
-        path: &Path<'_>,
-        sigma: &[f64],
-        along: Option<Along<'_>>,
-        supports: &[Vec<usize>],
-    ) -> Vec<Regression> {
+    /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n).
+    pub(super) fn propose(&self, path: &Path<'_>, sigma: &[f64]) -> Vec<Regression> {
         let theta: Vec<Array2<f64>> =
             self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
-        let errors = self.errors(sigma, along);
+        let errors = self.errors(sigma, None);
         let regression = |i: usize| match self.rates[i] {
             Some(_) => Regression::none(),
-            None => {
-                let own = supports.get(i).into_iter().flatten().find(|&&j| self.terms[j].rate == Some(i));
-                let choice = match own {
-                    Some(_) => self.symmetric(i, supports),
-                    None => self.choice(i),
-                };
-                let choice = choice.into_iter().chain(own.copied()).collect();
-                self.regression(&theta, i, choice, (sigma, &errors), (usize::MAX, THOROUGHLY))
-            }
+            None => self.regression(&theta, i, self.choice(i), (sigma, &errors), (usize::MAX, THOROUGHLY)),
         };
         (0..self.rates.len()).map(regression).collect()
     }
 
     /// The same for equation `i` alone, with one term that multiplies its own derivative beside the others: one regression for each
-    /// such term, of at most `most` terms besides one of `choice`.
+    /// such term, of at most `most` terms besides one of `choice`. `along` are equations found before and their coefficients, whose
+    /// derivatives tell what errors of the path do.
     pub(super) fn propose_implicit(
         &self,
         i: usize,
@@ -110,7 +95,20 @@ impl Problem<'_> {
         (sigma, errors): (&[f64], &[Array2<f64>]),
         (most, effort): (usize, Effort),
     ) -> Regression {
-        let Some((triangle, own)) = self.rows(theta, &choice, i, sigma, errors) else { return Regression::none() };
+        match self.rows(theta, &choice, i, sigma, errors) {
+            Some((triangle, own)) => self.subsets(triangle, choice, own, (most, effort)),
+            None => Regression::none(),
+        }
+    }
+
+    /// The best subsets of the terms `choice`, the first columns of `triangle`, for the column after them.
+    pub(super) fn subsets(
+        &self,
+        triangle: Triangle,
+        choice: Vec<usize>,
+        own: Option<f64>,
+        (most, effort): (usize, Effort),
+    ) -> Regression {
         let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
         let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
         let enough = |best_of_size: &Subset| {
@@ -235,7 +233,7 @@ pub(super) struct Proposal {
 
 impl Regression {
     /// Of an equation that is not fitted.
-    fn none() -> Self {
+    pub(super) fn none() -> Self {
         Self { found: Candidates::default(), triangle: Triangle::new(1), choice: Vec::new(), own: None }
     }
 

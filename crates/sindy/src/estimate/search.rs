@@ -42,11 +42,14 @@ const LARGER: f64 = 1.25;
 const PASSES: usize = 4;
 
 /// Difference of scores of regressions up to which other terms are tried for an equation, and how many of them.
-const NEAR: f64 = 40.0;
+const NEAR: f64 = 12.0;
 const RIVALS: usize = 16;
 
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
+
+/// Difference of scores beyond which an exchange is not followed to its end.
+const HOPELESS: f64 = 30.0;
 
 /// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
 pub(super) const FAR: f64 = 100.0;
@@ -140,7 +143,7 @@ impl Problem<'_> {
             Some(begun) if settled(&begun) => begun,
             _ => self.rounds(
                 signals,
-                self.propose(&measured(signals, stepping), &signals.sigma, None, &[]),
+                self.propose(&measured(signals, stepping), &signals.sigma),
                 begun,
                 stepping,
             )?,
@@ -193,7 +196,7 @@ impl Problem<'_> {
                 }
             }
             let Some(along) = along else { break };
-            proposed = self.propose_along(&along);
+            proposed = self.propose_near(&along, &|_| usize::MAX);
         }
         best
     }
@@ -235,11 +238,6 @@ impl Problem<'_> {
         hypothesis.numerical || hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
     }
 
-    fn propose_along(&self, along: &Hypothesis) -> Vec<Regression> {
-        let (flow, fit) = (&along.flow, &along.fit);
-        self.propose(&followed(along), &fit.sigma, Some((flow, &fit.xi, &fit.x)), &along.supports)
-    }
-
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
     /// improves the score. Also the regressions of the last pass and, per equation, the terms that
     /// explain the data as well.
@@ -247,19 +245,24 @@ impl Problem<'_> {
         let mut regressions = Vec::new();
         let mut rivals = Vec::new();
         for _ in 0..PASSES {
-            regressions = self.propose_along(&best);
-            rivals = vec![Rivals::new(); self.rates.len()];
-            let mut improved: Option<Hypothesis> = None;
             // Where nothing is left, more terms explain nothing, and no more terms may explain it as well.
             let nothing_left = self.leaves_nothing(&best);
+            let most = |i: usize| if nothing_left { best.supports[i].len() } else { usize::MAX };
+            regressions = self.propose_near(&best, &most);
+            rivals = vec![Rivals::new(); self.rates.len()];
+            let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
                 for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
-                    let longer = proposal.support.len() > best.supports[i].len();
-                    if proposal.support == best.supports[i] || nothing_left && longer {
+                    if proposal.support == best.supports[i] || proposal.support.len() > most(i) {
                         continue;
                     }
-                    let Some(rival) = self.with_equation(&best, i, &proposal, 2..4) else { continue };
+                    // With states that need not quite follow the equations less is left, so that this score is no worse.
+                    let hopeful = self.with_equation(&best, i, &proposal, 2..3).filter(|h| h.score < best.score + HOPELESS);
+                    let Some(hopeful) = hopeful else { continue };
+                    let from = (&hopeful.fit.xi[..], &hopeful.fit.x[..], &hopeful.fit.sigma[..]);
+                    let stepping = hopeful.flow.stepping();
+                    let Some(rival) = self.hypothesis(hopeful.supports, stepping, from, 3..4) else { continue };
                     if rival.score < best.score + TOLD_APART {
                         rivals[i].push(proposal.support.clone());
                     }
@@ -276,8 +279,9 @@ impl Problem<'_> {
         (best, regressions, rivals)
     }
 
-    /// Drops terms that the score does not pay for, the least significant first.
+    /// Drops terms that the score does not pay for: all at once that look so, then the least significant first.
     fn prune(&self, best: &mut Hypothesis) {
+        self.prune_at_once(best);
         loop {
             let z = |p: usize| (best.fit.xi[p] / best.fit.errors[p]).abs();
             let Some(least) = (0..best.fit.xi.len()).min_by(|&a, &b| z(a).total_cmp(&z(b))) else { break };
@@ -297,6 +301,34 @@ impl Problem<'_> {
                 Some(fewer) if fewer.score < best.score => *best = fewer,
                 _ => break,
             }
+        }
+    }
+
+    /// Drops all terms whose loss, to first order and each by itself, the score would make up for; if it does for all of them.
+    fn prune_at_once(&self, best: &mut Hypothesis) {
+        let (mut supports, mut xi) = (Vec::new(), Vec::new());
+        let mut parameter = 0;
+        for support in &best.supports {
+            let price = self.penalty(support) / support.len().max(1) as f64;
+            let kept = support.iter().filter(|_| {
+                let z = best.fit.xi[parameter] / best.fit.errors[parameter];
+                parameter += 1;
+                let kept = z * z > price;
+                if kept {
+                    xi.push(best.fit.xi[parameter - 1]);
+                }
+                kept
+            });
+            supports.push(kept.copied().collect::<Vec<_>>());
+        }
+        if best.fit.xi.len() < xi.len() + 2 {
+            return;
+        }
+        let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
+        if let Some(fewer) = self.hypothesis(supports, best.flow.stepping(), from, 2..4)
+            && fewer.score < best.score
+        {
+            *best = fewer;
         }
     }
 

@@ -16,7 +16,6 @@ use crate::library::{Term, general};
 use crate::model::Model;
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
-use crate::solve::Selected;
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
 
 /// Magnitudes of states whose third powers, and the squares of these, are numbers.
@@ -158,7 +157,8 @@ impl Identifier {
 }
 
 impl Identifier {
-    /// `found`, which explains `segments` to rounding, without terms that only made up for coarse steps. `None` where there are none.
+    /// The equations `found` in a part of `segments`, followed through all of them and without terms that only made up for coarse steps.
+    /// `None` if they do not explain them to rounding.
     pub(super) fn finished(
         &self,
         terms: &[Term],
@@ -176,10 +176,6 @@ impl Identifier {
         let spent = &Cell::new(0);
         let problem = Problem { terms, rates: &rates, n_controls, segments, floor, noise: &[], solver, spent, watch };
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
-        let size = |fits: &[Selected]| fits.iter().map(|f| f.support.len()).sum::<usize>();
-        if size(&finished.fits) >= size(&found.fits) {
-            return Ok(None);
-        }
         let model = written(&finished, terms, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
         let report = Report::estimated(&self.names(), terms, counts, &finished, self.spec.dt);
         Ok(Some(Identified { model, report }))

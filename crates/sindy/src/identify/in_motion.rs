@@ -47,21 +47,21 @@ impl Identifier {
         let space = self.motion_space().map_err(failed)?;
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver, watch };
         watch.tell(Stage::Rounding);
-        // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
-        let rounded = self.spec.noise <= 0.0 && search.explains_parts();
-        let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
         let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
         let floor: Vec<f64> = (0..rates.len()).map(error).collect();
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
-        if let Some((found, _, _)) = &exact
+        // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
+        let may_be_exact = self.spec.noise <= 0.0;
+        let of_parts = (may_be_exact && !search.is_short()).then(|| search.of_parts()).flatten();
+        if let Some(found) = &of_parts
             && matches!(found.stepping, motion::Stepping::Continuous { .. })
-            && found.model.offsets().iter().all(|v| *v == 0.0)
-            && !search.is_short()
             && let Some(finished) = self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
         {
             return Ok(finished);
         }
+        let rounded = may_be_exact && (search.is_short() || of_parts.is_some());
+        let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         if exact.is_none() {
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });

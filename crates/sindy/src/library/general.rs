@@ -16,7 +16,7 @@ const FREQUENCIES: usize = 3;
 /// differences of two):
 ///
 /// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
-/// - a·|a|, sign a of states: drag and dry friction; √a of states that stay positive,
+/// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, and sign a only if they are rates,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
 /// - v·tan u of a state and an input: steering,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
@@ -42,7 +42,9 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> V
     }
     for &a in &states {
         terms.add(variable(a).times(call(Function::Abs, variable(a))), None);
-        terms.add(call(Function::Sign, variable(a)), None);
+        if inputs[a].role == Role::Rate || !positive[a] {
+            terms.add(call(Function::Sign, variable(a)), None);
+        }
         if positive[a] {
             terms.add(call(Function::Sqrt, variable(a)), None);
         }

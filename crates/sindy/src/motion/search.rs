@@ -77,20 +77,17 @@ impl Search<'_> {
         if found.is_none() && self.is_short() { self.once().ok().filter(Found::explains) } else { found }
     }
 
-    /// Whether equations of the first tier that explain one part of the runs have the terms to explain another too: data with noise, and
+    /// Equations of the first tier that explain one part of the runs and have the terms to explain another too: data with noise, and
     /// laws that no terms can say, are told by a few of them.
-    pub(crate) fn explains_parts(&self) -> bool {
+    pub(crate) fn of_parts(&self) -> Option<Found> {
         let total: usize = self.runs.iter().map(Run::len).sum();
-        if self.is_short() {
-            return true;
-        }
         let parts = [0, (total - PART) / 2, total - PART].map(|first| runs_between(self.runs, first, first + PART));
         let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
-        parts.iter().enumerate().any(|(at, part)| {
-            let Some(found) = self.of_core(&narrow, part).exactly() else { return false };
-            parts.iter().enumerate().filter(|(other, _)| *other != at).any(|(_, other)| {
+        parts.iter().enumerate().find_map(|(at, part)| {
+            let found = self.of_core(&narrow, part).exactly()?;
+            parts.iter().enumerate().filter(|(other, _)| *other != at).find_map(|(_, other)| {
                 let both: Vec<Run> = part.iter().chain(other).cloned().collect();
-                self.of_core(&narrow, &both).with_terms_of(&found, &found.fits).is_some_and(|found| found.explains())
+                self.of_core(&narrow, &both).with_terms_of(&found, &found.fits).filter(Found::explains)
             })
         })
     }

@@ -18,13 +18,15 @@ pub(super) struct Elimination {
     stacked: Vec<f64>,
     /// Rows over (δξ | right-hand side) alone, one after the other.
     left: Vec<f64>,
+    /// Whether the states are asked for in the end.
+    with_states: bool,
 }
 
 impl Elimination {
-    pub(super) fn new(n: usize, p: usize) -> Self {
+    pub(super) fn new(n: usize, p: usize, with_states: bool) -> Self {
         let prior = vec![0.0; n * (n + p + 1)];
         let stacked = vec![0.0; 3 * n * (2 * n + p + 1)];
-        Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new() }
+        Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new(), with_states }
     }
 
     /// One sample and the step after it: misses `y` (n) of the sample, `d` (n) of the step, its Jacobian `s` (n, n + p).
@@ -49,7 +51,9 @@ impl Elimination {
             row[width - 1] = d[i] / q[i];
         }
         reflect(&mut self.stacked, width, 2 * n);
-        self.heads.push(self.stacked[..n * width].to_vec());
+        if self.with_states {
+            self.heads.push(self.stacked[..n * width].to_vec());
+        }
         for i in 0..n {
             let row = &self.stacked[(n + i) * width + n..(n + i + 1) * width];
             self.prior[i * before..(i + 1) * before].copy_from_slice(row);
@@ -76,10 +80,11 @@ impl Elimination {
         }
     }
 
-    /// What is known of δξ: rows (·, p + 1), whose last column is the right-hand side.
-    pub(super) fn rows(&self) -> Array2<f64> {
+    /// What became known of δξ since this was asked last: rows (·, p + 1), whose last column is the right-hand side.
+    pub(super) fn rows(&mut self) -> Array2<f64> {
         let width = self.p + 1;
-        Array2::from_shape_vec((self.left.len() / width, width), self.left.clone()).expect("rows are pushed whole")
+        let left = std::mem::take(&mut self.left);
+        Array2::from_shape_vec((left.len() / width, width), left).expect("rows are pushed whole")
     }
 
     /// δx of every sample (T + 1, n) for given δξ; `None` where the samples do not determine it.

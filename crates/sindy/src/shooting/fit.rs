@@ -40,8 +40,8 @@ const ENOUGH: f64 = 1e-7;
 /// Factor by which the noise of one channel may differ from what it should be beside that of the others.
 const APART: f64 = 10.0;
 
-/// Samples after which it is asked again whether to go on.
-const ASKED: usize = 1000;
+/// Samples after which what they tell is put together, and it is asked again whether to go on.
+const ASKED: usize = 200;
 
 /// What is known of the noise before.
 #[derive(Debug, Clone, Copy)]
@@ -85,17 +85,18 @@ pub(crate) fn fit(
     Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, triangle })
 }
 
-/// What `segments` alone tell of the coefficients of `flow`, linearised at `xi` and the states `x` that follow the equations: the
-/// factor of the whitened rows, and how far from `xi` they would have the coefficients.
-pub(crate) fn opinion(
+/// What `segments` tell of changes of the coefficients of `flow`, linearised at `xi` and the states `x` that follow the equations but for
+/// the number `part` of the [`PARTS`]: the factor of the whitened rows over them and what they leave. `None` if a step is not finite.
+pub(crate) fn linearised(
     flow: &Flow,
     segments: &[Segment],
     (xi, x): (&[f64], &[Array2<f64>]),
     sigma: &[f64],
-) -> Option<(Triangle, Vec<f64>)> {
+    part: usize,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Triangle> {
     let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
-    let (triangle, delta, _) = state.gauss_newton(flow, segments, PARTS[PARTS.len() - 1], &|| true)?;
-    Some((triangle, delta))
+    Some(state.eliminated(flow, segments, (PARTS[part], false), go_on)?.0)
 }
 
 struct State {
@@ -178,6 +179,21 @@ impl State {
         part: f64,
         go_on: &dyn Fn() -> bool,
     ) -> Option<(Triangle, Vec<f64>, Vec<Array2<f64>>)> {
+        let (triangle, eliminations) = self.eliminated(flow, segments, (part, true), go_on)?;
+        let p = flow.n_parameters();
+        let delta = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
+        let states = eliminations.iter().map(|e| e.states(&delta)).collect::<Option<Vec<_>>>()?;
+        delta.iter().all(|d| d.is_finite()).then_some((triangle, delta, states))
+    }
+
+    /// The factor over changes of the coefficients and what is left, and per segment what tells the states, if these are wanted.
+    fn eliminated(
+        &self,
+        flow: &Flow,
+        segments: &[Segment],
+        (part, with_states): (f64, bool),
+        go_on: &dyn Fn() -> bool,
+    ) -> Option<(Triangle, Vec<Elimination>)> {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
         let rough = flow.for_derivatives();
         let mut scratch = flow.scratch();
@@ -186,10 +202,13 @@ impl State {
         let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * (n + p)]);
         let mut eliminations = Vec::with_capacity(segments.len());
         for (segment, x) in segments.iter().zip(&self.x) {
-            let mut elimination = Elimination::new(n, p);
+            let mut elimination = Elimination::new(n, p, with_states);
             for t in 0..=segment.len() {
-                if t.is_multiple_of(ASKED) && !go_on() {
-                    return None;
+                if t.is_multiple_of(ASKED) {
+                    triangle.push(elimination.rows().view()).ok()?;
+                    if !go_on() {
+                        return None;
+                    }
                 }
                 let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
                 if t == segment.len() {
@@ -209,10 +228,7 @@ impl State {
             triangle.push(elimination.rows().view()).ok()?;
             eliminations.push(elimination);
         }
-        let all: Vec<usize> = (0..p).collect();
-        let delta = triangle.solve_unit(&all, p);
-        let states = eliminations.iter().map(|e| e.states(&delta)).collect::<Option<Vec<_>>>()?;
-        delta.iter().all(|d| d.is_finite()).then_some((triangle, delta, states))
+        Some((triangle, eliminations))
     }
 
     /// σ from what is left, freedom taken into account.

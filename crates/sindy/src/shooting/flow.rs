@@ -1,5 +1,7 @@
 //! Equations of given structure, and their rates with exact derivatives.
 
+use nalgebra::DMatrix;
+
 use super::step::Scratch;
 use super::switches::Switches;
 use crate::chain::after_their_rates;
@@ -38,7 +40,8 @@ pub(crate) struct Flow {
     pub(super) stepping: Stepping,
     /// Whether all substeps are classical ones of order four, as those of a model are.
     pub(super) classical: bool,
-    pub(super) implicit: bool,
+    /// States whose rates are multiplied by something in an equation, and those whose equation it is.
+    pub(super) coupled: Vec<usize>,
     pub(super) switches: Switches,
     /// Registers of the arguments of the switches.
     pub(super) arguments: Vec<u32>,
@@ -104,6 +107,9 @@ impl Flow {
         for ((switch, state, _), register) in of_arguments.iter().zip(registers) {
             gradients[*switch].push((*state, register));
         }
+        let mut coupled: Vec<usize> = summands.iter().filter_map(|s| Some([s.row, s.rate?])).flatten().collect();
+        coupled.sort_unstable();
+        coupled.dedup();
         // A circle of rates has no order: nothing moves by the new rates then.
         let positions = after_their_rates(n, |i| rates[i]).unwrap_or_default();
         Self {
@@ -112,7 +118,7 @@ impl Flow {
             n_parameters: summands.len(),
             values,
             partials,
-            implicit: summands.iter().any(|s| s.rate.is_some()),
+            coupled,
             summands,
             rates: rates.to_vec(),
             positions,
@@ -186,22 +192,29 @@ impl Flow {
         for s in self.summands.iter().filter(|s| s.rate.is_none()) {
             f[s.row] += xi[s.parameter] * value(s);
         }
-        let inverse = self.implicit.then(|| {
+        let among = &self.coupled;
+        // The inverse of what the rates of these states are multiplied by, from the left to `width` columns of `matrix`.
+        let solve = |matrix: &mut [f64], width: usize, inverse: &DMatrix<f64>, column: &mut [f64]| {
+            for j in 0..width {
+                among.iter().zip(&mut *column).for_each(|(&k, slot)| *slot = matrix[k * width + j]);
+                for (a, &i) in among.iter().enumerate() {
+                    matrix[i * width + j] = column.iter().take(among.len()).enumerate().map(|(b, v)| inverse[(a, b)] * v).sum();
+                }
+            }
+        };
+        if !among.is_empty() {
             coupled.fill_with_identity();
+            let place = |i: usize| among.partition_point(|&k| k < i);
             for s in &self.summands {
                 if let Some(l) = s.rate {
-                    coupled[(s.row, l)] -= xi[s.parameter] * value(s);
+                    coupled[(place(s.row), place(l))] -= xi[s.parameter] * value(s);
                 }
             }
             if !coupled.try_inverse_mut() {
                 coupled.fill(f64::NAN);
             }
-            column.copy_from_slice(f);
-            for (i, f) in f.iter_mut().enumerate() {
-                *f = (0..n).map(|j| coupled[(i, j)] * column[j]).sum();
-            }
-            &*coupled
-        });
+            solve(f, 1, coupled, column);
+        }
         if !derivatives {
             return;
         }
@@ -219,15 +232,9 @@ impl Flow {
                 f_x[s.row * n + k] += xi[s.parameter] * registers[register as usize] * times;
             }
         }
-        if let Some(inverse) = inverse {
-            for (matrix, width) in [(f_x, n), (f_xi, p)] {
-                for j in 0..width {
-                    (0..n).for_each(|k| column[k] = matrix[k * width + j]);
-                    for i in 0..n {
-                        matrix[i * width + j] = (0..n).map(|k| inverse[(i, k)] * column[k]).sum();
-                    }
-                }
-            }
+        if !among.is_empty() {
+            solve(f_x, n, coupled, column);
+            solve(f_xi, p, coupled, column);
         }
     }
 }

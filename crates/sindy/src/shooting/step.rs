@@ -22,7 +22,7 @@ impl Flow {
         Scratch {
             registers: vec![0.0; self.tape.n_registers()],
             f: vec![0.0; n],
-            coupled: DMatrix::zeros(n, n),
+            coupled: DMatrix::zeros(self.coupled.len(), self.coupled.len()),
             column: vec![0.0; n],
             f_x: vec![0.0; n * n],
             f_xi: vec![0.0; n * self.n_parameters],

@@ -1,0 +1,44 @@
+//! Regressions linearised at a trajectory: which other terms each equation may have.
+
+use super::hypothesis::Hypothesis;
+use super::propose::{Regression, THOROUGHLY};
+use super::search::Problem;
+use crate::shooting::{Flow, linearised};
+
+impl Problem<'_> {
+    /// The best terms of every equation near `along`, at most `most(i)` in equation i: as all samples tell them, to first order, with all
+    /// states and the coefficients of the other equations free.
+    ///
+    /// # References
+    /// Rao (1948), Proc. Camb. Phil. Soc. 44: score tests of terms with no coefficient yet.
+    pub(super) fn propose_near(&self, along: &Hypothesis, most: &dyn Fn(usize) -> usize) -> Vec<Regression> {
+        let regression = |i: usize| match self.rates[i] {
+            Some(_) => None,
+            None => self.regression_near(along, i, most(i)),
+        };
+        (0..self.rates.len()).map(|i| regression(i).unwrap_or_else(Regression::none)).collect()
+    }
+
+    fn regression_near(&self, along: &Hypothesis, i: usize, most: usize) -> Option<Regression> {
+        let own = along.supports[i].iter().any(|&j| self.terms[j].rate == Some(i));
+        let mut choice = if own { self.symmetric(i, &along.supports) } else { self.choice(i) };
+        choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
+        let mut supports = along.supports.clone();
+        supports[i].clone_from(&choice);
+        let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, along.flow.stepping());
+        let first: usize = supports[..i].iter().map(Vec::len).sum();
+        let fit = &along.fit;
+        let coefficient = |j: usize| along.supports[i].iter().position(|k| *k == j).map_or(0.0, |at| fit.xi[first + at]);
+        let now: Vec<f64> = choice.iter().map(|&j| coefficient(j)).collect();
+        let (before, after) = (&fit.xi[..first], &fit.xi[first + along.supports[i].len()..]);
+        let xi = [before, &now, after].concat();
+        let all = linearised(&flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, self.watch.asks())?;
+        // The other equations first, so that what they explain can be taken out; then the terms, and coefficients instead of changes.
+        let (others, terms) = (before.len() + after.len(), first..first + choice.len());
+        let alone = |c: usize| vec![(c, 1.0)];
+        let mut columns: Vec<Vec<(usize, f64)>> = (0..xi.len()).filter(|c| !terms.contains(c)).map(alone).collect();
+        columns.extend(terms.clone().map(alone));
+        columns.push(terms.zip(now).chain([(xi.len(), 1.0)]).collect());
+        Some(self.subsets(all.combined(&columns).trailing(others), choice, None, (most, THOROUGHLY)))
+    }
+}
