@@ -34,10 +34,11 @@ pub use error::{InvalidParam, UnknownName};
 pub use estimate::Doubt;
 pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
-    EquationReport, Identified, Identifier, LibraryChoice, Noise, Recording, Report, SolverChoice, Target,
+    EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, LibraryChoice, Noise,
+    NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
-pub use model::{Entry, Form, Model, ModelError, ModelParts, Reading};
+pub use model::{AnalysisError, Entry, Form, Model, ModelError, ModelParts, Reading};
 pub use plain::{Sindy, SindyError, SindyFit, Trajectory};
 pub use solve::{
     BestSubset, Bound, Columns, ConstraintError, Constraints, Finish, Path, Selected, Selection, SizeReport,

@@ -1,5 +1,7 @@
 //! What was found, and how far to believe it.
 
+use std::fmt;
+
 use super::hypothesis::BUDGET;
 use super::search::{Problem, Searched};
 use crate::Expr;
@@ -19,6 +21,20 @@ pub enum Doubt {
     /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
     /// are.
     Inconstant,
+    /// It leaves more than rounding, and there is said to be no other error.
+    AboveRounding,
+}
+
+impl fmt::Display for Doubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooFewSamples => "fewer than three samples a term",
+            Self::Correlated => "what it leaves is correlated",
+            Self::OtherTerms => "other terms explain the data as well",
+            Self::Inconstant => "its coefficients differ between the halves of the data",
+            Self::AboveRounding => "it leaves more than rounding",
+        })
+    }
 }
 
 /// Equations found.
@@ -78,6 +94,9 @@ impl Problem<'_> {
                 Some(term) => (vec![term], vec![1.0]),
                 None => (best.supports[i].clone(), best.fit.xi[range.clone()].to_vec()),
             };
+            let given = self.constraints.get(i).map_or(&[][..], |c| &c.fixed);
+            let support = support.into_iter().chain(given.iter().map(|g| g.0)).collect();
+            let coefficients = coefficients.into_iter().chain(given.iter().map(|g| g.1)).collect();
             fits.push(Selected {
                 support,
                 coefficients,
@@ -87,7 +106,7 @@ impl Problem<'_> {
                 path: regression.path(),
                 ties,
             });
-            errors.push(best.fit.errors[range].to_vec());
+            errors.push([&best.fit.errors[range], &vec![0.0; given.len()]].concat());
         }
         let left = best.fit.left.clone();
         // Of a state that does not move there is nothing to fit.

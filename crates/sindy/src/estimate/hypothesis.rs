@@ -40,7 +40,7 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits together: some seconds.
-pub(super) const BUDGET: u64 = 1_200_000_000;
+pub(super) const BUDGET: u64 = 800_000_000;
 
 /// Passes over the data that a fit takes.
 const ITERATIONS: u64 = 40;
@@ -55,7 +55,7 @@ impl Problem<'_> {
         (xi, x, sigma): (&[f64], &[Array2<f64>], &[f64]),
         parts: std::ops::Range<usize>,
     ) -> Option<Hypothesis> {
-        let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, stepping);
+        let flow = Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, stepping);
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
         let mut flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
@@ -72,6 +72,14 @@ impl Problem<'_> {
         }
         if !flow.is_regular(self.segments, &fit.x, &fit.xi) {
             return None;
+        }
+        let mut rest = &fit.xi[..];
+        for (support, constraints) in supports.iter().zip(self.constraints) {
+            let (own, later) = rest.split_at(support.len());
+            if !constraints.agrees(support, own) {
+                return None;
+            }
+            rest = later;
         }
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
         let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();

@@ -5,6 +5,7 @@
 
 mod account;
 mod constancy;
+mod constraints;
 mod hypothesis;
 mod implicit;
 mod near;
@@ -14,4 +15,5 @@ mod white;
 
 pub use account::Doubt;
 pub(crate) use account::Estimate;
+pub(crate) use constraints::Constraints;
 pub(crate) use search::{Problem, estimate, finish};

@@ -25,7 +25,7 @@ impl Problem<'_> {
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
         let mut supports = along.supports.clone();
         supports[i].clone_from(&choice);
-        let flow = Flow::new(self.terms, &supports, self.rates, self.n_controls, along.flow.stepping());
+        let flow = Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, along.flow.stepping());
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
         let coefficient = |j: usize| along.supports[i].iter().position(|k| *k == j).map_or(0.0, |at| fit.xi[first + at]);
@@ -39,6 +39,6 @@ impl Problem<'_> {
         let mut columns: Vec<Vec<(usize, f64)>> = (0..xi.len()).filter(|c| !terms.contains(c)).map(alone).collect();
         columns.extend(terms.clone().map(alone));
         columns.push(terms.zip(now).chain([(xi.len(), 1.0)]).collect());
-        Some(self.subsets(all.combined(&columns).trailing(others), choice, None, (most, THOROUGHLY)))
+        Some(self.subsets(i, all.combined(&columns).trailing(others), choice, None, (most, THOROUGHLY)))
     }
 }

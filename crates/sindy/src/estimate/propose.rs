@@ -2,6 +2,7 @@
 
 use ndarray::{Array2, Axis, concatenate};
 
+use super::constraints::Constraints;
 use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
@@ -96,32 +97,48 @@ impl Problem<'_> {
         (most, effort): (usize, Effort),
     ) -> Regression {
         match self.rows(theta, &choice, i, sigma, errors) {
-            Some((triangle, own)) => self.subsets(triangle, choice, own, (most, effort)),
+            Some((triangle, own)) => self.subsets(i, triangle, choice, own, (most, effort)),
             None => Regression::none(),
         }
     }
 
-    /// The best subsets of the terms `choice`, the first columns of `triangle`, for the column after them.
+    /// The best subsets of the terms `choice` of equation `i`, the first columns of `triangle`, for the column after them.
     pub(super) fn subsets(
         &self,
+        i: usize,
         triangle: Triangle,
-        choice: Vec<usize>,
+        mut choice: Vec<usize>,
         own: Option<f64>,
         (most, effort): (usize, Effort),
     ) -> Regression {
-        let complexity: Vec<u32> = choice.iter().map(|&j| self.terms[j].complexity).collect();
+        // Terms that are required come first, and what they explain is taken out of the others.
+        let required = self.required(i);
+        let n_required = required.len();
+        let mut triangle = triangle;
+        if n_required > 0 {
+            let is_required = |c: &usize| required.contains(&choice[*c]);
+            let (first, last): (Vec<usize>, Vec<usize>) = (0..choice.len()).partition(is_required);
+            let order: Vec<usize> = first.into_iter().chain(last).collect();
+            let columns: Vec<Vec<(usize, f64)>> = order.iter().chain([&choice.len()]).map(|&c| vec![(c, 1.0)]).collect();
+            triangle = triangle.combined(&columns);
+            choice = order.into_iter().map(|c| choice[c]).collect();
+        }
+        let others = triangle.trailing(n_required);
+        let complexity: Vec<u32> = choice[n_required..].iter().map(|&j| self.terms[j].complexity).collect();
         let (rows, mut best, mut since) = (triangle.n_rows() as f64, f64::INFINITY, 0);
         let enough = |best_of_size: &Subset| {
-            let support: Vec<usize> = best_of_size.support.iter().map(|&c| choice[c]).collect();
+            let own = best_of_size.support.iter().map(|&c| choice[n_required + c]);
+            let support: Vec<usize> = choice[..n_required].iter().copied().chain(own).collect();
             let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
             since = if score < best { 0 } else { since + 1 };
             best = best.min(score);
             since > PATIENCE || support.len() >= most
         };
         let solver = self.solver.within(effort.budget);
-        let of = (choice.len(), effort.starts);
-        let found = solver.candidates(&triangle, of, &complexity, self.watch.asks(), enough);
-        Regression { found, triangle, choice, own }
+        let of = (choice.len() - n_required, effort.starts);
+        let found = solver.candidates(&others, of, &complexity, self.watch.asks(), enough);
+        let constraints = self.constraints.get(i).cloned().unwrap_or_default();
+        Regression { found, triangle, choice, n_required, own, constraints }
     }
 
     /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion, which
@@ -129,7 +146,8 @@ impl Problem<'_> {
     pub(super) fn choice(&self, i: usize) -> Vec<usize> {
         let is_rate = |i: usize| self.rates.contains(&Some(i));
         let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && is_rate(l) && is_rate(i));
-        (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).collect()
+        let constrained = |j: &usize| self.constraints.get(i).is_none_or(|c| c.allows(*j));
+        (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).filter(constrained).collect()
     }
 
     /// The same, but equation `i` is coupled to others as they are to it: the matrix of masses is symmetric.
@@ -155,7 +173,11 @@ impl Problem<'_> {
     ) -> Option<(Triangle, Option<f64>)> {
         let mut whitened = Vec::with_capacity(self.segments.len());
         for ((segment, theta), errors) in self.segments.iter().zip(theta).zip(errors) {
-            let rate = |t: usize| (segment.x[[t + 1, i]] - segment.x[[t, i]]) / segment.dt[t];
+            let given = |t: usize| -> f64 {
+                let fixed = self.constraints.get(i).map_or(&[][..], |c| &c.fixed);
+                fixed.iter().map(|&(j, c)| c * theta[[t, j]]).sum()
+            };
+            let rate = |t: usize| (segment.x[[t + 1, i]] - segment.x[[t, i]]) / segment.dt[t] - given(t);
             let target = Array2::from_shape_fn((segment.len(), 1), |(t, _)| rate(t));
             let mut rows = concatenate![Axis(1), theta.select(Axis(1), choice), target];
             let extra: Vec<f64> = errors.column(i).to_vec();
@@ -216,8 +238,11 @@ pub(super) struct Regression {
     triangle: Triangle,
     /// The term of each column of the triangle.
     choice: Vec<usize>,
+    /// How many of these, the first ones, are required; what was found is a choice of the others.
+    n_required: usize,
     /// The multiple of the derivative that was taken from the last column.
     own: Option<f64>,
+    constraints: Constraints,
 }
 
 /// Terms proposed for one equation.
@@ -234,7 +259,8 @@ pub(super) struct Proposal {
 impl Regression {
     /// Of an equation that is not fitted.
     pub(super) fn none() -> Self {
-        Self { found: Candidates::default(), triangle: Triangle::new(1), choice: Vec::new(), own: None }
+        let (found, triangle, constraints) = (Candidates::default(), Triangle::new(1), Constraints::default());
+        Self { found, triangle, choice: Vec::new(), n_required: 0, own: None, constraints }
     }
 
     /// The terms with the best score when every term costs `times` what `penalty` says.
@@ -260,36 +286,59 @@ impl Regression {
 
     fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
         let rows = self.triangle.n_rows() as f64;
-        self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(|s| s.rss.is_finite()).map(move |subset| {
+        let possible = |s: &&Subset| s.rss.is_finite() && self.has_signs(s);
+        self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(possible).map(move |subset| {
             let free = (rows - subset.support.len() as f64).max(1.0);
             let likelihood = rows * (subset.rss / free).max(f64::MIN_POSITIVE).ln();
             (likelihood + times * penalty(&self.terms(subset)), subset)
         })
     }
 
+    /// The columns of a subset, those of required terms among them.
+    fn columns(&self, subset: &Subset) -> Vec<usize> {
+        (0..self.n_required).chain(subset.support.iter().map(|c| self.n_required + c)).collect()
+    }
+
+    /// The terms of a subset, ascending.
     fn terms(&self, subset: &Subset) -> Vec<usize> {
-        subset.support.iter().map(|&c| self.choice[c]).collect()
+        let mut terms: Vec<usize> = self.columns(subset).into_iter().map(|c| self.choice[c]).collect();
+        terms.sort_unstable();
+        terms
+    }
+
+    /// Whether the coefficients have the signs they should.
+    fn has_signs(&self, subset: &Subset) -> bool {
+        self.constraints.signs.is_empty() || {
+            let columns = self.columns(subset);
+            let coefficients = self.triangle.solve_unit(&columns, self.choice.len());
+            let terms: Vec<usize> = columns.into_iter().map(|c| self.choice[c]).collect();
+            self.constraints.agrees(&terms, &coefficients)
+        }
     }
 
     fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
-        let mut coefficients = self.triangle.solve_unit(&subset.support, self.choice.len());
+        let columns = self.columns(subset);
+        let mut coefficients = self.triangle.solve_unit(&columns, self.choice.len());
         if let Some(c) = self.own
-            && let Some(at) = subset.support.iter().position(|&column| column + 1 == self.choice.len())
+            && let Some(at) = columns.iter().position(|&column| column + 1 == self.choice.len())
         {
             // ẋ = Σ a θ + b (f ẋ − c ẋ)
             let whole = 1.0 + c * coefficients[at];
             coefficients.iter_mut().for_each(|a| *a /= whole);
         }
         let residual = (subset.rss / self.triangle.n_rows().max(1) as f64).sqrt();
-        Proposal { support: self.terms(subset), coefficients, score, residual }
+        let mut told: Vec<(usize, f64)> = columns.iter().map(|&c| self.choice[c]).zip(coefficients).collect();
+        told.sort_by_key(|(j, _)| *j);
+        let (support, coefficients) = told.into_iter().unzip();
+        Proposal { support, coefficients, score, residual }
     }
 
     /// `support` with a term exchanged for one that has the same values on all data, up to a factor.
     pub(super) fn twins(&self, support: &[usize]) -> Vec<Vec<usize>> {
         let exchanged = |a: usize, b: usize| {
-            let at = support.iter().position(|&j| j == self.choice[a])?;
+            let at = support.iter().position(|&j| j == self.choice[self.n_required + a])?;
             let mut other = support.to_vec();
-            other[at] = self.choice[b];
+            other[at] = self.choice[self.n_required + b];
             other.sort_unstable();
             Some(other)
         };

@@ -5,6 +5,7 @@ use std::cell::Cell;
 use ndarray::Array2;
 
 use super::account::Estimate;
+use super::constraints::Constraints;
 use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
@@ -21,6 +22,8 @@ pub(crate) struct Problem<'a> {
     /// Per state: the state that is declared to be its rate.
     pub(crate) rates: &'a [Option<usize>],
     pub(crate) n_controls: usize,
+    /// What is known of each equation; empty if nothing is.
+    pub(crate) constraints: &'a [Constraints],
     pub(crate) segments: &'a [Segment],
     /// Smallest error of each state that is believed: rounding (n).
     pub(crate) floor: &'a [f64],
@@ -136,6 +139,16 @@ type Rivals = Vec<Vec<usize>>;
 pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
+    /// Terms of each equation with coefficients that are given.
+    pub(super) fn given(&self) -> Vec<Vec<(usize, f64)>> {
+        self.constraints.iter().map(|c| c.fixed.clone()).collect()
+    }
+
+    /// Terms equation `i` has in any case.
+    pub(super) fn required(&self, i: usize) -> &[usize] {
+        self.constraints.get(i).map_or(&[], |c| &c.required)
+    }
+
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
     fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
         let settled = |h: &Hypothesis| (0..self.rates.len()).all(|i| self.is_noise(h, i));
@@ -284,9 +297,11 @@ impl Problem<'_> {
         self.prune_at_once(best);
         loop {
             let z = |p: usize| (best.fit.xi[p] / best.fit.errors[p]).abs();
-            let Some(least) = (0..best.fit.xi.len()).min_by(|&a, &b| z(a).total_cmp(&z(b))) else { break };
-            let row = best.flow.row_of(least);
-            let at = least - (0..least).filter(|&p| best.flow.row_of(p) < row).count();
+            let places: Vec<(usize, usize)> =
+                best.supports.iter().enumerate().flat_map(|(i, s)| (0..s.len()).map(move |at| (i, at))).collect();
+            let free = |p: &usize| !self.required(places[*p].0).contains(&best.supports[places[*p].0][places[*p].1]);
+            let Some(least) = (0..places.len()).filter(free).min_by(|&a, &b| z(a).total_cmp(&z(b))) else { break };
+            let (row, at) = places[least];
             let mut supports = best.supports.clone();
             let before = self.penalty(&supports[row]);
             supports[row].remove(at);
@@ -308,12 +323,12 @@ impl Problem<'_> {
     fn prune_at_once(&self, best: &mut Hypothesis) {
         let (mut supports, mut xi) = (Vec::new(), Vec::new());
         let mut parameter = 0;
-        for support in &best.supports {
+        for (i, support) in best.supports.iter().enumerate() {
             let price = self.penalty(support) / support.len().max(1) as f64;
-            let kept = support.iter().filter(|_| {
+            let kept = support.iter().filter(|j| {
                 let z = best.fit.xi[parameter] / best.fit.errors[parameter];
                 parameter += 1;
-                let kept = z * z > price;
+                let kept = z * z > price || self.required(i).contains(j);
                 if kept {
                     xi.push(best.fit.xi[parameter - 1]);
                 }

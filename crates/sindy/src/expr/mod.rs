@@ -5,6 +5,7 @@ mod function;
 mod parse;
 mod pretty;
 mod print;
+mod summands;
 mod tape;
 
 pub use function::Function;

@@ -38,6 +38,17 @@ impl FromStr for LibraryChoice {
     }
 }
 
+/// What is believed of the errors of the samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum NoiseChoice {
+    /// As the spec declares them; estimated where it declares none.
+    Declared,
+    /// Estimated from the data, whatever the spec declares, where equations do not explain them to rounding.
+    Estimated,
+    /// There are none but rounding: equations that leave more are approximations.
+    Rounding,
+}
+
 /// How coefficients are found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]

@@ -11,7 +11,8 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{Estimate, Problem, estimate, finish};
+use super::NoiseChoice;
+use crate::estimate::{Doubt, Estimate, Problem, estimate, finish};
 use crate::library::{Term, general};
 use crate::model::Model;
 use crate::motion::{Found, Stepping};
@@ -135,13 +136,15 @@ impl Identifier {
     ) -> Result<Option<(Identified, bool)>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
-        let terms = self.general_terms(tiers, segments);
+        let mut terms = self.general_terms(tiers, segments);
+        let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
         let rates = self.rates();
         let n_controls = self.spec.control_dim();
         let problem = Problem {
             terms: &terms,
             rates: &rates,
             n_controls,
+            constraints: &constraints,
             segments,
             floor,
             noise: &[],
@@ -149,7 +152,13 @@ impl Identifier {
             spent: &Cell::new(0),
             watch,
         };
-        let Some(found) = estimate(&problem, stepping) else { return Ok(None) };
+        let Some(mut found) = estimate(&problem, stepping) else { return Ok(None) };
+        if self.noise == NoiseChoice::Rounding && !found.leaves_nothing {
+            for (fit, doubt) in found.fits.iter_mut().zip(&mut found.doubts) {
+                fit.reached_floor = false;
+                *doubt = doubt.or(Some(Doubt::AboveRounding));
+            }
+        }
         let model = written(&found, &terms, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
         Ok(Some((Identified { model, report }, found.leaves_nothing)))
@@ -161,7 +170,7 @@ impl Identifier {
     /// `None` if they do not explain them to rounding.
     pub(super) fn finished(
         &self,
-        terms: &[Term],
+        tiers: &[Term],
         found: &Found,
         (segments, floor): (&[Segment], &[f64]),
         counts: Counts,
@@ -170,11 +179,21 @@ impl Identifier {
     ) -> Result<Option<Identified>, FitError> {
         let rates = self.rates();
         let fitted = || found.fits.iter().zip(&rates).map(|(fit, rate)| rate.is_none().then_some(fit));
-        let supports = fitted().map(|fit| fit.map_or_else(Vec::new, |f| f.support.clone())).collect();
+        let mut terms = self.general_terms(tiers.to_vec(), segments);
+        let mut place = |j: &usize| {
+            let known = terms.iter().position(|t| t.rate == tiers[*j].rate && t.expr == tiers[*j].expr);
+            known.unwrap_or_else(|| {
+                terms.push(tiers[*j].clone());
+                terms.len() - 1
+            })
+        };
+        let supports = fitted().map(|fit| fit.map_or_else(Vec::new, |f| f.support.iter().map(&mut place).collect())).collect();
+        let terms = &terms;
         let xi: Vec<f64> = fitted().flatten().flat_map(|f| f.coefficients.clone()).collect();
         let n_controls = self.spec.control_dim();
         let spent = &Cell::new(0);
-        let problem = Problem { terms, rates: &rates, n_controls, segments, floor, noise: &[], solver, spent, watch };
+        let (noise, constraints) = (&[], &[]);
+        let problem = Problem { terms, rates: &rates, n_controls, constraints, segments, floor, noise, solver, spent, watch };
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
         let model = written(&finished, terms, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
         let report = Report::estimated(&self.names(), terms, counts, &finished, self.spec.dt);

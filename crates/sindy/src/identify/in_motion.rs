@@ -52,7 +52,7 @@ impl Identifier {
         let floor: Vec<f64> = (0..rates.len()).map(error).collect();
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
-        let may_be_exact = self.spec.noise <= 0.0;
+        let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
         let of_parts = (may_be_exact && !search.is_short()).then(|| search.of_parts()).flatten();
         if let Some(found) = &of_parts
             && matches!(found.stepping, motion::Stepping::Continuous { .. })

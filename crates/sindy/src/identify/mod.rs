@@ -1,19 +1,25 @@
 //! From recorded rollouts to equations of motion.
 
 mod choices;
+mod compare;
+mod constraints;
 mod estimated;
 mod in_motion;
 mod recording;
 mod region;
 mod report;
 mod rows;
+mod shown;
+mod signals;
 
 use ndarray::Array2;
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec};
 
-pub use choices::{LibraryChoice, SolverChoice, Target};
+pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
+pub use constraints::{EquationConstraint, EquationConstraintError};
 pub use recording::Recording;
 pub use report::{EquationReport, Identified, Noise, Report};
+pub use signals::{Signals, SignalsError};
 
 use crate::coordinates::{Coordinates, inputs};
 use crate::library::{Input, LibraryError, Term, Tiers, auto, complexity, mechanical, paper, paper_degree2};
@@ -68,6 +74,8 @@ pub struct Identifier {
     solver: SolverChoice,
     target: Target,
     coordinates: CoordinateMode,
+    noise: NoiseChoice,
+    constraints: Vec<(usize, EquationConstraint)>,
 }
 
 impl Identifier {
@@ -81,6 +89,8 @@ impl Identifier {
             solver: SolverChoice::BestSubset(BestSubset::default()),
             target: Target::Motion,
             coordinates: CoordinateMode::Recognised,
+            noise: NoiseChoice::Declared,
+            constraints: Vec::new(),
         }
     }
 
@@ -128,6 +138,12 @@ impl Identifier {
     #[must_use]
     pub fn with_target(self, target: Target) -> Self {
         Self { target, ..self }
+    }
+
+    /// The same with something else believed of the errors of the samples.
+    #[must_use]
+    pub fn with_noise(self, noise: NoiseChoice) -> Self {
+        Self { noise, ..self }
     }
 
     /// The same in other coordinates. Choose them before terms of your own, which are checked against their names.
@@ -248,6 +264,7 @@ impl Identifier {
         if let Some(solver) = self.motion_solver() {
             return self.in_motion_of(data, tiers, &coordinates, solver, watch);
         }
+        self.refuse_constraints()?;
         let terms = tiers.terms;
         let rows = Rows::new(&self.spec, &coordinates, &self.target, data).map_err(|e| failed(e.to_string()))?;
         let (n, needed) = (rows.targets.ncols(), self.needed_rows());

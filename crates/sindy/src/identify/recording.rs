@@ -18,6 +18,18 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Samples `states` (T + 1, m) every `dt` \[s\], from time 0 on, with controls (T, k) held from one to the next; none for a
+    /// system without any.
+    #[must_use]
+    pub fn even(dt: f64, states: Array2<f64>, controls: Option<Array2<f64>>) -> Self {
+        let steps = states.nrows().saturating_sub(1);
+        Self {
+            times: (0..states.nrows()).map(|t| dt * t as f64).collect(),
+            controls: controls.unwrap_or_else(|| Array2::zeros((steps, 0))),
+            states,
+        }
+    }
+
     /// Refuses what does not fit the spec or itself.
     pub(super) fn check(&self, spec: &Spec) -> Result<(), FitError> {
         let shape = |what, expected, got| {

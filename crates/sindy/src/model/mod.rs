@@ -1,11 +1,13 @@
 //! The learned equations of motion: immutable, compiled, without any data.
 
+mod analysis;
 mod document;
 mod equations;
 mod frame;
 mod right_side;
 mod step;
 
+pub use analysis::AnalysisError;
 pub use document::{Entry, ModelError, ModelParts};
 pub use frame::Reading;
 

@@ -83,7 +83,7 @@ impl Dynamics for Model {
 }
 
 /// The vector field in the model's own space.
-struct Own<'a>(&'a Model);
+pub(super) struct Own<'a>(pub(super) &'a Model);
 
 impl VectorField for Own<'_> {
     fn eval(&self, z: &[f64], u: &[f64], z_dot: &mut [f64]) {

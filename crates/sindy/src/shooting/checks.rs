@@ -47,7 +47,7 @@ impl Flow {
                 self.tape.run(&mut registers);
                 let mut values = vec![1.0; self.n];
                 for s in &own {
-                    values[s.row] -= xi[s.parameter] * registers[self.values[s.term] as usize];
+                    values[s.row] -= s.times(xi) * registers[self.values[s.term] as usize];
                 }
                 for ((low, high, reach), value) in factor.iter_mut().zip(values) {
                     if *reach == 0.0 {

@@ -277,7 +277,7 @@ mod tests {
         };
         let terms = ["x", "v", "u"].map(term);
         let stepping = Stepping::Continuous { substeps: 2 };
-        let flow = Flow::new(&terms, &[vec![], vec![0, 1, 2]], &[Some(1), None], 1, stepping);
+        let flow = Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, stepping);
         let mut rng = Seed::new(seed).stream("noise", 0);
         let (mut x, mut scratch) = (vec![1.0, 0.0], flow.scratch());
         let mut segment =

@@ -17,8 +17,24 @@ pub(super) struct Summand {
     /// Number of the term in [`Flow::values`].
     pub(super) term: usize,
     pub(super) rate: Option<usize>,
-    /// Number of the coefficient.
-    pub(super) parameter: usize,
+    pub(super) coefficient: Coefficient,
+}
+
+/// A coefficient that is fitted, by its number, or one that is given.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Coefficient {
+    Fitted(usize),
+    Given(f64),
+}
+
+impl Summand {
+    /// Its coefficient, if those that are fitted are `xi`.
+    pub(super) fn times(&self, xi: &[f64]) -> f64 {
+        match self.coefficient {
+            Coefficient::Fitted(parameter) => xi[parameter],
+            Coefficient::Given(value) => value,
+        }
+    }
 }
 
 /// Equations of given structure, stepped by a scheme: x⁺ = F(x, u; ξ) with ∂F/∂x and ∂F/∂ξ by the variational equations.
@@ -65,24 +81,31 @@ const DERIVATIVE_SUBSTEPS: usize = 2;
 
 impl Flow {
     /// The flow of the equations whose terms are numbered in `supports`, one list per state; coefficients are numbered equation by
-    /// equation. States with declared `rates` have no terms.
+    /// equation. Terms in `given` are there too, with these coefficients. States with declared `rates` have no terms.
     pub(crate) fn new(
         terms: &[Term],
-        supports: &[Vec<usize>],
+        (supports, given): (&[Vec<usize>], &[Vec<(usize, f64)>]),
         rates: &[Option<usize>],
         n_controls: usize,
         stepping: Stepping,
     ) -> Self {
         let n = rates.len();
-        let mut used: Vec<usize> = supports.iter().flatten().copied().collect();
+        let mut used: Vec<usize> = supports.iter().flatten().chain(given.iter().flatten().map(|(j, _)| j)).copied().collect();
         used.sort_unstable();
         used.dedup();
         let place = |j: &usize| used.partition_point(|u| u < j);
         let mut summands = Vec::new();
         for (row, support) in supports.iter().enumerate() {
             for j in support {
-                let parameter = summands.len();
-                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, parameter });
+                let coefficient = Coefficient::Fitted(summands.len());
+                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
+            }
+        }
+        let n_parameters = summands.len();
+        for (row, given) in given.iter().enumerate() {
+            for (j, value) in given {
+                let coefficient = Coefficient::Given(*value);
+                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
             }
         }
         let first = n + n_controls;
@@ -115,7 +138,7 @@ impl Flow {
         Self {
             n,
             n_controls,
-            n_parameters: summands.len(),
+            n_parameters,
             values,
             partials,
             coupled,
@@ -138,11 +161,6 @@ impl Flow {
 
     pub(crate) fn n_parameters(&self) -> usize {
         self.n_parameters
-    }
-
-    /// The equation each coefficient belongs to.
-    pub(crate) fn row_of(&self, parameter: usize) -> usize {
-        self.summands[parameter].row
     }
 
     pub(crate) fn stepping(&self) -> Stepping {
@@ -190,7 +208,7 @@ impl Flow {
             }
         }
         for s in self.summands.iter().filter(|s| s.rate.is_none()) {
-            f[s.row] += xi[s.parameter] * value(s);
+            f[s.row] += s.times(xi) * value(s);
         }
         let among = &self.coupled;
         // The inverse of what the rates of these states are multiplied by, from the left to `width` columns of `matrix`.
@@ -207,7 +225,7 @@ impl Flow {
             let place = |i: usize| among.partition_point(|&k| k < i);
             for s in &self.summands {
                 if let Some(l) = s.rate {
-                    coupled[(place(s.row), place(l))] -= xi[s.parameter] * value(s);
+                    coupled[(place(s.row), place(l))] -= s.times(xi) * value(s);
                 }
             }
             if !coupled.try_inverse_mut() {
@@ -227,9 +245,11 @@ impl Flow {
         }
         for s in &self.summands {
             let times = s.rate.map_or(1.0, |l| f[l]);
-            f_xi[s.row * p + s.parameter] = value(s) * times;
+            if let Coefficient::Fitted(parameter) = s.coefficient {
+                f_xi[s.row * p + parameter] = value(s) * times;
+            }
             for &(k, register) in &self.partials[s.term] {
-                f_x[s.row * n + k] += xi[s.parameter] * registers[register as usize] * times;
+                f_x[s.row * n + k] += s.times(xi) * registers[register as usize] * times;
             }
         }
         if !among.is_empty() {

@@ -228,7 +228,7 @@ mod tests {
         ];
         let supports = vec![vec![], vec![], vec![0, 1, 2], vec![3, 4, 5]];
         let rates = [Some(2), Some(3), None, None];
-        (Flow::new(&terms, &supports, &rates, 1, stepping), vec![0.9, 0.045, -0.045, 14.7, -1.5, -0.1])
+        (Flow::new(&terms, (&supports, &[]), &rates, 1, stepping), vec![0.9, 0.045, -0.045, 14.7, -1.5, -0.1])
     }
 
     #[test]

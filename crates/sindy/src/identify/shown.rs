@@ -1,0 +1,37 @@
+//! What was identified, in lines people read.
+
+use std::fmt;
+
+use super::report::Identified;
+
+impl fmt::Display for Identified {
+    /// The equations, then per equation its coefficients with their standard errors and what speaks against it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for equation in self.model.equations() {
+            writeln!(f, "{equation}")?;
+        }
+        for equation in &self.report.equations {
+            if equation.standard_errors.is_empty() {
+                continue;
+            }
+            writeln!(f, "\n{}", equation.state)?;
+            let rows = equation.support.iter().zip(&equation.coefficients).zip(&equation.standard_errors);
+            for ((&term, coefficient), error) in rows {
+                writeln!(f, "  {:<24} {coefficient:>14.6e} ± {error:.1e}", self.report.features[term])?;
+            }
+            match equation.doubt {
+                None if equation.reached_floor => writeln!(f, "  adequate")?,
+                None => writeln!(f, "  an approximation")?,
+                Some(doubt) => writeln!(f, "  not adequate: {doubt}")?,
+            }
+            for tie in &equation.ties {
+                let terms: Vec<&str> = tie.iter().map(|&j| self.report.features[j].as_str()).collect();
+                writeln!(f, "  the data cannot tell these terms from: {}", terms.join(", "))?;
+            }
+        }
+        for (name, (sigma, fit)) in self.model.states().iter().zip(self.report.noise_deviations.iter().zip(&self.report.fit)) {
+            writeln!(f, "{name}: noise {sigma:.2e}, fit {:.1} %", 100.0 * fit)?;
+        }
+        Ok(())
+    }
+}

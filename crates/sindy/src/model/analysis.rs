@@ -1,0 +1,159 @@
+//! What engineers ask of a model: simulation, prediction, linearisation.
+
+use nalgebra::DMatrix;
+use ndarray::{Array2, ArrayView2};
+use sindyna_core::{Dynamics as _, Held, Seed};
+
+use super::step::Own;
+use super::{Form, Model};
+
+/// Why a model could not be simulated, compared or linearised.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AnalysisError {
+    /// Arrays that do not fit the model.
+    #[error("{what}: expected {expected}, got {got}")]
+    Shape {
+        /// What was counted.
+        what: &'static str,
+        /// Number wanted.
+        expected: usize,
+        /// Number found.
+        got: usize,
+    },
+    /// The states left the finite numbers.
+    #[error("the model diverges in step {step}")]
+    Diverged {
+        /// The first step that is not finite, from 0.
+        step: usize,
+    },
+    /// A map is not stepped by any other interval than its own.
+    #[error("samples {got} s apart do not fit a model that is stepped by {expected} s")]
+    Interval {
+        /// The model's interval \[s\].
+        expected: f64,
+        /// The samples' interval \[s\].
+        got: f64,
+    },
+    /// The equations cannot be solved for the rates there.
+    #[error("the equations are singular there")]
+    Singular,
+    /// The model lives in other coordinates than the states it is asked about.
+    #[error("a model of cosines and sines as they are is only stepped")]
+    Raw,
+}
+
+fn shape(what: &'static str, expected: usize, got: usize) -> Result<(), AnalysisError> {
+    if expected == got { Ok(()) } else { Err(AnalysisError::Shape { what, expected, got }) }
+}
+
+impl Model {
+    /// The states (T + 1, n) from `x0` (n) on under the inputs `u` (T, k), each held for one interval [`Self::dt`].
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for arrays that do not fit, or where the model diverges.
+    pub fn simulate(&self, x0: &[f64], u: ArrayView2<'_, f64>) -> Result<Array2<f64>, AnalysisError> {
+        self.simulate_at(x0, u, &vec![self.dt(); u.nrows()])
+    }
+
+    /// The same with an interval of its own for every step, `dt` \[s\] (T).
+    ///
+    /// # Errors
+    /// As [`Self::simulate`]; [`AnalysisError::Interval`] if the model is a map.
+    pub fn simulate_at(
+        &self,
+        x0: &[f64],
+        u: ArrayView2<'_, f64>,
+        dt: &[f64],
+    ) -> Result<Array2<f64>, AnalysisError> {
+        if self.readings().is_some() {
+            return Err(AnalysisError::Raw);
+        }
+        shape("states", self.states().len(), x0.len())?;
+        shape("inputs", self.controls().len(), u.ncols())?;
+        shape("intervals", u.nrows(), dt.len())?;
+        let mut x = Array2::zeros((u.nrows() + 1, x0.len()));
+        x.row_mut(0).iter_mut().zip(x0).for_each(|(slot, v)| *slot = *v);
+        let mut rng = Seed::new(0).stream("no randomness", 0);
+        let mut next = vec![0.0; x0.len()];
+        for (t, (u, &dt)) in u.rows().into_iter().zip(dt).enumerate() {
+            let (now, u) = (x.row(t).to_vec(), u.to_vec());
+            let own = (dt - self.dt()).abs() <= 1e-9 * self.dt();
+            let stepped = match self.form() {
+                Form::Continuous(scheme) if !own => Held::new(Own(self), scheme, dt).step(&now, &u, &mut rng, &mut next),
+                _ if own => self.step(&now, &u, &mut rng, &mut next),
+                _ => return Err(AnalysisError::Interval { expected: self.dt(), got: dt }),
+            };
+            stepped.map_err(|_| AnalysisError::Diverged { step: t })?;
+            x.row_mut(t + 1).iter_mut().zip(&next).for_each(|(slot, v)| *slot = *v);
+        }
+        Ok(x)
+    }
+
+    /// ∂f/∂x (n, n) and ∂f/∂u (n, k) of the right-hand side f at a state and input: of ẋ = f for a continuous or semi-implicit
+    /// model, of (x⁺ − x)/Δt = f or x⁺ = f for the others. Exact, from the terms.
+    ///
+    /// # Errors
+    /// [`AnalysisError`] for slices that do not fit, or where the equations cannot be solved for the rates.
+    pub fn jacobians(&self, x: &[f64], u: &[f64]) -> Result<(Array2<f64>, Array2<f64>), AnalysisError> {
+        if self.readings().is_some() {
+            return Err(AnalysisError::Raw);
+        }
+        let (n, k) = (self.states().len(), self.controls().len());
+        shape("states", n, x.len())?;
+        shape("inputs", k, u.len())?;
+        let (z, terms) = ([x, u].concat(), self.shifted_terms());
+        let mut f = vec![0.0; n];
+        self.right_side(x, u, &mut f);
+        // (I − D) f = h, so (I − D) ∂f = ∂h + ∂D f.
+        let mut left = DMatrix::<f64>::identity(n, n);
+        let mut right = DMatrix::<f64>::zeros(n, n + k);
+        for i in 0..n {
+            for entry in self.coefficients(i) {
+                let term = &terms[entry.term];
+                if let Some(l) = entry.rate {
+                    left[(i, l)] -= entry.coefficient * term.eval(&z);
+                }
+                let times = entry.coefficient * entry.rate.map_or(1.0, |l| f[l]);
+                for j in 0..n + k {
+                    right[(i, j)] += term.derivative(j).map_or(0.0, |d| times * d.eval(&z));
+                }
+            }
+        }
+        let all = left.lu().solve(&right).filter(|m| m.iter().all(|v| v.is_finite())).ok_or(AnalysisError::Singular)?;
+        let part = |first: usize, width: usize| Array2::from_shape_fn((n, width), |(i, j)| all[(i, first + j)]);
+        Ok((part(0, n), part(n, k)))
+    }
+
+    /// Predictions of the samples `x` (T + 1, n), each from the sample `horizon` steps before it, or for the first ones from the first
+    /// sample; from the first sample alone without a horizon. Under the inputs `u` (T, k), `dt` \[s\] apart (T).
+    ///
+    /// # Errors
+    /// As [`Self::simulate_at`].
+    pub fn predict(
+        &self,
+        x: ArrayView2<'_, f64>,
+        u: ArrayView2<'_, f64>,
+        dt: &[f64],
+        horizon: Option<usize>,
+    ) -> Result<Array2<f64>, AnalysisError> {
+        shape("rows of states", u.nrows() + 1, x.nrows())?;
+        let steps = u.nrows();
+        let Some(horizon) = horizon.filter(|h| *h < steps) else { return self.simulate_at(&x.row(0).to_vec(), u, dt) };
+        let mut predicted = x.to_owned();
+        for from in 0..=steps - horizon {
+            let to = from + horizon;
+            let part = u.slice(ndarray::s![from..to, ..]);
+            let ahead = self.simulate_at(&x.row(from).to_vec(), part, &dt[from..to]);
+            let ahead = ahead.map_err(|e| match e {
+                AnalysisError::Diverged { step } => AnalysisError::Diverged { step: from + step },
+                other => other,
+            })?;
+            if from == 0 {
+                predicted.slice_mut(ndarray::s![..=horizon, ..]).assign(&ahead);
+            }
+            predicted.row_mut(to).assign(&ahead.row(horizon));
+        }
+        Ok(predicted)
+    }
+}
