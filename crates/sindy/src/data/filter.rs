@@ -156,7 +156,7 @@ impl<'a, const D: usize> Filter<'a, D> {
     fn update(&mut self, t: usize, sums: &mut Innovations) {
         for (j, (&i, sigma)) in self.chain.iter().zip(self.noise).enumerate() {
             let y = self.segment.x[[t, i]] / self.scale.of_derivative(j);
-            let variance = self.covariance[(j, j)] + sigma * sigma;
+            let variance = self.covariance[(j, j)] + (sigma * self.segment.relative(t, i)).powi(2);
             if self.covariance[(j, j)] < 0.0 {
                 // Rounding has eaten the covariance: these parameters are beyond what numbers can tell.
                 sums.squares = f64::INFINITY;

@@ -4,6 +4,8 @@ mod differences;
 mod filter;
 mod segment;
 mod smoother;
+mod variance;
 
 pub(crate) use segment::{Segment, sample_of};
 pub(crate) use smoother::{Signals, smooth};
+pub(crate) use variance::with_variances;

@@ -13,12 +13,14 @@ pub(crate) struct Segment {
     pub(crate) u: Array2<f64>,
     /// Time from each sample to the next \[s\] (T).
     pub(crate) dt: Vec<f64>,
+    /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same.
+    pub(crate) relative: Option<Array2<f64>>,
 }
 
 impl Segment {
     /// The samples of `run`, `dt` \[s\] apart.
     pub(crate) fn even(run: &Run, dt: f64) -> Self {
-        Self { x: run.x.clone(), u: run.u.clone(), dt: vec![dt; run.len()] }
+        Self { x: run.x.clone(), u: run.u.clone(), dt: vec![dt; run.len()], relative: None }
     }
 
     /// Number of steps T.
@@ -32,7 +34,13 @@ impl Segment {
             x: self.x.slice(s![first..=last, ..]).to_owned(),
             u: self.u.slice(s![first..last, ..]).to_owned(),
             dt: self.dt[first..last].to_vec(),
+            relative: self.relative.as_ref().map(|r| r.slice(s![first..=last, ..]).to_owned()),
         }
+    }
+
+    /// Standard deviation of the error of sample `t` of state `i`, relative to that of the channel.
+    pub(crate) fn relative(&self, t: usize, i: usize) -> f64 {
+        self.relative.as_ref().map_or(1.0, |r| r[[t, i]])
     }
 }
 

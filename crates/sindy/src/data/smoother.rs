@@ -201,7 +201,7 @@ mod tests {
             }
             t += step;
         }
-        Segment { u: Array2::zeros((samples - 1, 0)), x, dt }
+        Segment { u: Array2::zeros((samples - 1, 0)), x, dt, relative: None }
     }
 
     #[test]

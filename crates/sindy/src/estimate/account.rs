@@ -51,6 +51,8 @@ pub(crate) struct Estimate {
     pub(crate) sigma: Vec<f64>,
     /// The same by how smooth the signals are, before any equation is known.
     pub(crate) signal_noise: Vec<f64>,
+    /// Share of the variance of each state's noise that grows with the square of its value (n).
+    pub(crate) growing: Vec<f64>,
     /// Per state: why its equation is not adequate.
     pub(crate) doubts: Vec<Option<Doubt>>,
     /// Per state: 1 − ‖x measured − x‖ / ‖x measured − mean‖.
@@ -120,6 +122,7 @@ impl Problem<'_> {
             leaves_nothing: self.leaves_nothing(&best),
             sigma: left,
             signal_noise: signals.sigma.clone(),
+            growing: vec![0.0; n],
             doubts,
             fit,
             complete: self.spent.get() <= BUDGET,

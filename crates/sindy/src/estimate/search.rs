@@ -10,7 +10,7 @@ use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
 use crate::{BestSubset, Watch};
-use crate::data::{Segment, Signals, sample_of, smooth};
+use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
@@ -87,24 +87,32 @@ pub(crate) fn finish(
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
-    let sample = sample_of(problem.segments, SAMPLE);
     let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let problem = &Problem { noise: &signals.sigma, ..*problem };
+    let (weighted, shares) = with_variances(problem.segments, &signals);
+    let signals = if shares.iter().any(|s| *s > 0.0) { smooth(&weighted, problem.rates, problem.floor) } else { signals };
+    let problem = &Problem { segments: &weighted, noise: &signals.sigma, ..*problem };
+    let sample = sample_of(problem.segments, SAMPLE);
+    let found = searched(problem, &sample, &signals, stepping)?;
+    Some(Estimate { growing: shares, ..found })
+}
+
+/// The equations with the best score, whose terms are looked for in `sample` where there are many samples.
+fn searched(problem: &Problem<'_>, sample: &[Segment], signals: &Signals, stepping: Stepping) -> Option<Estimate> {
     if problem.samples() <= 2.0 * SAMPLE as f64 {
-        let searched = problem.search(&signals, None, stepping)?;
-        return Some(problem.account(searched, &signals));
+        let searched = problem.search(signals, None, stepping)?;
+        return Some(problem.account(searched, signals));
     }
     // Terms are looked for in a part of the data, and judged with all of them.
     let spent = Cell::new(0);
-    let in_part = Problem { segments: &sample, spent: &spent, ..*problem };
-    let of_part = smooth(&sample, problem.rates, problem.floor);
+    let in_part = Problem { segments: sample, spent: &spent, ..*problem };
+    let of_part = smooth(sample, problem.rates, problem.floor);
     let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
     let begun = found.and_then(|(found, _, _)| {
         let from = (&found.fit.xi[..], &signals.x[..], &signals.sigma[..]);
         problem.hypothesis(found.supports.clone(), found.flow.stepping(), from, 0..4)
     });
-    let searched = problem.search(&signals, begun, stepping)?;
-    let mut found = problem.account(searched, &signals);
+    let searched = problem.search(signals, begun, stepping)?;
+    let mut found = problem.account(searched, signals);
     found.complete &= spent.get() <= BUDGET;
     Some(found)
 }
@@ -233,7 +241,10 @@ impl Problem<'_> {
 
     /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
     pub(super) fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
-        let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&hypothesis.fit.x).map(|(s, x)| &s.x - x).collect();
+        let left = |(s, x): (&Segment, &Array2<f64>)| {
+            Array2::from_shape_fn(x.dim(), |(t, i)| (s.x[[t, i]] - x[[t, i]]) / s.relative(t, i))
+        };
+        let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&hypothesis.fit.x).map(left).collect();
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {

@@ -67,6 +67,7 @@ impl Recording {
             x: coordinates.states(self.states.view()),
             u: self.controls.clone(),
             dt: self.times.windows(2).map(|t| t[1] - t[0]).collect(),
+            relative: None,
         }
     }
 }

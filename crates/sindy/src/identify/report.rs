@@ -35,6 +35,9 @@ pub struct Report {
     /// RMS difference of each state as measured and as it follows from the equations \[unit of the state\] (n), where it was
     /// estimated; else empty.
     pub noise_deviations: Vec<f64>,
+    /// Share of the variance of each state's noise that grows with the square of its value (n): 0 for noise that is the same everywhere, 1
+    /// for noise of so many per cent; empty where the noise was not estimated.
+    pub noise_growing: Vec<f64>,
     /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of the states x̂ that follow the
     /// equations along each recording from a start that is estimated too; empty where the noise was not estimated.
     pub fit: Vec<f64>,
@@ -138,6 +141,7 @@ impl Report {
             condition: found.condition,
             noise,
             noise_deviations: Vec::new(),
+            noise_growing: Vec::new(),
             fit: Vec::new(),
             search_complete: true,
             equations: equations.collect(),
@@ -168,6 +172,7 @@ impl Report {
             condition: found.condition,
             noise: Noise::Estimated,
             noise_deviations: found.sigma.clone(),
+            noise_growing: found.growing.clone(),
             fit: found.fit.clone(),
             search_complete: found.complete,
             equations: equations.collect(),
@@ -203,6 +208,7 @@ impl Report {
             condition: triangle.condition(&all),
             noise: Noise::Rounding,
             noise_deviations: Vec::new(),
+            noise_growing: Vec::new(),
             fit: Vec::new(),
             search_complete: true,
             equations: equations.collect(),

@@ -115,7 +115,7 @@ impl State {
         for (segment, x) in segments.iter().zip(&self.x) {
             for t in 0..x.nrows() {
                 for (i, sigma) in self.sigma.iter().enumerate() {
-                    total += ((segment.x[[t, i]] - x[[t, i]]) / sigma).powi(2);
+                    total += ((segment.x[[t, i]] - x[[t, i]]) / (sigma * segment.relative(t, i))).powi(2);
                 }
                 if t == segment.len() {
                     continue;
@@ -211,8 +211,9 @@ impl State {
                     }
                 }
                 let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
+                let sigma: Vec<f64> = (0..n).map(|i| self.sigma[i] * segment.relative(t, i)).collect();
                 if t == segment.len() {
-                    elimination.finish(&y, &self.sigma);
+                    elimination.finish(&y, &sigma);
                     break;
                 }
                 let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
@@ -223,7 +224,7 @@ impl State {
                     return None;
                 }
                 let d: Vec<f64> = (0..n).map(|i| next[i] - x[[t + 1, i]]).collect();
-                elimination.step(&y, &self.sigma, &s, &d, &q);
+                elimination.step(&y, &sigma, &s, &d, &q);
             }
             triangle.push(elimination.rows().view()).ok()?;
             eliminations.push(elimination);
@@ -238,8 +239,10 @@ impl State {
         let fitted = flow.n_parameters() + segments.len() * n;
         let freedom = (1.0 - fitted as f64 / (samples * n) as f64).max(0.1);
         for i in 0..n {
-            let squares: f64 =
-                segments.iter().zip(&self.x).map(|(s, x)| (&s.x.column(i) - &x.column(i)).mapv(|v| v * v).sum()).sum();
+            let left = |(s, x): (&Segment, &Array2<f64>)| -> f64 {
+                (0..x.nrows()).map(|t| ((s.x[[t, i]] - x[[t, i]]) / s.relative(t, i)).powi(2)).sum()
+            };
+            let squares: f64 = segments.iter().zip(&self.x).map(left).sum();
             self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(noise.floor[i]);
         }
         self.left.clone_from(&self.sigma);
@@ -281,7 +284,7 @@ mod tests {
         let mut rng = Seed::new(seed).stream("noise", 0);
         let (mut x, mut scratch) = (vec![1.0, 0.0], flow.scratch());
         let mut segment =
-            Segment { x: Array2::zeros((samples, 2)), u: Array2::zeros((samples - 1, 1)), dt: vec![dt; samples - 1] };
+            Segment { x: Array2::zeros((samples, 2)), u: Array2::zeros((samples - 1, 1)), dt: vec![dt; samples - 1], relative: None };
         for t in 0..samples {
             (0..2).for_each(|i| segment.x[[t, i]] = x[i] + noise[i] * normal(&mut rng));
             if t + 1 < samples {
