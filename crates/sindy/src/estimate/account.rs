@@ -11,6 +11,7 @@ use crate::solve::Selected;
 
 /// Why an equation whose noise was estimated is not called adequate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Doubt {
     /// There are fewer than three samples for every term.
     TooFewSamples,

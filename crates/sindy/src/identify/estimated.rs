@@ -178,18 +178,23 @@ impl Identifier {
         (solver, watch): (&BestSubset, &Watch<'_>),
     ) -> Result<Option<Identified>, FitError> {
         let rates = self.rates();
-        let fitted = || found.fits.iter().zip(&rates).map(|(fit, rate)| rate.is_none().then_some(fit));
         let mut terms = self.general_terms(tiers.to_vec(), segments);
-        let mut place = |j: &usize| {
-            let known = terms.iter().position(|t| t.rate == tiers[*j].rate && t.expr == tiers[*j].expr);
+        let mut place = |j: usize| {
+            let known = terms.iter().position(|t| t.rate == tiers[j].rate && t.expr == tiers[j].expr);
             known.unwrap_or_else(|| {
-                terms.push(tiers[*j].clone());
+                terms.push(tiers[j].clone());
                 terms.len() - 1
             })
         };
-        let supports = fitted().map(|fit| fit.map_or_else(Vec::new, |f| f.support.iter().map(&mut place).collect())).collect();
+        let (mut supports, mut xi) = (Vec::new(), Vec::new());
+        for (fit, rate) in found.fits.iter().zip(&rates) {
+            let known = fit.support.iter().zip(&fit.coefficients).filter(|_| rate.is_none());
+            let mut row: Vec<(usize, f64)> = known.map(|(j, c)| (place(*j), *c)).collect();
+            row.sort_by_key(|(j, _)| *j);
+            supports.push(row.iter().map(|(j, _)| *j).collect());
+            xi.extend(row.iter().map(|(_, c)| *c));
+        }
         let terms = &terms;
-        let xi: Vec<f64> = fitted().flatten().flat_map(|f| f.coefficients.clone()).collect();
         let n_controls = self.spec.control_dim();
         let spent = &Cell::new(0);
         let (noise, constraints) = (&[], &[]);

@@ -33,7 +33,7 @@ impl Stepping {
 /// Most Runge–Kutta steps per control interval that are tried.
 pub(super) const FINEST: usize = 8;
 
-/// Difference of χ² below which two ways of stepping are as good as each other.
+/// Difference of −2 ln L below which two ways of stepping are as good as each other.
 const CLEAR: f64 = 12.0;
 
 /// The stepping that the states with known rates show: whether they moved by the rate before the step, after it, or by
@@ -45,11 +45,14 @@ pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
     if pairs.is_empty() {
         return None;
     }
+    // Errors may be larger than they are said to be, so their size is estimated; smaller than rounding they are not.
+    let steps = runs.iter().map(Run::len).sum::<usize>() as f64;
     let misfit = |old: f64, new: f64| {
-        pairs
-            .iter()
-            .map(|&(i, v)| runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>())
-            .sum::<f64>()
+        let of = |&(i, v): &(usize, usize)| {
+            let squares = runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>();
+            steps * (squares / steps).max(1.0).ln()
+        };
+        pairs.iter().map(of).sum::<f64>()
     };
     let continuous = misfit(0.5, 0.5);
     let (euler, semi) = (misfit(1.0, 0.0), misfit(0.0, 1.0));
