@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Isa, IsaError, Sac, SacConfig, SacDiscrete, Scaling};
-use sindyna_sindy::Identifier;
+use sindyna_sindy::{Identifier, NoiseChoice};
 
 use crate::failure::Failure;
 use crate::identification::IdentificationConfig;
@@ -191,9 +191,9 @@ impl TrainConfig {
         }
     }
 
-    /// The identification these settings describe.
+    /// The identification these settings describe. How noisy the sensors are is not told: it is estimated.
     pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
-        let identifier = self.identification.identifier(spec)?;
+        let identifier = self.identification.identifier(spec)?.with_noise(NoiseChoice::Estimated);
         let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
         if steps < needed {
             let name = &spec.name;

@@ -4,8 +4,8 @@ mod branch;
 mod schedule;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Policy, Replay,
-    Rng, Seed, Sensors, Task, Transition,
+    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Policy,
+    Replay, Rng, Seed, Sensors, Task, Transition,
 };
 
 use crate::algorithm::DynaError;

@@ -15,6 +15,18 @@ pub(crate) struct IdentificationOptions {
     /// A term of your own, such as `v*abs(v)`; may be given several times
     #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
     terms: Vec<String>,
+    /// A part of an equation that is known, such as "dw/dt: -9.81*sin(th)": the rest is looked for; may be given several times
+    #[arg(long, value_name = "dX/dt: FORMULA", help_heading = "Identification")]
+    known: Vec<String>,
+    /// A term that an equation has, such as "dw/dt: u"; may be given several times
+    #[arg(long = "require", value_name = "dX/dt: TERM", help_heading = "Identification")]
+    required: Vec<String>,
+    /// A term that an equation does not have, such as "dw/dt: w^2"; may be given several times
+    #[arg(long = "forbid", value_name = "dX/dt: TERM", help_heading = "Identification")]
+    forbidden: Vec<String>,
+    /// The sign of a coefficient, such as "dw/dt: w < 0", if the equation has the term; may be given several times
+    #[arg(long = "sign", value_name = "dX/dt: TERM < 0", help_heading = "Identification")]
+    signs: Vec<String>,
     /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares` [default: best-subset]
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     solver: Option<String>,
@@ -38,6 +50,16 @@ impl IdentificationOptions {
         set(&mut settings.library, &self.library);
         if !self.terms.is_empty() {
             settings.terms.clone_from(&self.terms);
+        }
+        for (list, given) in [
+            (&mut settings.known, &self.known),
+            (&mut settings.required, &self.required),
+            (&mut settings.forbidden, &self.forbidden),
+            (&mut settings.signs, &self.signs),
+        ] {
+            if !given.is_empty() {
+                list.clone_from(given);
+            }
         }
         set(&mut settings.solver, &self.solver);
         set(&mut settings.threshold, &self.threshold);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use serde::Serialize;
 use sindyna_core::{Channel, FitError, Kind, Precision, Spec};
-use sindyna_sindy::{Identified, Identifier, Watch};
+use sindyna_sindy::{Identified, Identifier, NoiseChoice, Watch};
 
 use super::identification::IdentificationOptions;
 use super::{Common, Verdict, print};
@@ -45,8 +45,9 @@ pub(crate) struct Args {
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
-    /// Standard deviation of the noise on states, in their units, such as `th=0.001,w=0.01` [default: rounding where that explains the data, else estimated]
-    #[arg(long, value_name = "STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
+    /// Noise on the states: `auto`, rounding where that explains the data and else estimated; `none`, rounding only; or standard deviations in
+    /// their units, such as `th=0.001,w=0.01`, below which no error is believed [default: auto]
+    #[arg(long, value_name = "auto|none|STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
     noise: Vec<String>,
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
@@ -115,6 +116,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let log = Log::read(&args.log, &args.options()?)?;
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
+    let without = args.noise.iter().any(|n| n.trim() == "none");
+    let identifier = if without { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
     check_size(&identifier, &log)?;
     let found = args.common.pool()?.install(|| {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
@@ -155,7 +158,10 @@ impl Args {
         let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
         let hint = "--circles c=s says that c and s are cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
-        let noise = names(&self.noise).iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
+        let given = names(&self.noise);
+        let alone = given.len() == 1 && matches!(given[0].as_str(), "auto" | "none");
+        let deviations = if alone { &[][..] } else { &given[..] };
+        let noise = deviations.iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
             states: names(&self.states),
@@ -193,7 +199,7 @@ fn deviation(text: &str) -> Result<(String, f64), Failure> {
     let parts =
         text.split_once('=').and_then(|(name, sigma)| Some((name.trim().to_owned(), sigma.trim().parse().ok()?)));
     parts.filter(|(_, sigma): &(String, f64)| sigma.is_finite() && *sigma > 0.0).ok_or_else(|| {
-        Failure::new(format!("--noise takes STATE=SIGMA with SIGMA above 0, got `{text}`"))
+        Failure::new(format!("--noise takes `auto`, `none`, or STATE=SIGMA with SIGMA above 0, got `{text}`"))
             .hint("--noise th=0.001 says that the sensor of th is off by 0.001 as a standard deviation")
     })
 }

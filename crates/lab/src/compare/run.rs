@@ -7,7 +7,7 @@ use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observ
 use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
 use sindyna_envs::System;
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
-use sindyna_sindy::{Identifier, Model};
+use sindyna_sindy::{Identifier, Model, NoiseChoice};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
@@ -49,11 +49,16 @@ impl Job {
     fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
         let spec = self.system.spec();
         match self.method {
-            Method::Sindy => self.inside(&Identifier::new(spec), outcome, interrupted, |model: &Model, outcome| {
-                outcome.model_parameters = Some(model.nonzero());
-                outcome.equations = model.equations();
-                outcome.model = serde_json::from_str(&model.to_json()).ok();
-            }),
+            Method::Sindy => self.inside(
+                &Identifier::new(spec).with_noise(NoiseChoice::Estimated),
+                outcome,
+                interrupted,
+                |model: &Model, outcome| {
+                    outcome.model_parameters = Some(model.nonzero());
+                    outcome.equations = model.equations();
+                    outcome.model = serde_json::from_str(&model.to_json()).ok();
+                },
+            ),
             Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
             Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper => {
                 let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::Spec;
-use sindyna_sindy::{Identifier, SolverChoice, Stlsq};
+use sindyna_sindy::{EquationConstraint, Identifier, SolverChoice, Stlsq};
 
 use crate::failure::Failure;
 
@@ -18,6 +18,18 @@ pub(crate) struct IdentificationConfig {
     pub(crate) ridge: f64,
     pub(crate) target: String,
     pub(crate) coordinates: String,
+    /// Parts of equations that are known, such as `dw/dt: -9.81*sin(th)`.
+    #[serde(default)]
+    pub(crate) known: Vec<String>,
+    /// Terms that equations have, such as `dw/dt: u`.
+    #[serde(default)]
+    pub(crate) required: Vec<String>,
+    /// Terms that equations do not have.
+    #[serde(default)]
+    pub(crate) forbidden: Vec<String>,
+    /// Signs of coefficients, such as `dw/dt: w < 0`.
+    #[serde(default)]
+    pub(crate) signs: Vec<String>,
 }
 
 impl Default for IdentificationConfig {
@@ -30,6 +42,10 @@ impl Default for IdentificationConfig {
             ridge: 0.05,
             target: "motion".into(),
             coordinates: "recognised".into(),
+            known: Vec::new(),
+            required: Vec::new(),
+            forbidden: Vec::new(),
+            signs: Vec::new(),
         }
     }
 }
@@ -44,11 +60,57 @@ impl IdentificationConfig {
             SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: self.ridge },
             other => other,
         };
-        Ok(Identifier::new(spec)
+        let identifier = Identifier::new(spec)
             .with_coordinates(self.coordinates.parse()?)
             .with_library(self.library.parse()?)?
             .with_own_terms(self.terms.clone())?
             .with_solver(solver)
-            .with_target(self.target.parse()?))
+            .with_target(self.target.parse()?);
+        self.constraints()?.into_iter().try_fold(identifier, |identifier, (option, text, state, constraint)| {
+            let refused = |e| Failure::from(anyhow::Error::new(e).context(format!("{option} `{text}`")));
+            identifier.with_constraint(&state, constraint).map_err(refused)
+        })
     }
+
+    /// What is known of equations: the option that said so, its text, the state, and the constraint.
+    fn constraints(&self) -> Result<Vec<(&'static str, &str, String, EquationConstraint)>, Failure> {
+        let mut all = Vec::new();
+        for (option, texts) in [
+            ("--known", &self.known),
+            ("--require", &self.required),
+            ("--forbid", &self.forbidden),
+            ("--sign", &self.signs),
+        ] {
+            for text in texts {
+                let (state, constraint) = constraint(option, text)?;
+                all.push((option, text.as_str(), state, constraint));
+            }
+        }
+        Ok(all)
+    }
+}
+
+/// Reads `dw/dt: FORMULA`.
+fn constraint(option: &str, text: &str) -> Result<(String, EquationConstraint), Failure> {
+    let example = match option {
+        "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
+        "--require" => "--require \"dw/dt: u\" says that u is in the equation of w",
+        "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
+        _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
+    };
+    let wrong = || Failure::new(format!("{option} takes `dSTATE/dt: ...`, got `{text}`")).hint(example);
+    let (left, formula) = text.split_once(':').ok_or_else(wrong)?;
+    let state = left.trim().strip_prefix('d').and_then(|s| s.strip_suffix("/dt")).ok_or_else(wrong)?;
+    let formula = formula.trim().to_owned();
+    let constraint = match option {
+        "--known" => EquationConstraint::Known(formula),
+        "--require" => EquationConstraint::Required(formula),
+        "--forbid" => EquationConstraint::Forbidden(formula),
+        _ => match (formula.split_once('>'), formula.split_once('<')) {
+            (Some((term, zero)), None) if zero.trim() == "0" => EquationConstraint::Positive(term.trim().into()),
+            (None, Some((term, zero))) if zero.trim() == "0" => EquationConstraint::Negative(term.trim().into()),
+            _ => return Err(wrong()),
+        },
+    };
+    Ok((state.to_owned(), constraint))
 }

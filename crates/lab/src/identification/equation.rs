@@ -47,6 +47,9 @@ pub(crate) struct Summand {
     coefficient: f64,
     /// `null` where it is not known, or where nothing was fitted.
     standard_error: Option<f64>,
+    /// Whether it is a part of the equation that was known.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub(crate) known: bool,
 }
 
 impl Summand {
@@ -73,10 +76,12 @@ impl Equation {
         let equation: &EquationReport = &report.equations[i];
         let name = |&j: &usize| report.features[j].clone();
         let error = |at: usize| equation.standard_errors.get(at).copied().filter(|e| e.is_finite());
+        let known = |at: usize| at + equation.n_known >= equation.support.len();
         let summand = |(at, (j, &coefficient)): (usize, (&usize, &f64))| Summand {
             term: name(j),
             coefficient,
-            standard_error: error(at),
+            standard_error: error(at).filter(|_| !known(at)),
+            known: known(at),
         };
         let size = |size: &SizeReport| Size {
             terms: size.support.iter().map(name).collect(),
@@ -171,7 +176,11 @@ impl Equation {
 
     fn coefficients(&self) -> String {
         let lines = self.terms.iter().map(|summand| {
-            let error = summand.standard_error.map_or_else(|| "not known".into(), |e| significant(e, 2));
+            let error = match summand.standard_error {
+                Some(error) => significant(error, 2),
+                None if summand.known => "as given".into(),
+                None => "not known".into(),
+            };
             [summand.term.clone(), significant(summand.coefficient, summand.digits()), error]
         });
         let heading = [self.left().to_owned(), "coefficient".into(), "standard error".into()];

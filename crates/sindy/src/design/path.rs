@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 
-use crate::data::{Segment, Signals};
 use crate::Expr;
+use crate::data::{Segment, Signals};
 use crate::expr::Tape;
 use crate::library::Term;
 use crate::shooting::{Flow, Scratch, Stage};

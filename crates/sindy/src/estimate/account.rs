@@ -43,6 +43,8 @@ impl fmt::Display for Doubt {
 pub(crate) struct Estimate {
     /// One per state: terms, coefficients, the best subsets of each size. None for states with declared rates.
     pub(crate) fits: Vec<Selected>,
+    /// How many terms of each equation, the last ones, have coefficients that were given.
+    pub(crate) n_known: Vec<usize>,
     /// Standard errors of the coefficients of each equation.
     pub(crate) errors: Vec<Vec<f64>>,
     pub(crate) stepping: Stepping,
@@ -118,6 +120,7 @@ impl Problem<'_> {
         Estimate {
             fits,
             errors,
+            n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             leaves_nothing: self.leaves_nothing(&best),

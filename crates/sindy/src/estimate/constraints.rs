@@ -21,9 +21,7 @@ impl Constraints {
 
     /// Whether the coefficients have the signs they should.
     pub(super) fn agrees(&self, support: &[usize], coefficients: &[f64]) -> bool {
-        let wrong = |(j, sign): &(usize, f64)| {
-            support.iter().zip(coefficients).any(|(k, c)| k == j && c * sign < 0.0)
-        };
+        let wrong = |(j, sign): &(usize, f64)| support.iter().zip(coefficients).any(|(k, c)| k == j && c * sign < 0.0);
         !self.signs.iter().any(wrong)
     }
 }

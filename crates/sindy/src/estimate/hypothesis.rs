@@ -3,9 +3,9 @@
 use ndarray::Array2;
 
 use super::search::Problem;
+use crate::Stage;
 use crate::motion::Stepping;
 use crate::shooting::{self, Bounds, Fit, Flow, PARTS};
-use crate::Stage;
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.

@@ -25,10 +25,12 @@ impl Problem<'_> {
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
         let mut supports = along.supports.clone();
         supports[i].clone_from(&choice);
-        let flow = Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, along.flow.stepping());
+        let flow =
+            Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, along.flow.stepping());
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
-        let coefficient = |j: usize| along.supports[i].iter().position(|k| *k == j).map_or(0.0, |at| fit.xi[first + at]);
+        let coefficient =
+            |j: usize| along.supports[i].iter().position(|k| *k == j).map_or(0.0, |at| fit.xi[first + at]);
         let now: Vec<f64> = choice.iter().map(|&j| coefficient(j)).collect();
         let (before, after) = (&fit.xi[..first], &fit.xi[first + along.supports[i].len()..]);
         let xi = [before, &now, after].concat();

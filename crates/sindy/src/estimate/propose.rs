@@ -119,7 +119,8 @@ impl Problem<'_> {
             let is_required = |c: &usize| required.contains(&choice[*c]);
             let (first, last): (Vec<usize>, Vec<usize>) = (0..choice.len()).partition(is_required);
             let order: Vec<usize> = first.into_iter().chain(last).collect();
-            let columns: Vec<Vec<(usize, f64)>> = order.iter().chain([&choice.len()]).map(|&c| vec![(c, 1.0)]).collect();
+            let columns: Vec<Vec<(usize, f64)>> =
+                order.iter().chain([&choice.len()]).map(|&c| vec![(c, 1.0)]).collect();
             triangle = triangle.combined(&columns);
             choice = order.into_iter().map(|c| choice[c]).collect();
         }

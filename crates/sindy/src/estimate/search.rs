@@ -9,11 +9,11 @@ use super::constraints::Constraints;
 use super::hypothesis::{BUDGET, Hypothesis};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
-use crate::{BestSubset, Watch};
 use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
+use crate::{BestSubset, Watch};
 
 /// What is to be explained, and by what.
 #[derive(Clone, Copy)]
@@ -89,7 +89,8 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     let problem = &Problem { floor: &floor, ..*problem };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
     let (weighted, shares) = with_variances(problem.segments, &signals);
-    let signals = if shares.iter().any(|s| *s > 0.0) { smooth(&weighted, problem.rates, problem.floor) } else { signals };
+    let signals =
+        if shares.iter().any(|s| *s > 0.0) { smooth(&weighted, problem.rates, problem.floor) } else { signals };
     let problem = &Problem { segments: &weighted, noise: &signals.sigma, ..*problem };
     let sample = sample_of(problem.segments, SAMPLE);
     let found = searched(problem, &sample, &signals, stepping)?;
@@ -162,12 +163,7 @@ impl Problem<'_> {
         let settled = |h: &Hypothesis| (0..self.rates.len()).all(|i| self.is_noise(h, i));
         let mut best = match begun {
             Some(begun) if settled(&begun) => begun,
-            _ => self.rounds(
-                signals,
-                self.propose(&measured(signals, stepping), &signals.sigma),
-                begun,
-                stepping,
-            )?,
+            _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
         };
         self.prune(&mut best);
         if self.implicit(&mut best, signals) {
@@ -282,7 +278,8 @@ impl Problem<'_> {
                         continue;
                     }
                     // With states that need not quite follow the equations less is left, so that this score is no worse.
-                    let hopeful = self.with_equation(&best, i, &proposal, 2..3).filter(|h| h.score < best.score + HOPELESS);
+                    let hopeful =
+                        self.with_equation(&best, i, &proposal, 2..3).filter(|h| h.score < best.score + HOPELESS);
                     let Some(hopeful) = hopeful else { continue };
                     let from = (&hopeful.fit.xi[..], &hopeful.fit.x[..], &hopeful.fit.sigma[..]);
                     let stepping = hopeful.flow.stepping();

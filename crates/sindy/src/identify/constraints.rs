@@ -153,7 +153,9 @@ impl Identifier {
 
 /// Whether two terms have the same values, at a few places.
 fn same(a: &Expr, b: &Expr, n_variables: usize) -> bool {
-    let place = |at: usize| -> Vec<f64> { (0..n_variables).map(|i| 0.3 + (1.7 * (i + 1) as f64 + 0.9 * at as f64).sin()).collect() };
+    let place = |at: usize| -> Vec<f64> {
+        (0..n_variables).map(|i| 0.3 + (1.7 * (i + 1) as f64 + 0.9 * at as f64).sin()).collect()
+    };
     (0..4).all(|at| {
         let (a, b) = (a.eval(&place(at)), b.eval(&place(at)));
         (a - b).abs() <= 1e-12 * a.abs() || a.is_nan() && b.is_nan()

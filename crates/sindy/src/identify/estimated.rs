@@ -6,12 +6,12 @@ use std::ops::RangeInclusive;
 use sindyna_core::FitError;
 
 use super::Identifier;
+use super::NoiseChoice;
 use super::in_motion::stays;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use super::NoiseChoice;
 use crate::estimate::{Doubt, Estimate, Problem, estimate, finish};
 use crate::library::{Term, general};
 use crate::model::Model;
@@ -96,8 +96,15 @@ impl Identifier {
         let floor: Vec<f64> = (0..self.spec.state_dim()).map(error).collect();
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
-        let found =
-            self.estimated(tiers, &segments, &floor, Stepping::Continuous { substeps: 1 }, counts, &space, (solver, watch))?;
+        let found = self.estimated(
+            tiers,
+            &segments,
+            &floor,
+            Stepping::Continuous { substeps: 1 },
+            counts,
+            &space,
+            (solver, watch),
+        )?;
         if !watch.go_on() {
             return Err(FitError::Interrupted);
         }
@@ -198,7 +205,8 @@ impl Identifier {
         let n_controls = self.spec.control_dim();
         let spent = &Cell::new(0);
         let (noise, constraints) = (&[], &[]);
-        let problem = Problem { terms, rates: &rates, n_controls, constraints, segments, floor, noise, solver, spent, watch };
+        let problem =
+            Problem { terms, rates: &rates, n_controls, constraints, segments, floor, noise, solver, spent, watch };
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
         let model = written(&finished, terms, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
         let report = Report::estimated(&self.names(), terms, counts, &finished, self.spec.dt);

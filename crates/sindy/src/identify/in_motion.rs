@@ -1,12 +1,12 @@
 //! Equations of motion with the way they are stepped: down to rounding where that explains the data, else with noise estimated.
 
 use ndarray::{Array2, Axis, concatenate, s};
-use sindyna_core::{Dataset, FitError};
+use sindyna_core::{Channel, Dataset, FitError};
 
 use super::Identifier;
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
-use crate::data::Segment;
+use crate::data::{Segment, smooth};
 use crate::library::{Term, Tiers};
 use crate::regression::{Space, design};
 use crate::{BestSubset, Stage, Watch, motion};
@@ -24,7 +24,8 @@ impl Identifier {
         let failed = |reason: String| FitError::Regression { reason };
         let tiers = self.with_rates_of_motion(tiers);
         let rates = self.rates();
-        let (runs, at_limits) = motion::runs(&self.spec, coordinates, data);
+        let declared: Vec<f64> = self.spec.noise_deviations().collect();
+        let (runs, at_limits) = motion::runs(&self.spec, coordinates, data, &declared);
         let rows: usize = runs.iter().map(motion::Run::len).sum();
         let needed = self.needed_rows();
         if rows < needed {
@@ -47,25 +48,38 @@ impl Identifier {
         let space = self.motion_space().map_err(failed)?;
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver, watch };
         watch.tell(Stage::Rounding);
-        let segments: Vec<Segment> = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
-        let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
-        let floor: Vec<f64> = (0..rates.len()).map(error).collect();
+        let (segments, floor) = self.segments(&runs);
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
         // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
         let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
         let of_parts = (may_be_exact && !search.is_short()).then(|| search.of_parts()).flatten();
         if let Some(found) = &of_parts
             && matches!(found.stepping, motion::Stepping::Continuous { .. })
-            && let Some(finished) = self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
+            && let Some(finished) =
+                self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
         {
             return Ok(finished);
         }
         let rounded = may_be_exact && (search.is_short() || of_parts.is_some());
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         if exact.is_none() {
+            // Noise hides which samples are at a limit.
+            let near = self
+                .noise_of_limited(&segments, &floor)
+                .map(|noise| motion::runs(&self.spec, coordinates, data, &noise));
+            let far_enough = near.filter(|(runs, _)| runs.iter().map(motion::Run::len).sum::<usize>() >= needed);
+            let (segments, floor, counts) = match &far_enough {
+                Some((runs, at_limit)) => {
+                    let (segments, floor) = self.segments(runs);
+                    let rows = runs.iter().map(motion::Run::len).sum();
+                    (segments, floor, Counts { rows, at_limit: *at_limit, astray: 0 })
+                }
+                None => (segments, floor, counts),
+            };
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
-            let found = self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, (solver, watch))?;
+            let found =
+                self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, (solver, watch))?;
             // What explains parts of the data to rounding explains all of it, or all but a few steps.
             if rounded && !found.as_ref().is_some_and(|(_, leaves_nothing)| *leaves_nothing) {
                 exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
@@ -99,6 +113,24 @@ impl Identifier {
             (&model, &errors),
         );
         Ok(Identified { model, report })
+    }
+
+    /// The samples of `runs`, and the smallest error of each state (n) that is believed.
+    fn segments(&self, runs: &[motion::Run]) -> (Vec<Segment>, Vec<f64>) {
+        let error = |i: usize| runs.iter().flat_map(|r| r.sigma.column(i).to_vec()).fold(0.0, f64::max);
+        let segments = runs.iter().map(|r| Segment::even(r, self.spec.dt)).collect();
+        (segments, (0..self.spec.state_dim()).map(error).collect())
+    }
+
+    /// Standard deviations of the noise of the observations (m), estimated where none is declared and states have limits.
+    fn noise_of_limited(&self, segments: &[Segment], floor: &[f64]) -> Option<Vec<f64>> {
+        let limited = |c: &Channel| c.bounds.0.is_finite() || c.bounds.1.is_finite();
+        if self.spec.noise > 0.0 || !self.spec.state.iter().any(limited) {
+            return None;
+        }
+        let sigma = smooth(segments, &self.rates(), floor).sigma;
+        let of = |o: &Channel| self.spec.state.iter().position(|s| s.name == o.name).map_or(0.0, |i| sigma[i]);
+        Some(self.spec.observation.iter().map(of).collect())
     }
 
     /// `tiers` with the terms of kinematic equations, which need them whatever library was chosen.

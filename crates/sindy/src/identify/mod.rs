@@ -142,7 +142,10 @@ impl Identifier {
 
     /// The same with something else believed of the errors of the samples.
     #[must_use]
-    pub fn with_noise(self, noise: NoiseChoice) -> Self {
+    pub fn with_noise(mut self, noise: NoiseChoice) -> Self {
+        if noise != NoiseChoice::Declared {
+            self.spec.noise = 0.0;
+        }
         Self { noise, ..self }
     }
 

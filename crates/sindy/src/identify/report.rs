@@ -78,6 +78,8 @@ pub struct EquationReport {
     pub support: Vec<usize>,
     /// Their coefficients.
     pub coefficients: Vec<f64>,
+    /// How many of the terms, the last ones, are parts of the equation that were known, with coefficients that were given.
+    pub n_known: usize,
     /// Standard errors of these, infinite where the data do not determine them; empty where they are not known.
     pub standard_errors: Vec<f64>,
     /// The best subset of each size tried; empty for solvers that try none.
@@ -126,6 +128,7 @@ impl Report {
                 reached_floor: fit.reached_floor,
                 doubt: None,
                 proved: fit.proved,
+                n_known: 0,
                 coefficients: model.coefficients(i).iter().map(|e| e.coefficient).collect(),
                 standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
                 support: fit.support,
@@ -158,6 +161,7 @@ impl Report {
             reached_floor: found.doubts[i].is_none(),
             doubt: found.doubts[i],
             proved: false,
+            n_known: found.n_known[i],
             support: fit.support.clone(),
             coefficients: fit.coefficients.clone(),
             standard_errors: found.errors[i].clone(),
@@ -194,6 +198,7 @@ impl Report {
             reached_floor: fit.reached_floor,
             doubt: None,
             proved: fit.proved,
+            n_known: 0,
             standard_errors: triangle.spread(&fit.support).into_iter().map(|s| s * fit.residual).collect(),
             support: fit.support,
             coefficients: fit.coefficients,

@@ -86,9 +86,10 @@ impl Collected {
             }
             Target::Motion | Target::Increment | Target::Discrete => None,
         };
+        let noise: Vec<f64> = spec.noise_deviations().collect();
         for i in 0..rollout.controls.nrows() {
             let (now, next) = (rollout.observations.row(i), rollout.observations.row(i + 1));
-            if at_limit(spec, now) || at_limit(spec, next) {
+            if at_limit(spec, now, &noise) || at_limit(spec, next, &noise) {
                 self.at_limit += 1;
                 continue;
             }

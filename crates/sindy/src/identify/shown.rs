@@ -16,8 +16,12 @@ impl fmt::Display for Identified {
             }
             writeln!(f, "\n{}", equation.state)?;
             let rows = equation.support.iter().zip(&equation.coefficients).zip(&equation.standard_errors);
-            for ((&term, coefficient), error) in rows {
-                writeln!(f, "  {:<24} {coefficient:>14.6e} ± {error:.1e}", self.report.features[term])?;
+            for (at, ((&term, coefficient), error)) in rows.enumerate() {
+                let name = &self.report.features[term];
+                match at + equation.n_known < equation.support.len() {
+                    true => writeln!(f, "  {name:<24} {coefficient:>14.6e} ± {error:.1e}")?,
+                    false => writeln!(f, "  {name:<24} {coefficient:>14.6e}, as given")?,
+                }
             }
             match equation.doubt {
                 None if equation.reached_floor => writeln!(f, "  adequate")?,
@@ -29,7 +33,9 @@ impl fmt::Display for Identified {
                 writeln!(f, "  the data cannot tell these terms from: {}", terms.join(", "))?;
             }
         }
-        for (name, (sigma, fit)) in self.model.states().iter().zip(self.report.noise_deviations.iter().zip(&self.report.fit)) {
+        for (name, (sigma, fit)) in
+            self.model.states().iter().zip(self.report.noise_deviations.iter().zip(&self.report.fit))
+        {
             writeln!(f, "{name}: noise {sigma:.2e}, fit {:.1} %", 100.0 * fit)?;
         }
         Ok(())

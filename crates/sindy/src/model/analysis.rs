@@ -60,12 +60,7 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::simulate`]; [`AnalysisError::Interval`] if the model is a map.
-    pub fn simulate_at(
-        &self,
-        x0: &[f64],
-        u: ArrayView2<'_, f64>,
-        dt: &[f64],
-    ) -> Result<Array2<f64>, AnalysisError> {
+    pub fn simulate_at(&self, x0: &[f64], u: ArrayView2<'_, f64>, dt: &[f64]) -> Result<Array2<f64>, AnalysisError> {
         if self.readings().is_some() {
             return Err(AnalysisError::Raw);
         }
@@ -80,7 +75,9 @@ impl Model {
             let (now, u) = (x.row(t).to_vec(), u.to_vec());
             let own = (dt - self.dt()).abs() <= 1e-9 * self.dt();
             let stepped = match self.form() {
-                Form::Continuous(scheme) if !own => Held::new(Own(self), scheme, dt).step(&now, &u, &mut rng, &mut next),
+                Form::Continuous(scheme) if !own => {
+                    Held::new(Own(self), scheme, dt).step(&now, &u, &mut rng, &mut next)
+                }
                 _ if own => self.step(&now, &u, &mut rng, &mut next),
                 _ => return Err(AnalysisError::Interval { expected: self.dt(), got: dt }),
             };

@@ -38,7 +38,9 @@ const LEAST_ROUNDING: f64 = 0.1;
 
 /// The runs of `data`, and the number of steps left out because they end at a declared limit: what happens there (a stop,
 /// a clip) is not dynamics.
-pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (Vec<Run>, usize) {
+///
+/// `noise` (m) are standard deviations of the noise of the observations, by which a limit may seem farther than it is.
+pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset, noise: &[f64]) -> (Vec<Run>, usize) {
     let n = coordinates.n_states();
     let mut found = Vec::new();
     let mut at_limits = 0;
@@ -53,7 +55,7 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (V
         let whole = Run { x, u: rollout.controls.to_owned(), sigma };
         let mut first = 0;
         for t in 0..=steps {
-            let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1));
+            let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1), noise);
             if broken || t == steps {
                 if t > first {
                     found.push(whole.part(first, t));
@@ -70,8 +72,8 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset) -> (V
 const NEAR: f64 = 3.0;
 
 /// Whether an observation sits at a declared limit, or may do so but for noise.
-pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
-    observation.iter().zip(&spec.observation).any(|(&value, channel)| {
+pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>, noise: &[f64]) -> bool {
+    observation.iter().zip(&spec.observation).zip(noise).any(|((&value, channel), noise)| {
         // Cosine and sine reach their bounds on any turn.
         if matches!(channel.kind, Kind::CosOf(_) | Kind::SinOf(_)) {
             return false;
@@ -81,7 +83,7 @@ pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>) -> bool {
             Precision::F32 => 1.5 * f64::from(f32::EPSILON),
             Precision::F64 => 1e-9,
         };
-        let near = |bound: f64| rounding * bound.abs() + NEAR * spec.noise * channel.scale;
+        let near = |bound: f64| rounding * bound.abs() + NEAR * noise;
         [channel.bounds, declared].into_iter().any(|(low, high)| {
             (low.is_finite() && value <= low + near(low)) || (high.is_finite() && value >= high - near(high))
         })

@@ -42,7 +42,7 @@ impl Flow {
         let mut factor = vec![(0.0_f64, 0.0_f64, 0.0_f64); self.n];
         for (segment, x) in segments.iter().zip(x) {
             for (now, u) in x.rows().into_iter().zip(segment.u.rows()).take_while(|_| !own.is_empty()) {
-                registers.iter_mut().zip(now.iter().chain(u))  .for_each(|(slot, v)| *slot = *v);
+                registers.iter_mut().zip(now.iter().chain(u)).for_each(|(slot, v)| *slot = *v);
                 self.signs(&mut registers, &mut modes);
                 self.tape.run(&mut registers);
                 let mut values = vec![1.0; self.n];

@@ -283,8 +283,12 @@ mod tests {
         let flow = Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, stepping);
         let mut rng = Seed::new(seed).stream("noise", 0);
         let (mut x, mut scratch) = (vec![1.0, 0.0], flow.scratch());
-        let mut segment =
-            Segment { x: Array2::zeros((samples, 2)), u: Array2::zeros((samples - 1, 1)), dt: vec![dt; samples - 1], relative: None };
+        let mut segment = Segment {
+            x: Array2::zeros((samples, 2)),
+            u: Array2::zeros((samples - 1, 1)),
+            dt: vec![dt; samples - 1],
+            relative: None,
+        };
         for t in 0..samples {
             (0..2).for_each(|i| segment.x[[t, i]] = x[i] + noise[i] * normal(&mut rng));
             if t + 1 < samples {

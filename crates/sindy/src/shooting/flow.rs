@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 use super::step::Scratch;
 use super::switches::Switches;
-use crate::chain::after_their_rates;
 use crate::Expr;
+use crate::chain::after_their_rates;
 use crate::expr::Tape;
 use crate::library::Term;
 use crate::motion::Stepping;
@@ -90,7 +90,8 @@ impl Flow {
         stepping: Stepping,
     ) -> Self {
         let n = rates.len();
-        let mut used: Vec<usize> = supports.iter().flatten().chain(given.iter().flatten().map(|(j, _)| j)).copied().collect();
+        let mut used: Vec<usize> =
+            supports.iter().flatten().chain(given.iter().flatten().map(|(j, _)| j)).copied().collect();
         used.sort_unstable();
         used.dedup();
         let place = |j: &usize| used.partition_point(|u| u < j);
@@ -113,7 +114,9 @@ impl Flow {
         let values: Vec<Expr> = used.iter().map(|&j| switches.smooth(&terms[j].expr)).collect();
         let arguments = switches.smooth_arguments();
         let slopes = |of: &[Expr]| -> Vec<(usize, usize, Expr)> {
-            let of_term = |(at, e): (usize, &Expr)| (0..n).filter_map(|i| e.derivative(i).map(|d| (at, i, d))).collect::<Vec<_>>();
+            let of_term = |(at, e): (usize, &Expr)| {
+                (0..n).filter_map(|i| e.derivative(i).map(|d| (at, i, d))).collect::<Vec<_>>()
+            };
             of.iter().enumerate().flat_map(of_term).collect()
         };
         let (of_values, of_arguments) = (slopes(&values), slopes(&arguments));
@@ -189,7 +192,14 @@ impl Flow {
 
     /// ẋ at (x; u) with the signs that `scratch` has for the switches, and with `derivatives` ∂ẋ/∂x (n, n) and ∂ẋ/∂ξ (n, p), into the
     /// scratch space. NaN where the implicit equations are singular.
-    pub(super) fn rates_between_switches(&self, x: &[f64], u: &[f64], xi: &[f64], derivatives: bool, scratch: &mut Scratch) {
+    pub(super) fn rates_between_switches(
+        &self,
+        x: &[f64],
+        u: &[f64],
+        xi: &[f64],
+        derivatives: bool,
+        scratch: &mut Scratch,
+    ) {
         let Scratch { registers, f, f_x, f_xi, coupled, column, modes, .. } = scratch;
         let (n, p) = (self.n, self.n_parameters);
         registers[..n].copy_from_slice(x);
@@ -216,7 +226,8 @@ impl Flow {
             for j in 0..width {
                 among.iter().zip(&mut *column).for_each(|(&k, slot)| *slot = matrix[k * width + j]);
                 for (a, &i) in among.iter().enumerate() {
-                    matrix[i * width + j] = column.iter().take(among.len()).enumerate().map(|(b, v)| inverse[(a, b)] * v).sum();
+                    matrix[i * width + j] =
+                        column.iter().take(among.len()).enumerate().map(|(b, v)| inverse[(a, b)] * v).sum();
                 }
             }
         };

@@ -79,7 +79,16 @@ impl Flow {
                 let (tableau, substeps) = self.scheme(substeps);
                 self.begin(x, u, xi, scratch);
                 for _ in 0..substeps {
-                    self.substep(tableau, (dt / substeps as f64, dt), xi, next, s.as_deref_mut(), &mut z, scratch, visit);
+                    self.substep(
+                        tableau,
+                        (dt / substeps as f64, dt),
+                        xi,
+                        next,
+                        s.as_deref_mut(),
+                        &mut z,
+                        scratch,
+                        visit,
+                    );
                 }
             }
         }

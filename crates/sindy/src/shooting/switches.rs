@@ -62,7 +62,8 @@ impl Switches {
             Expr::Mul(a, b) => Expr::Mul(of(a), of(b)),
             Expr::Div(a, b) => Expr::Div(of(a), of(b)),
             Expr::Call(f, a) => {
-                let sign = || self.arguments.iter().position(|known| *known == **a).map(|j| Expr::Variable(self.first + j));
+                let sign =
+                    || self.arguments.iter().position(|known| *known == **a).map(|j| Expr::Variable(self.first + j));
                 match f {
                     Function::Sign => sign().unwrap_or_else(|| Expr::Call(*f, of(a))),
                     Function::Abs => match sign() {

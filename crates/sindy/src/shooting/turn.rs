@@ -217,7 +217,8 @@ mod tests {
             rate: None,
         };
         let terms = ["x", "sign(v)", "u"].map(term);
-        let flow = Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, Stepping::Continuous { substeps });
+        let flow =
+            Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, Stepping::Continuous { substeps });
         (flow, [-9.0, -1.5, 1.0])
     }
 
@@ -268,7 +269,11 @@ mod tests {
             for j in 0..5 {
                 let at = |h: f64| {
                     let (mut x, mut xi) = (x, xi);
-                    if j < 2 { x[j] += h } else { xi[j - 2] += h }
+                    if j < 2 {
+                        x[j] += h
+                    } else {
+                        xi[j - 2] += h
+                    }
                     step(&flow, x, u, &xi, None)
                 };
                 let (up, down) = (at(1e-6), at(-1e-6));
