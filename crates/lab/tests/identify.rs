@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use common::{COLUMNS, example, identify, json, parts, sindyna};
+use rand::RngExt as _;
 use sindyna_core::{Dynamics as _, Seed};
 use sindyna_sindy::Model;
 
@@ -266,4 +267,53 @@ fn a_map_without_seconds_is_found() {
     let printed = python(&temp.path().join("models/log"), script);
     let (next, has_rhs) = printed.trim().split_once(' ').unwrap();
     assert!((next.parse::<f64>().unwrap() - 0.925).abs() < 1e-9 && has_rhs == "False", "{printed}");
+}
+
+#[test]
+fn what_is_known_of_equations_is_told_and_kept() {
+    let temp = tempfile::tempdir().unwrap();
+    let known = ["--angles", "th", "--known", "dw/dt: 15*sin(th)", "--sign", "dw/dt: u > 0", "--forbid", "dw/dt: w"];
+    let args = [&COLUMNS[..], &known, &["--out", "model"]].concat();
+    let (code, stdout, stderr) = identify(temp.path(), &example(), &args);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("15 sin th") && stdout.contains("3 u"), "{stdout}");
+    assert!(stdout.lines().any(|line| line.contains("sin th") && line.contains("as given")), "{stdout}");
+    let account = json(&temp.path().join("model/identify.json"));
+    assert_eq!(account["identification"]["known"][0], "dw/dt: 15*sin(th)");
+    assert_eq!(account["equations"][1]["terms"][1]["known"], true);
+
+    for (option, text, complaint) in [
+        ("--known", "dw/dt 9.81", "takes `dSTATE/dt: ...`"),
+        ("--known", "dv/dt: 9.81", "there is no state `v`"),
+        ("--require", "dth/dt: u", "the rate of `th` is the state `w`"),
+        ("--require", "dw/dt: 2*u", "is not one term"),
+        ("--forbid", "dw/dt: foo", "no variable named `foo`"),
+        ("--sign", "dw/dt: u = 0", "takes `dSTATE/dt: ...`"),
+    ] {
+        let args = [&COLUMNS[..], &[option, text, "--out", "refused"]].concat();
+        let (code, _, stderr) = identify(temp.path(), &example(), &args);
+        assert!(code == 2 && stderr.contains(complaint), "{option} {text}: {stderr}");
+        assert!(!temp.path().join("refused").exists());
+    }
+    let other = [&COLUMNS[..], &["--known", "dw/dt: u", "--target", "increment", "--out", "refused"]].concat();
+    let (code, _, stderr) = identify(temp.path(), &example(), &other);
+    assert!(code == 2 && stderr.contains("target `motion`"), "{stderr}");
+}
+
+#[test]
+fn where_no_noise_is_allowed_noisy_equations_are_an_approximation() {
+    let temp = tempfile::tempdir().unwrap();
+    let mut rng = Seed::new(1).stream("noise", 0);
+    let mut log = String::from("t,th,w,u\n");
+    for line in rows(2.0, 200, |i| 0.05 * i as f64).lines() {
+        let v: Vec<f64> = line.split(',').map(|v| v.parse().unwrap()).collect();
+        let mut noise = || 0.01 * (rng.random::<f64>() - 0.5);
+        writeln!(log, "{},{},{},{}", v[0], v[1] + noise(), v[2] + noise(), v[3]).unwrap();
+    }
+    for (noise, out, adequate) in [("auto", "auto", true), ("none", "none", false)] {
+        let args = [&COLUMNS[..], &["--angles", "th", "--noise", noise, "--strict", "--out", out]].concat();
+        let (code, stdout, stderr) = identify(temp.path(), &log, &args);
+        assert_eq!(code, i32::from(!adequate), "{stdout}{stderr}");
+        assert_eq!(stdout.contains("an approximation"), !adequate, "{stdout}");
+    }
 }

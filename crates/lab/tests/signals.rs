@@ -5,6 +5,7 @@
 
 mod common;
 
+use std::fmt::Write as _;
 use std::fs;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -13,6 +14,8 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use common::json;
+use rand::RngExt as _;
+use sindyna_core::Seed;
 
 /// A run in `directory` that would train for hours, once it trains; started by `through`, which says what is ignored, with `options`.
 fn training(directory: &Path, through: &[&str], options: &[&str]) -> Child {
@@ -76,4 +79,31 @@ fn a_turn_of_a_million_updates_is_stopped_within_it() {
     let ended = child.try_wait().unwrap();
     child.kill().unwrap();
     assert_eq!(ended.and_then(|status| status.code()), Some(130), "after 20 s");
+}
+
+#[test]
+fn looking_for_equations_is_ended_within_a_second() {
+    let temp = tempfile::tempdir().unwrap();
+    // Walks at random: no equations, and long looking for them.
+    let mut rng = Seed::new(0).stream("walks", 0);
+    let mut walks = [0.0; 5];
+    let mut log = String::from("t,a,b,c,d,e\n");
+    for row in 0..4000 {
+        walks.iter_mut().for_each(|walk| *walk += rng.random::<f64>() - 0.5);
+        let values: Vec<String> = walks.iter().map(f64::to_string).collect();
+        writeln!(log, "{},{}", f64::from(row) * 0.01, values.join(",")).unwrap();
+    }
+    fs::write(temp.path().join("log.csv"), log).unwrap();
+    let mut command = Command::new(PLAIN[0]);
+    command.current_dir(temp.path()).args(&PLAIN[1..]).arg(env!("CARGO_BIN_EXE_sindyna"));
+    command.args(["identify", "log.csv", "--states", "a,b,c,d,e", "--out", "model"]);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+    let stderr = BufReader::new(child.stderr.as_mut().unwrap());
+    assert!(stderr.lines().any(|line| line.unwrap().starts_with("read: 4000 rows")));
+    sleep(Duration::from_millis(500));
+    let asked = Instant::now();
+    send(&child, "INT");
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(asked.elapsed() < Duration::from_secs(10), "{:?}", asked.elapsed());
+    assert!(!temp.path().join("model").exists(), "nothing is left half-written");
 }
