@@ -2,7 +2,8 @@
 """What sensor noise costs: equations, coefficients, controllers.
 
 For every task, noise level, number of real steps and seed, the program `noise` of crates/studies identifies the equations (and
-lets linear-quadratic regulators act, where the task is to balance), and `sindyna train` trains inside them. Writes
+lets linear-quadratic regulators act, where the task is to balance), without being told how noisy the sensors are and again told so, and
+`sindyna train` trains inside them, which is told nothing. Writes
 results/noise.json, docs/noise.md and docs/noise.svg. What was run before is taken from runs/noise; delete that folder after a
 change of the identifier or the trainer.
 
@@ -60,8 +61,8 @@ def succeeded(task, run, clean):
     return reference is not None and run["return"] >= reference - SHORTFALL * abs(reference)
 
 
-def summary(rows, runs, cleans):
-    """What the seeds of one task, noise level and number of steps come to."""
+def summary(rows, told, runs, cleans):
+    """What the seeds of one task, noise level and number of steps come to; `told` are those of an identifier told the noise."""
     fitted = [r for r in rows if "refused" not in r]
     first = rows[0]
     scores = [abs(z) for r in fitted for z in r["standardised_errors"]]
@@ -80,6 +81,9 @@ def summary(rows, runs, cleans):
         "standard_errors_within_2": rounded(sum(z <= 2 for z in scores) / len(scores)) if scores else None,
         "worst_deviation": {name: deviations(name, "worst") for name in ("deviation", "stlsq", "stlsq_best")},
         "rms_deviation": {name: deviations(name, "rms") for name in ("deviation", "stlsq", "stlsq_best")},
+        "told": {"true_terms": sum(r.get("true_terms", False) for r in told),
+                 "rms_deviation": rounded(middle(number(r["deviation"]["rms"]) if r.get("deviation") else math.inf for r in told)),
+                 "seconds": rounded(middle(r["seconds"] for r in told if "seconds" in r))},
         "largest_worst_deviation": rounded(max(worst(r.get("deviation")) for r in rows)),
         "seconds": {"median": rounded(middle(r["seconds"] for r in fitted)),
                     "largest": rounded(max((r["seconds"] for r in fitted), default=math.inf))},
@@ -143,14 +147,17 @@ def page(groups, command, stem):
     text += [
         "", "## Equations", "",
         f"![Error of the accelerations against real steps]({stem}.svg)", "",
-        *table([*head, "true terms (shown)", "coefficients' relative error, median (largest)", "within 2 standard errors",
-                "accelerations' error, rms (worst)", "STLSQ", "STLSQ, best threshold", "fit [s], median (largest)"],
-               [[*key(g), f"{g['true_terms']} ({g['true_terms_shown']}) of {g['seeds']}",
+        *table([*head, "true terms (shown)", "told σ", "coefficients' relative error, median (largest)", "within 2 standard errors",
+                "accelerations' error, rms (worst)", "told σ, rms", "STLSQ", "STLSQ, best threshold", "fit [s], median (largest)"],
+               [[*key(g), f"{g['true_terms']} ({g['true_terms_shown']}) of {g['seeds']}", g["told"]["true_terms"],
                  f"{short(g['median_relative_error'])} ({short(g['largest_relative_error'])})",
                  short(g["standard_errors_within_2"]),
-                 *(f"{short(g['rms_deviation'][n])} ({short(g['worst_deviation'][n])})"
-                   for n in ("deviation", "stlsq", "stlsq_best")),
+                 *(cell for n in ("deviation", "stlsq", "stlsq_best") for cell in
+                   [f"{short(g['rms_deviation'][n])} ({short(g['worst_deviation'][n])})"]
+                   + ([short(g["told"]["rms_deviation"])] if n == "deviation" else [])),
                  f"{short(g['seconds']['median'])} ({short(g['seconds']['largest'])})"] for g in groups]),
+        "",
+        "The size of the noise is estimated; in the columns *told σ* the identifier knows it.",
         "",
         "Errors of accelerations (velocity increments for mountain-car) are over 10,000 states and inputs from the task's box, as"
         " parts of the true ones' standard deviation there; medians over seeds. Coefficients are compared where the terms are"
@@ -199,11 +206,16 @@ def main():
         arguments = [task, f"{noise:g}", steps, seed, seed, *(["--regulate"] if task in BALANCED else [])]
         return lines(folder / "noise", arguments, RUNS / f"{task}-{noise:g}-{steps}-{seed}.jsonl")[0]
 
+    def identified_told(task, noise, steps, seed):
+        arguments = [task, f"{noise:g}", steps, seed, seed, "--declared"]
+        return lines(folder / "noise", arguments, RUNS / "told" / f"{task}-{noise:g}-{steps}-{seed}.jsonl")[0]
+
     def trained(task, noise, steps, seed):
         return train(folder / "sindyna", task, noise, steps, seed, args.jobs, args.options)
 
     cases = [(t, f, r, s) for t in args.tasks for f in args.noises for r in args.steps for s in args.seeds]
     found = dict(zip(cases, each(args.jobs, identified, cases)))
+    told = dict(zip(cases, each(args.jobs, identified_told, cases)))
     runs = {}
     if not args.no_train:
         # Without noise only where the comparison needs it.
@@ -216,7 +228,7 @@ def main():
             for r in args.steps:
                 of = lambda records, *key: [records[t, *key, s] for s in args.seeds if (t, *key, s) in records]
                 cleans = of(runs, 0.0, CLEAN_STEPS) or [{}] * len(args.seeds)
-                groups.append(summary(of(found, f, r), of(runs, f, r), cleans))
+                groups.append(summary(of(found, f, r), of(told, f, r), of(runs, f, r), cleans))
     command = " ".join(["scripts/noise.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "options": args.options, "groups": groups}
     (ROOT / "results" / f"{args.out}.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")

@@ -12,7 +12,7 @@ use sindyna_control::{Costs, Lqr};
 use sindyna_core::{Dataset, Dynamics, Seed};
 use sindyna_dyna::evaluate;
 use sindyna_envs::System;
-use sindyna_sindy::Identifier;
+use sindyna_sindy::{Identifier, NoiseChoice};
 use sindyna_studies::{Measured, Rivals, measure, rivals, system, warm_up};
 use sindyna_truth::Truth;
 
@@ -34,6 +34,9 @@ struct Options {
     first: u64,
     /// Last seed.
     last: u64,
+    /// Tell the identifier how noisy the sensors are; else it estimates it.
+    #[arg(long)]
+    declared: bool,
     /// Regulate the models around x = 0, u = 0.
     #[arg(long)]
     regulate: bool,
@@ -71,7 +74,8 @@ struct Regulators {
 fn main() -> anyhow::Result<()> {
     let options = Options::parse();
     let system = system(&options.system)?.with_noise(options.noise);
-    let identifier = Identifier::new(system.spec());
+    let noise = if options.declared { NoiseChoice::Declared } else { NoiseChoice::Estimated };
+    let identifier = Identifier::new(system.spec()).with_noise(noise);
     let truth = Truth::of(&system, POINTS);
     let mut out = std::io::stdout().lock();
     for seed in options.first..=options.last {
