@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
 use serde::Serialize;
-use sindyna_core::{Channel, FitError, Kind, Precision, Spec};
+use sindyna_core::{Channel, Dataset, FitError, Kind, Precision, Spec};
 use sindyna_sindy::{Identified, Identifier, NoiseChoice, Watch};
 
 use super::identification::IdentificationOptions;
@@ -13,7 +13,7 @@ use super::{Common, Verdict, print};
 use crate::failure::Failure;
 use crate::identification::{Account, IdentificationConfig};
 use crate::interrupt::Interrupt;
-use crate::log::{Clock, Log, LogOptions};
+use crate::log::{Clock, Log, LogOptions, held_out};
 use crate::number::significant;
 use crate::progress::{Looking, Progress};
 use crate::record::{RunDir, json};
@@ -63,6 +63,9 @@ pub(crate) struct Args {
     precision: Option<Float>,
     #[command(flatten)]
     identification: IdentificationOptions,
+    /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
+    #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
+    holdout: Option<f64>,
     /// Exit with code 1 where the equations are an approximation
     #[arg(long)]
     strict: bool,
@@ -97,6 +100,13 @@ impl From<Float> for Precision {
     }
 }
 
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
+        _ => Err("a share must be a number between 0 and 1".into()),
+    }
+}
+
 fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
@@ -118,10 +128,14 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let identifier = settings.identifier(&log.spec)?;
     let without = args.noise.iter().any(|n| n.trim() == "none");
     let identifier = if without { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
-    check_size(&identifier, &log)?;
+    let (data, held_out) = match args.holdout {
+        Some(share) => held_out(&log.data, share)?,
+        None => (log.data.clone(), Dataset::new(log.data.observation_dim(), log.data.control_dim(), 1, log.data.dt())),
+    };
+    check_size(&identifier, &log, &data)?;
     let found = args.common.pool()?.install(|| {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
-        identifier.identify_watched(&log.data, &Watch::going_on(&go_on).telling(&|stage| looking.tell(stage)))
+        identifier.identify_watched(&data, &Watch::going_on(&go_on).telling(&|stage| looking.tell(stage)))
     });
     progress.finish();
     let found = match found {
@@ -131,7 +145,10 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         }
         found => found.map_err(|e| explain(e, &args.log, &log))?,
     };
-    let account = Account::new(&found, &log.spec);
+    let mut account = Account::new(&found, &log.spec);
+    if held_out.n_steps() > 0 {
+        account.judge(&found.model, &identifier.recordings(&held_out)?);
+    }
 
     // What was found is told even if it cannot be written down.
     let record = Record::new(&args.log, &log.spec, settings);
@@ -217,7 +234,7 @@ fn limit(text: &str) -> Result<(String, f64, f64), Failure> {
 }
 
 /// Refuses what could not be told apart, or not in reasonable time.
-fn check_size(identifier: &Identifier, log: &Log) -> Result<(), Failure> {
+fn check_size(identifier: &Identifier, log: &Log, data: &Dataset) -> Result<(), Failure> {
     /// Candidate terms that are still searched in seconds.
     const MOST_TERMS: usize = 2_000;
     let terms = identifier.terms()?.len();
@@ -227,7 +244,7 @@ fn check_size(identifier: &Identifier, log: &Log) -> Result<(), Failure> {
         ))
         .hint("name fewer states and inputs, or give fewer --term or another --library"));
     }
-    let (steps, needed) = (log.data.n_steps(), identifier.needed_rows());
+    let (steps, needed) = (data.n_steps(), identifier.needed_rows());
     if steps < needed {
         let (n, k) = (log.spec.state_dim(), log.spec.control_dim());
         return Err(Failure::new(format!(

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Spec};
-use sindyna_sindy::{Form, Identified, Noise};
+use sindyna_sindy::{AnalysisError, Form, Identified, Model, Noise, Recording};
 
 use super::Stepping;
 use super::equation::{ESTIMATED, Equation};
@@ -37,7 +37,33 @@ pub(crate) struct Account {
     noise_deviations: Vec<Deviation>,
     /// Whether the search for terms tried all it would.
     search_complete: bool,
+    /// What the data do not show.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    warnings: Vec<String>,
+    /// How well the model predicts a part of the log that it was not fitted to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held_out: Option<HeldOut>,
 }
+
+/// Predictions of samples that the equations were not fitted to.
+#[derive(Debug, Serialize)]
+struct HeldOut {
+    steps: usize,
+    /// Why there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failed: Option<String>,
+    predictions: Vec<Prediction>,
+}
+
+/// 100 (1 − NRMSE) of each state, predicted so many steps ahead; from the first sample where there is no number.
+#[derive(Debug, Serialize)]
+struct Prediction {
+    horizon: Option<usize>,
+    fit_percent: Vec<(String, Option<f64>)>,
+}
+
+/// Steps ahead that are predicted of samples held out; `None` is all the way from the first.
+const HORIZONS: [Option<usize>; 3] = [Some(1), Some(10), None];
 
 /// The noise of one state.
 #[derive(Debug, Serialize)]
@@ -45,8 +71,16 @@ struct Deviation {
     state: String,
     sigma: f64,
     unit: String,
+    /// Share of the noise's variance that grows with the square of the state.
+    #[serde(skip_serializing_if = "is_zero")]
+    growing: f64,
     /// 100 (1 − NRMSE) of the state simulated along each recording.
     fit_percent: Option<f64>,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde asks so")]
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 /// What is added to a state before the terms are computed.
@@ -71,10 +105,11 @@ impl Account {
             Equation::new(found, i, &unit, judged)
         };
         let unit = |name: &String| spec.state.iter().find(|c| c.name == *name).map(|c| c.unit.clone());
-        let deviation = |((state, &sigma), &fit): ((&String, &f64), &f64)| Deviation {
+        let deviation = |(((state, &sigma), &fit), &growing): (((&String, &f64), &f64), &f64)| Deviation {
             state: state.clone(),
             sigma,
             unit: unit(state).unwrap_or_default(),
+            growing,
             fit_percent: Some(100.0 * fit).filter(|f| f.is_finite()),
         };
         let equations: Vec<Equation> = (0..report.equations.len()).map(equation).collect();
@@ -100,10 +135,52 @@ impl Account {
             },
             noise_deviations: {
                 let states = model.states().iter().zip(&report.noise_deviations);
-                states.zip(&report.fit).map(deviation).collect()
+                states.zip(&report.fit).zip(&report.noise_growing).map(deviation).collect()
             },
             search_complete: report.search_complete,
+            warnings: report.warnings.clone(),
+            held_out: None,
         }
+    }
+
+    /// Adds how well `model` predicts `recordings` that it was not fitted to.
+    pub(crate) fn judge(&mut self, model: &Model, recordings: &[Recording]) {
+        let steps = recordings.iter().map(|r| r.controls.nrows()).sum();
+        let of = |horizon: &Option<usize>| {
+            let fit = model.compare(recordings, *horizon)?;
+            let percent = fit.iter().map(|f| Some(100.0 * f).filter(|f| f.is_finite()));
+            let fit_percent = model.states().iter().cloned().zip(percent).collect();
+            Ok::<_, AnalysisError>(Prediction { horizon: *horizon, fit_percent })
+        };
+        let (predictions, failed): (Vec<_>, Vec<_>) = HORIZONS.iter().map(of).partition(Result::is_ok);
+        self.held_out = Some(HeldOut {
+            steps,
+            predictions: predictions.into_iter().flatten().collect(),
+            failed: failed.into_iter().filter_map(Result::err).map(|e| e.to_string()).next(),
+        });
+    }
+
+    /// What was held out, and how well it is predicted.
+    fn held_out_lines(&self) -> String {
+        let Some(held_out) = &self.held_out else { return String::new() };
+        let mut text = format!("\nheld out: {} steps", held_out.steps);
+        for prediction in &held_out.predictions {
+            let how = match prediction.horizon {
+                Some(1) => "1 step ahead".to_owned(),
+                Some(steps) => format!("{steps} steps ahead"),
+                None => "from the first sample".to_owned(),
+            };
+            let fit = |(state, fit): &(String, Option<f64>)| match fit {
+                Some(fit) => format!("{state} {fit:.1} %"),
+                None => format!("{state} —"),
+            };
+            let all: Vec<String> = prediction.fit_percent.iter().map(fit).collect();
+            let _ = write!(text, "\n  fit of predictions {how}: {}", all.join(", "));
+        }
+        if let Some(failed) = &held_out.failed {
+            let _ = write!(text, "\n  no more predictions: {failed}");
+        }
+        text
     }
 
     /// The equations, each with its terms, and what speaks for them.
@@ -114,6 +191,9 @@ impl Account {
             let _ = writeln!(text, "  {}", equation.text());
         }
         text += &self.offset_lines();
+        for warning in &self.warnings {
+            let _ = writeln!(text, "warning: {warning}");
+        }
         for equation in &self.equations {
             text.push('\n');
             text.push_str(&equation.table(self.sensors()));
@@ -125,12 +205,15 @@ impl Account {
         };
         if !self.noise_deviations.is_empty() {
             let sigma = |d: &Deviation| {
-                let sigma = format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit).trim_end().to_owned();
+                let grows = if d.growing > 0.0 { ", growing with it" } else { "" };
+                let sigma = format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit);
+                let sigma = sigma.trim_end().to_owned() + grows;
                 d.fit_percent.map_or_else(|| sigma.clone(), |fit| format!("{sigma} (fit {fit:.1} %)"))
             };
             let all: Vec<String> = self.noise_deviations.iter().map(sigma).collect();
             let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
         }
+        text += &self.held_out_lines();
         if !self.search_complete {
             text +=
                 "\nthe search for terms ended before all proposals were tried: fewer rows or states make it complete";

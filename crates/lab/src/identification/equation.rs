@@ -66,6 +66,10 @@ impl Summand {
 struct Size {
     terms: Vec<String>,
     residual: f64,
+    /// Akaike's criterion, N ln residual² + 2 k for k terms and N steps; smaller is better.
+    aic: Option<f64>,
+    /// Schwarz's criterion, N ln residual² + k ln N.
+    bic: Option<f64>,
     proved: bool,
 }
 
@@ -83,9 +87,15 @@ impl Equation {
             standard_error: error(at).filter(|_| !known(at)),
             known: known(at),
         };
+        let criterion = |size: &SizeReport, price: f64| {
+            let (rows, k) = (report.rows as f64, size.support.len() as f64);
+            Some(2.0 * rows * size.residual.ln() + price * k).filter(|v| v.is_finite())
+        };
         let size = |size: &SizeReport| Size {
             terms: size.support.iter().map(name).collect(),
             residual: size.residual,
+            aic: criterion(size, 2.0),
+            bic: criterion(size, (report.rows as f64).ln()),
             proved: size.proved,
         };
         let in_motion = equation.floor > 0.0 && matches!(model.form(), Form::Continuous(_) | Form::SemiImplicit);
@@ -201,7 +211,9 @@ impl Equation {
 fn told(doubt: Doubt) -> &'static str {
     match doubt {
         Doubt::TooFewSamples => "of fewer than three samples a term, which leave nothing to judge by",
-        Doubt::Correlated => "correlated from sample to sample: a term is missing or approximated",
+        Doubt::Correlated => {
+            "correlated from sample to sample: a term is missing or approximated, or a state is not measured"
+        }
         Doubt::OtherTerms => "but other terms explain the data as well",
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"

@@ -4,6 +4,7 @@ mod circles;
 mod clock;
 mod declare;
 mod doubts;
+mod held_out;
 mod jumps;
 mod rates;
 mod recording;
@@ -16,6 +17,7 @@ use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::failure::Failure;
 use circles::Reading;
+pub(crate) use held_out::held_out;
 pub(crate) use rates::closes_circle;
 use recording::{Recording, Selected, TIME, TRAJECTORY, recordings};
 use table::Table;

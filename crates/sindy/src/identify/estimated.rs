@@ -30,14 +30,12 @@ impl Identifier {
         }
         let inputs = self.inputs();
         let n = self.spec.state_dim();
-        let lowest = |i: usize| {
-            let column = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
-            segments.iter().flat_map(column).fold(f64::INFINITY, f64::min)
-        };
+        let values = |i: usize, s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
+        let lowest = |i: usize| segments.iter().flat_map(|s| values(i, s)).fold(f64::INFINITY, f64::min);
         let positive: Vec<bool> = (0..inputs.len()).map(|i| lowest(i) > 0.0).collect();
         let mut terms = general(&inputs, &self.speeds(), &positive);
         let still: Vec<usize> =
-            (0..n).filter(|&i| stays(segments.iter().flat_map(|s| s.x.column(i).to_vec()))).collect();
+            (0..inputs.len()).filter(|&i| stays(segments.iter().flat_map(|s| values(i, s)))).collect();
         terms.retain(|t| !still.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
         // Terms of the user's own, and those of declared rates.
         let missing =

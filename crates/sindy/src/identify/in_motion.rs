@@ -33,9 +33,14 @@ impl Identifier {
             let unknowns = format!("{count} equation{}", if count == 1 { "" } else { "s" });
             return Err(FitError::TooFewRows { got: rows, needed, unknowns });
         }
-        self.check_inputs_move(&runs)?;
-        let still: Vec<usize> =
-            (0..rates.len()).filter(|&i| stays(runs.iter().flat_map(|r| r.x.column(i).to_vec()))).collect();
+        let constant = self.constant_inputs(&runs);
+        let warned = |mut found: Identified| {
+            found.report.warnings.extend(self.warnings(&constant));
+            found
+        };
+        let still = |i: &usize| stays(runs.iter().flat_map(|r| r.x.column(*i).to_vec()));
+        let inputs = constant.iter().map(|(k, _)| rates.len() + k);
+        let still: Vec<usize> = (0..rates.len()).filter(still).chain(inputs).collect();
         let tiers = self.without(tiers, &still);
         for run in &runs {
             let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
@@ -58,7 +63,7 @@ impl Identifier {
             && let Some(finished) =
                 self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
         {
-            return Ok(finished);
+            return Ok(warned(finished));
         }
         let rounded = may_be_exact && (search.is_short() || of_parts.is_some());
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
@@ -86,7 +91,7 @@ impl Identifier {
             }
             if exact.is_none() {
                 let found = found.map(|(found, _)| found);
-                return found.ok_or_else(|| failed("no equations follow the data".into()));
+                return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
             }
         }
         let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };
@@ -112,7 +117,7 @@ impl Identifier {
             &residuals,
             (&model, &errors),
         );
-        Ok(Identified { model, report })
+        Ok(warned(Identified { model, report }))
     }
 
     /// The samples of `runs`, and the smallest error of each state (n) that is believed.
@@ -161,21 +166,23 @@ impl Identifier {
         Ok(Space { kinematic, ..self.space()? })
     }
 
-    /// Refuses data in which an input stays where it is: what it does cannot be told from what is always there.
-    fn check_inputs_move(&self, runs: &[motion::Run]) -> Result<(), FitError> {
-        for (k, channel) in self.spec.control.iter().enumerate() {
-            let values = || runs.iter().flat_map(|run| run.u.column(k).to_vec());
-            let Some(first) = values().next().filter(|v| *v != 0.0) else { continue };
-            if stays(values()) {
-                let name = &channel.name;
-                let reason = format!(
-                    "the input `{name}` is {first} in every step, so what it does cannot be told from a constant; \
-                     let it change, or leave it out"
-                );
-                return Err(FitError::Regression { reason });
-            }
-        }
-        Ok(())
+    /// The inputs that stay where they are, which is not zero: what they do cannot be told from a constant.
+    fn constant_inputs(&self, runs: &[motion::Run]) -> Vec<(usize, f64)> {
+        let values = |k: usize| runs.iter().flat_map(move |run| run.u.column(k).to_vec());
+        let constant =
+            |k: usize| values(k).next().filter(|first| *first != 0.0 && stays(values(k))).map(|first| (k, first));
+        (0..self.spec.control_dim()).filter_map(constant).collect()
+    }
+
+    /// Warnings of inputs that never change.
+    fn warnings(&self, constant: &[(usize, f64)]) -> Vec<String> {
+        let told = |(k, value): &(usize, f64)| {
+            let name = &self.spec.control[*k].name;
+            format!(
+                "the input `{name}` is {value} in every step: what it does is in the constant terms, and is unknown for other values"
+            )
+        };
+        constant.iter().map(told).collect()
     }
 }
 

@@ -287,7 +287,7 @@ impl Identifier {
         Ok(Identified { model, report })
     }
 
-    fn check(&self, data: &Dataset) -> Result<(), FitError> {
+    pub(super) fn check(&self, data: &Dataset) -> Result<(), FitError> {
         let shape = |what, expected, got| {
             if expected == got { Ok(()) } else { Err(FitError::Shape { what, expected, got }) }
         };

@@ -3,6 +3,7 @@
 use ndarray::{Array2, Axis};
 use sindyna_core::{Dataset, FitError, Spec};
 
+use super::Identifier;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 
@@ -69,6 +70,22 @@ impl Recording {
             dt: self.times.windows(2).map(|t| t[1] - t[0]).collect(),
             relative: None,
         }
+    }
+}
+
+impl Identifier {
+    /// The rollouts of `data` as recordings of the states that the model is about.
+    ///
+    /// # Errors
+    /// [`FitError`] if the data do not have the spec's shape, or show not every state.
+    pub fn recordings(&self, data: &Dataset) -> Result<Vec<Recording>, FitError> {
+        self.check(data)?;
+        let coordinates = Coordinates::new(&self.spec, self.coordinates)
+            .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
+        let of = |rollout: sindyna_core::Rollout<'_>| {
+            Recording::even(data.dt(), coordinates.states(rollout.observations), Some(rollout.controls.to_owned()))
+        };
+        Ok(data.rollouts().map(of).collect())
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Report {
     pub fit: Vec<f64>,
     /// Whether the search tried all it would; it ends early where the data are many and the terms too.
     pub search_complete: bool,
+    /// What the data do not show, in sentences: inputs that never change, states that change too much from sample to sample.
+    pub warnings: Vec<String>,
     /// One entry per state.
     pub equations: Vec<EquationReport>,
 }
@@ -105,6 +107,26 @@ fn feature(term: &Term, names: &[String]) -> String {
     }
 }
 
+/// Part of a state's spread beyond which what is not smooth in it may as well be motion.
+const COARSE: f64 = 0.3;
+
+/// Warnings of states with unsettled equations that change too much from sample to sample for their noise to be told.
+fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
+    let coarse = |i: &usize| {
+        // 1 − fit is what is left as a part of the spread.
+        let spread = found.sigma[*i] / (1.0 - found.fit[*i]);
+        found.doubts[*i].is_some() && found.signal_noise[*i] > COARSE * spread
+    };
+    let told = |i: usize| {
+        format!(
+            "the state `{}` changes so much from sample to sample that its noise cannot be told from its motion: \
+             sample more often, or measure what moves it",
+            names[i]
+        )
+    };
+    (0..found.fits.len()).filter(coarse).map(told).collect()
+}
+
 impl Report {
     /// The account of a fit by [`Search`](crate::motion::Search): `found`, with the `residuals` of each equation, and `model`,
     /// its coefficients polished, with their standard errors.
@@ -147,6 +169,7 @@ impl Report {
             noise_growing: Vec::new(),
             fit: Vec::new(),
             search_complete: true,
+            warnings: Vec::new(),
             equations: equations.collect(),
         }
     }
@@ -179,6 +202,7 @@ impl Report {
             noise_growing: found.growing.clone(),
             fit: found.fit.clone(),
             search_complete: found.complete,
+            warnings: too_coarse(names, found),
             equations: equations.collect(),
         }
     }
@@ -216,6 +240,7 @@ impl Report {
             noise_growing: Vec::new(),
             fit: Vec::new(),
             search_complete: true,
+            warnings: Vec::new(),
             equations: equations.collect(),
         }
     }

@@ -10,6 +10,9 @@ impl fmt::Display for Identified {
         for equation in self.model.equations() {
             writeln!(f, "{equation}")?;
         }
+        for warning in &self.report.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
         for equation in &self.report.equations {
             if equation.standard_errors.is_empty() {
                 continue;
