@@ -203,7 +203,8 @@ fn returns(directory: &Path, options: &[&str]) -> Vec<f64> {
 #[test]
 fn noise_is_on_every_observation_and_in_the_record() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["train", "cart-pole", "--noise", "0.05", "--max-updates", "1000", "--out", "run"];
+    let args =
+        ["train", "cart-pole", "--noise", "0.05", "--real-steps", "100", "--max-updates", "1000", "--out", "run"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert!(code == 0 || code == 1, "{stdout}{stderr}");
     let run = temp.path().join("run");

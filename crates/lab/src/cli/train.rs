@@ -5,7 +5,7 @@ mod recorder;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Event, Explorer, FitError, Observer, Seed, Spec};
+use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_rl::{Isa, SavedPolicy};
 
@@ -207,7 +207,7 @@ impl Run<'_> {
             }
         };
         real.check()?;
-        learned.map_err(|e| explain(e, self.config.noise))
+        learned.map_err(explain)
     }
 
     fn record(
@@ -278,11 +278,8 @@ impl Run<'_> {
 }
 
 /// What can be done about a run that could not go on.
-fn explain(error: DynaError, noise: f64) -> Failure {
+fn explain(error: DynaError) -> Failure {
     let hint = match &error {
-        DynaError::Fit(FitError::TooFewRows { .. }) if noise > 0.0 => Some(
-            "steps within three standard deviations of a limit are left out: give it less --noise, or more real data with --real-steps",
-        ),
         DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
         _ => None,
     };

@@ -244,8 +244,12 @@ mod tests {
     }
 
     fn equation() -> Equation {
-        let summand =
-            |term: &str, coefficient, standard_error| Summand { term: term.into(), coefficient, standard_error };
+        let summand = |term: &str, coefficient, standard_error| Summand {
+            term: term.into(),
+            coefficient,
+            standard_error,
+            known: false,
+        };
         Equation {
             state: "w".into(),
             equation: "w\u{307} = 15 sin th − 0.1 w".into(),
@@ -258,7 +262,7 @@ mod tests {
             reached_floor: true,
             doubt: None,
             proved: false,
-            path: vec![Size { terms: vec![], residual: 1.0, proved: true }],
+            path: vec![Size { terms: vec![], residual: 1.0, aic: None, bic: None, proved: true }],
             ties: vec![],
         }
     }

@@ -13,6 +13,7 @@ use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
 use crate::design::Path;
 use crate::library::Term;
 use crate::motion::Stepping;
+use crate::shooting::Given;
 use crate::{BestSubset, Watch};
 
 /// What is to be explained, and by what.
@@ -149,7 +150,7 @@ pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
     /// Terms of each equation with coefficients that are given.
-    pub(super) fn given(&self) -> Vec<Vec<(usize, f64)>> {
+    pub(super) fn given(&self) -> Vec<Given> {
         self.constraints.iter().map(|c| c.fixed.clone()).collect()
     }
 

@@ -93,7 +93,7 @@ impl Identifier {
             return Err(EquationConstraintError::Kinematic { state: state.into(), rate: names[rate].into() });
         }
         let summands = self.formula(&constraint)?.summands();
-        let one = matches!(&summands[..], [(c, _)] if *c == 1.0);
+        let one = matches!(&summands[..], [(c, _)] if c.to_bits() == 1_f64.to_bits());
         if !one && !matches!(constraint, EquationConstraint::Known(_)) {
             return Err(EquationConstraintError::NotOneTerm { formula: constraint.formula().into() });
         }

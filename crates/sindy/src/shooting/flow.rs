@@ -20,6 +20,9 @@ pub(super) struct Summand {
     pub(super) coefficient: Coefficient,
 }
 
+/// Terms of one equation with coefficients that are given.
+pub(crate) type Given = Vec<(usize, f64)>;
+
 /// A coefficient that is fitted, by its number, or one that is given.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Coefficient {
@@ -84,7 +87,7 @@ impl Flow {
     /// equation. Terms in `given` are there too, with these coefficients. States with declared `rates` have no terms.
     pub(crate) fn new(
         terms: &[Term],
-        (supports, given): (&[Vec<usize>], &[Vec<(usize, f64)>]),
+        (supports, given): (&[Vec<usize>], &[Given]),
         rates: &[Option<usize>],
         n_controls: usize,
         stepping: Stepping,

@@ -10,5 +10,5 @@ mod tableau;
 mod turn;
 
 pub(crate) use fit::{Bounds, Fit, PARTS, fit, linearised};
-pub(crate) use flow::{Flow, Stage};
+pub(crate) use flow::{Flow, Given, Stage};
 pub(crate) use step::Scratch;
