@@ -4,7 +4,7 @@
 Runs the program `undeclared` of crates/studies for every system, noise and number of samples, and writes results/undeclared.json
 and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
 from runs/undeclared; delete that folder after a change of the identifier. What PySINDy makes of the same logs is added to the page
-if results/undeclared-pysindy.json is there (benches/undeclared_pysindy.py).
+if results/undeclared-pysindy.json and results/undeclared-pysindy-ensembles.json are there (benches/undeclared_pysindy.py).
 
 Usage: scripts/undeclared.py [--set reported] [--systems lorenz ...] [--noise 0 0.001 0.01 0.05] [--samples 100 300 1000 3000]
        [--seeds 0-9] [--limit 60] [--jobs 1]
@@ -17,7 +17,8 @@ import sys
 
 from study import ROOT, build, commit, each, lines, middle, parse_seeds, rounded, short, table
 
-PEER = ROOT / "results" / "undeclared-pysindy.json"
+PEERS = {"STLSQ": ROOT / "results" / "undeclared-pysindy.json",
+         "STLSQ and ensembles of it": ROOT / "results" / "undeclared-pysindy-ensembles.json"}
 
 
 def summary(rows):
@@ -99,10 +100,12 @@ def page(document):
         "",
         *grid(groups, cell),
     ]
-    if PEER.exists():
-        peer = json.loads(PEER.read_text())
-        text += ["", "## PySINDy on the same logs", "", peer["about"], "",
-                 *grid(peer["groups"], lambda g: "—" if g is None else g["cell"])]
+    for title, path in PEERS.items():
+        if path.exists():
+            peer = json.loads(path.read_text())
+            count = peer["groups"][0]["seeds"]
+            text += ["", f"## PySINDy on the same logs: {title}", "", f"{peer['about']} Of {count} log{'s' * (count > 1)} a cell.", "",
+                     *grid(peer["groups"], lambda g: "—" if g is None else g["cell"])]
     return "\n".join(text) + "\n"
 
 

@@ -288,7 +288,7 @@ fn what_is_known_of_equations_is_told_and_kept() {
         ("--require", "dth/dt: u", "the rate of `th` is the state `w`"),
         ("--require", "dw/dt: 2*u", "is not one term"),
         ("--forbid", "dw/dt: foo", "no variable named `foo`"),
-        ("--sign", "dw/dt: u = 0", "takes `dSTATE/dt: ...`"),
+        ("--sign", "dw/dt: u = 0", "takes `dSTATE/dt: TERM < 0`"),
     ] {
         let args = [&COLUMNS[..], &[option, text, "--out", "refused"]].concat();
         let (code, _, stderr) = identify(temp.path(), &example(), &args);

@@ -98,7 +98,8 @@ fn constraint(option: &str, text: &str) -> Result<(String, EquationConstraint), 
         "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
         _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
     };
-    let wrong = || Failure::new(format!("{option} takes `dSTATE/dt: ...`, got `{text}`")).hint(example);
+    let form = if option == "--sign" { "dSTATE/dt: TERM < 0" } else { "dSTATE/dt: ..." };
+    let wrong = || Failure::new(format!("{option} takes `{form}`, got `{text}`")).hint(example);
     let (left, formula) = text.split_once(':').ok_or_else(wrong)?;
     let state = left.trim().strip_prefix('d').and_then(|s| s.strip_suffix("/dt")).ok_or_else(wrong)?;
     let formula = formula.trim().to_owned();

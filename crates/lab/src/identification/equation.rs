@@ -61,6 +61,9 @@ impl Summand {
     }
 }
 
+/// Multiple of the smallest residual that the sensors explain, up to which one is explained.
+const FLOOR_FACTOR: f64 = 2.0;
+
 /// The best subset of one size.
 #[derive(Debug, Serialize)]
 struct Size {
@@ -136,6 +139,9 @@ impl Equation {
             (false, _) if sensors == ESTIMATED => self.doubt.unwrap_or_default().into(),
             (true, _) => format!("as small as {sensors} explains ({})", significant(self.floor, 2)),
             (false, true) if self.terms.len() >= self.rows => "as many terms as steps leave nothing to judge by".into(),
+            (false, true) if self.has_rivals() => {
+                format!("as small as {sensors} explains, but other terms explain the data as well")
+            }
             (false, true) => {
                 let floor = significant(self.floor, 2);
                 format!("above what {sensors} explains ({floor}): noise, or a term that is missing")
@@ -165,10 +171,18 @@ impl Equation {
                 "the equation of {state} has {terms} terms for {rows} steps, which leave nothing to judge by"
             ));
         }
+        if self.has_rivals() {
+            return Some(format!("other terms explain the data on {state} as well"));
+        }
         if sensors == ESTIMATED {
             return Some(format!("the equation of {state} leaves {residual} RMS, {}", self.doubt.unwrap_or_default()));
         }
         Some(format!("the equation of {state} leaves {residual} RMS where {sensors} explains {floor}"))
+    }
+
+    /// Whether nothing speaks against the equation but others that explain the data down to rounding too.
+    fn has_rivals(&self) -> bool {
+        self.doubt.is_none() && !self.ties.is_empty() && self.residual.is_some_and(|r| r <= FLOOR_FACTOR * self.floor)
     }
 
     fn quantity(&self, value: f64) -> String {

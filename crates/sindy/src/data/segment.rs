@@ -38,6 +38,11 @@ impl Segment {
         }
     }
 
+    /// Σ ln w² of the relative standard deviations w of all samples.
+    pub(crate) fn log_variances(&self) -> f64 {
+        self.relative.as_ref().map_or(0.0, |r| r.iter().map(|w| 2.0 * w.ln()).sum())
+    }
+
     /// Standard deviation of the error of sample `t` of state `i`, relative to that of the channel.
     pub(crate) fn relative(&self, t: usize, i: usize) -> f64 {
         self.relative.as_ref().map_or(1.0, |r| r[[t, i]])

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::{Segment, Signals};
+use super::Segment;
 
 /// Shares of the variance that are proportional to the square of the value, among which the likeliest is taken.
 const SHARES: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
@@ -14,18 +14,18 @@ const BELIEVED: f64 = 6.0;
 const LEAST: f64 = 0.02;
 
 /// `segments` whose samples have the relative standard deviations that are likeliest, and the share of each state's variance (n) that grows
-/// with the square of its value; 0 where the noise is the same everywhere. `signals` are the smoothed channels.
+/// with the square of its value; 0 where the noise is the same everywhere. `path` are the states without noise (T + 1, n each).
 ///
 /// # References
 /// Davidian, Carroll (1987), J. Am. Stat. Assoc. 82(400): variance functions by pseudo-likelihood of residuals.
-pub(crate) fn with_variances(segments: &[Segment], signals: &Signals) -> (Vec<Segment>, Vec<f64>) {
-    let n = signals.sigma.len();
+pub(crate) fn with_variances(segments: &[Segment], path: &[Array2<f64>]) -> (Vec<Segment>, Vec<f64>) {
+    let n = path.first().map_or(0, Array2::ncols);
     let mut weighted = segments.to_vec();
     let shares = (0..n).map(|i| {
-        let share = likeliest(segments, signals, i);
+        let share = likeliest(segments, path, i);
         if share > 0.0 {
-            let mean = mean_square(signals, i);
-            for (segment, x) in weighted.iter_mut().zip(&signals.x) {
+            let mean = mean_square(path, i);
+            for (segment, x) in weighted.iter_mut().zip(path) {
                 let relative = segment.relative.get_or_insert_with(|| Array2::ones(x.dim()));
                 let of_value = x.column(i).mapv(|v| relative_deviation(share, v, mean));
                 relative.column_mut(i).assign(&of_value);
@@ -42,18 +42,18 @@ fn relative_deviation(share: f64, x: f64, mean_square: f64) -> f64 {
     (1.0 - share + share * x * x / mean_square).sqrt().max(LEAST)
 }
 
-fn mean_square(signals: &Signals, i: usize) -> f64 {
-    let squares: Vec<f64> = signals.x.iter().flat_map(|x| x.column(i).mapv(|v| v * v).to_vec()).collect();
+fn mean_square(path: &[Array2<f64>], i: usize) -> f64 {
+    let squares: Vec<f64> = path.iter().flat_map(|x| x.column(i).mapv(|v| v * v).to_vec()).collect();
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).max(f64::MIN_POSITIVE)
 }
 
-fn likeliest(segments: &[Segment], signals: &Signals, i: usize) -> f64 {
-    let mean = mean_square(signals, i);
+fn likeliest(segments: &[Segment], path: &[Array2<f64>], i: usize) -> f64 {
+    let mean = mean_square(path, i);
     let samples = || {
         let of = |(s, x): (&Segment, &Array2<f64>)| {
             s.x.column(i).iter().zip(x.column(i)).map(|(y, x)| (y - x, *x)).collect::<Vec<_>>()
         };
-        segments.iter().zip(&signals.x).flat_map(of)
+        segments.iter().zip(path).flat_map(of)
     };
     let minus_two_log = |share: f64| {
         let (mut squares, mut logs, mut count) = (0.0, 0.0, 0.0);
@@ -89,7 +89,7 @@ mod tests {
             });
             let segment = Segment { x, u: Array2::zeros((299, 0)), dt: vec![0.1; 299], relative: None };
             let signals = smooth(std::slice::from_ref(&segment), &[None, None], &[1e-12; 2]);
-            let (_, shares) = with_variances(&[segment], &signals);
+            let (_, shares) = with_variances(&[segment], &signals.x);
             right += usize::from(shares[0] >= 0.8 && shares[1] == 0.0);
         }
         assert!(right >= 18, "{right} of 20");

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use ndarray::Array2;
+
 use super::hypothesis::BUDGET;
 use super::search::{Problem, Searched};
 use crate::Expr;
@@ -54,6 +56,10 @@ pub(crate) struct Estimate {
     pub(crate) sigma: Vec<f64>,
     /// The same by how smooth the signals are, before any equation is known.
     pub(crate) signal_noise: Vec<f64>,
+    /// The states that follow the equations, at the samples of each segment (T + 1, n).
+    pub(crate) path: Vec<Array2<f64>>,
+    /// Smaller is better.
+    pub(crate) score: f64,
     /// Share of the variance of each state's noise that grows with the square of its value (n).
     pub(crate) growing: Vec<f64>,
     /// Per state: why its equation is not adequate.
@@ -126,6 +132,8 @@ impl Problem<'_> {
             leaves_nothing: self.leaves_nothing(&best),
             sigma: left,
             signal_noise: signals.sigma.clone(),
+            score: best.score,
+            path: best.fit.x.clone(),
             growing: vec![0.0; n],
             doubts,
             fit,

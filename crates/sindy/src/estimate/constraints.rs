@@ -14,6 +14,11 @@ pub(crate) struct Constraints {
 }
 
 impl Constraints {
+    /// Whether nothing is known.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
     /// Whether the equation may have term `j` with a coefficient that is fitted.
     pub(super) fn allows(&self, j: usize) -> bool {
         !self.forbidden.contains(&j) && !self.fixed.iter().any(|(k, _)| *k == j)

@@ -1,5 +1,6 @@
 //! Equations with terms that multiply their own derivative.
 
+use super::constraints::Constraints;
 use super::hypothesis::Hypothesis;
 use super::propose::{Proposal, Regression};
 use super::search::{FAR, Problem, ROUNDS, TIMES, followed, measured};
@@ -16,7 +17,9 @@ impl Problem<'_> {
     /// inertia of joints. Whether one was taken.
     pub(super) fn implicit(&self, best: &mut Hypothesis, signals: &Signals) -> bool {
         let mut taken = false;
-        for i in (0..self.rates.len()).filter(|&i| self.rates[i].is_none()) {
+        // Multiplied by anything, an equation would be another than the one that is known something of.
+        let free = |i: &usize| self.rates[*i].is_none() && self.constraints.get(*i).is_none_or(Constraints::is_empty);
+        for i in (0..self.rates.len()).filter(free) {
             let mut tried: Vec<Vec<usize>> = vec![best.supports[i].clone()];
             for round in 0..ROUNDS {
                 if self.leaves_nothing(best) {

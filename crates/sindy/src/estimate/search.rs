@@ -88,14 +88,27 @@ pub(crate) fn finish(
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
-    let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let (weighted, shares) = with_variances(problem.segments, &signals);
-    let signals =
-        if shares.iter().any(|s| *s > 0.0) { smooth(&weighted, problem.rates, problem.floor) } else { signals };
-    let problem = &Problem { segments: &weighted, noise: &signals.sigma, ..*problem };
-    let sample = sample_of(problem.segments, SAMPLE);
-    let found = searched(problem, &sample, &signals, stepping)?;
-    Some(Estimate { growing: shares, ..found })
+    let found = of_segments(problem, problem.segments, stepping)?;
+    if found.leaves_nothing {
+        return Some(found);
+    }
+    // Noise that grows with the value shows in what the equations leave; whether it is believed the score decides.
+    let (weighted, shares) = with_variances(problem.segments, &found.path);
+    if shares.iter().all(|s| *s == 0.0) {
+        return Some(found);
+    }
+    // At least half of what a search may spend is left for the second one.
+    let problem = &Problem { spent: &Cell::new(problem.spent.get().min(BUDGET / 2)), ..*problem };
+    let logs: f64 = weighted.iter().map(Segment::log_variances).sum();
+    let growing = of_segments(problem, &weighted, stepping).filter(|g| g.score + logs < found.score);
+    Some(growing.map_or(found, |growing| Estimate { growing: shares, ..growing }))
+}
+
+/// The equations with the best score for `segments`.
+fn of_segments(problem: &Problem<'_>, segments: &[Segment], stepping: Stepping) -> Option<Estimate> {
+    let signals = smooth(segments, problem.rates, problem.floor);
+    let problem = &Problem { segments, noise: &signals.sigma, ..*problem };
+    searched(problem, &sample_of(segments, SAMPLE), &signals, stepping)
 }
 
 /// The equations with the best score, whose terms are looked for in `sample` where there are many samples.

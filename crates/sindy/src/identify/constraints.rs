@@ -55,6 +55,14 @@ pub enum EquationConstraintError {
     /// The formula cannot be read.
     #[error(transparent)]
     Parse(#[from] ParseError),
+    /// A term that is forbidden, and required or known.
+    #[error("`{formula}` is forbidden in the equation of `{state}`, and in it")]
+    Contradiction {
+        /// The formula.
+        formula: String,
+        /// The state.
+        state: String,
+    },
     /// Several terms where one is wanted.
     #[error("`{formula}` is not one term without a number before it")]
     NotOneTerm {
@@ -98,7 +106,21 @@ impl Identifier {
             return Err(EquationConstraintError::NotOneTerm { formula: constraint.formula().into() });
         }
         self.constraints.push((i, constraint));
+        self.check_contradictions()?;
         Ok(self)
+    }
+
+    fn check_contradictions(&self) -> Result<(), EquationConstraintError> {
+        let mut terms = Vec::new();
+        let rows = self.constrained(&mut terms)?;
+        for (row, state) in rows.iter().zip(&self.spec.state) {
+            let there = row.required.iter().chain(row.fixed.iter().map(|(j, _)| j));
+            if let Some(&j) = there.into_iter().find(|j| row.forbidden.contains(j)) {
+                let (formula, state) = (terms[j].name.clone(), state.name.clone());
+                return Err(EquationConstraintError::Contradiction { formula, state });
+            }
+        }
+        Ok(())
     }
 
     /// Refuses constraints where they would be ignored.

@@ -105,7 +105,8 @@ impl Identifier {
         // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
         let explained = search.explained_by(&found, &model, &residuals);
         for (fit, explained) in found.fits.iter_mut().zip(explained) {
-            fit.reached_floor &= explained;
+            // Of many steps, other terms that explain them as well are a doubt; of few there are always some.
+            fit.reached_floor &= explained && (search.is_short() || fit.ties.is_empty());
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
         let report = Report::in_motion(

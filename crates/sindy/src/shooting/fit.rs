@@ -251,7 +251,7 @@ impl State {
         let common = (0..n).map(ratio).sum::<f64>() / n.max(1) as f64;
         for i in 0..n {
             let (low, high) = (common.exp() * noise.shape[i] / APART, common.exp() * noise.shape[i] * APART);
-            self.sigma[i] = self.sigma[i].clamp(low, high).max(noise.floor[i]);
+            self.sigma[i] = self.sigma[i].max(low).min(high).max(noise.floor[i]);
         }
     }
 }

@@ -121,7 +121,8 @@ impl Flow {
         let (mut early, mut late) = (0.0, left);
         let (mut before, _) = margin(early);
         let (mut beyond, mut switch) = margin(late);
-        if beyond.is_nan() || beyond >= 0.0 {
+        // Numbers that are none are told by the step that is made with them.
+        if before.is_nan() || beyond.is_nan() || beyond >= 0.0 {
             return None;
         }
         before = before.max(0.0);
@@ -131,8 +132,11 @@ impl Flow {
             if late - early <= EXACT * left || before == 0.0 {
                 break;
             }
-            let middle = (early + (late - early) * before / (before - beyond)).clamp(early, late);
+            let middle = (early + (late - early) * before / (before - beyond)).max(early).min(late);
             let (at, which) = margin(middle);
+            if at.is_nan() {
+                return None;
+            }
             let is_late = at < 0.0;
             if is_late {
                 (late, beyond, switch) = (middle, at, which);
@@ -154,7 +158,8 @@ impl Flow {
             _ => scratch.modes[switch] * scratch.registers[self.arguments[switch] as usize],
         };
         let margins = (0..self.switches.len()).map(|switch| (of(switch), switch));
-        margins.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::INFINITY, 0))
+        let least = |a: (f64, usize), b: (f64, usize)| if b.0 < a.0 || b.0.is_nan() { b } else { a };
+        margins.reduce(least).unwrap_or((f64::INFINITY, 0))
     }
 
     /// Turns `switch` at x, and `s` = ∂x/∂(x₀; ξ) with it: the time of the turn depends on them too.
