@@ -40,7 +40,7 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits together: some seconds.
-pub(super) const BUDGET: u64 = 800_000_000;
+pub(super) const BUDGET: u64 = 1_200_000_000;
 
 /// Passes over the data that a fit takes.
 const ITERATIONS: u64 = 40;
