@@ -116,6 +116,7 @@ impl Problem<'_> {
                 proved: false,
                 path: regression.path(),
                 ties,
+                n_twins: 0,
             });
             errors.push([&best.fit.errors[range], &vec![0.0; given.len()]].concat());
         }

@@ -105,8 +105,9 @@ impl Identifier {
         // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
         let explained = search.explained_by(&found, &model, &residuals);
         for (fit, explained) in found.fits.iter_mut().zip(explained) {
-            // Of many steps, other terms that explain them as well are a doubt; of few there are always some.
-            fit.reached_floor &= explained && (search.is_short() || fit.ties.is_empty());
+            // Of many steps, other terms that explain them as well are a doubt; of few there are always some. Terms that are the same on
+            // all data are told by their complexity.
+            fit.reached_floor &= explained && (search.is_short() || fit.ties.len() == fit.n_twins);
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
         let report = Report::in_motion(

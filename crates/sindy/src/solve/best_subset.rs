@@ -67,6 +67,8 @@ pub struct Selected {
     pub path: Vec<SizeReport>,
     /// Other subsets that the data cannot tell from this one, best first, at most eight.
     pub ties: Vec<Vec<usize>>,
+    /// How many of these, the first ones, only have a term that equals one of the chosen on all data.
+    pub n_twins: usize,
 }
 
 /// Part of the floor within which residuals are as good as equal: the floor is generous, ties should not be.
@@ -256,7 +258,9 @@ impl BestSubset {
             other.sort_unstable();
             (other != support).then_some(other)
         };
-        let ties: Vec<Vec<usize>> = equal.iter().filter_map(exchanged).chain(equals).take(TIES).collect();
+        let mut ties: Vec<Vec<usize>> = equal.iter().filter_map(exchanged).take(TIES).collect();
+        let n_twins = ties.len();
+        ties.extend(equals.take(TIES - n_twins));
         let proved = sizes.get(support.len()).is_some_and(|(_, proved)| *proved);
         let coefficients = triangle.solve_unit(&support, target);
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
@@ -265,7 +269,7 @@ impl BestSubset {
             residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
             proved: *proved,
         });
-        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties }
+        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties, n_twins }
     }
 }
 
@@ -296,7 +300,16 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
+        Self {
+            support,
+            coefficients,
+            residual,
+            reached_floor,
+            proved: false,
+            path: Vec::new(),
+            ties: Vec::new(),
+            n_twins: 0,
+        }
     }
 
     /// The same with term j called `numbers[j]`.
@@ -310,7 +323,13 @@ impl Selected {
 
     /// The same with the account of the search that found the terms.
     pub(crate) fn found_by(self, search: &Self) -> Self {
-        Self { proved: search.proved, path: search.path.clone(), ties: search.ties.clone(), ..self }
+        Self {
+            proved: search.proved,
+            path: search.path.clone(),
+            ties: search.ties.clone(),
+            n_twins: search.n_twins,
+            ..self
+        }
     }
 
     /// The account of a fit of all terms, with coefficients that may be zero.
@@ -320,6 +339,15 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
+        Self {
+            support,
+            coefficients,
+            residual,
+            reached_floor,
+            proved: false,
+            path: Vec::new(),
+            ties: Vec::new(),
+            n_twins: 0,
+        }
     }
 }
