@@ -75,6 +75,9 @@ pub(crate) struct Estimate {
 /// Samples for every term, below which an equation is not called adequate.
 const ROWS_A_TERM: f64 = 3.0;
 
+/// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone.
+const BEYOND: f64 = 10.0;
+
 impl Problem<'_> {
     /// What was found, and what speaks against it.
     pub(super) fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
@@ -83,7 +86,7 @@ impl Problem<'_> {
         let doubt = |i: usize| {
             if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
                 Some(Doubt::TooFewSamples)
-            } else if !self.is_noise(&best, i) {
+            } else if !self.is_noise(&best, i) || best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Correlated)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
