@@ -232,6 +232,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }
+        Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
         _ => "more than rounding, and no other error was allowed",
     }
 }

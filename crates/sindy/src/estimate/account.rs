@@ -24,6 +24,8 @@ pub enum Doubt {
     /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
     /// are.
     Inconstant,
+    /// It leaves ten times what the smoothness of the signal tells of its noise.
+    Large,
     /// It leaves more than rounding, and there is said to be no other error.
     AboveRounding,
 }
@@ -35,6 +37,7 @@ impl fmt::Display for Doubt {
             Self::Correlated => "what it leaves is correlated",
             Self::OtherTerms => "other terms explain the data as well",
             Self::Inconstant => "its coefficients differ between the halves of the data",
+            Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
         })
     }
@@ -86,8 +89,10 @@ impl Problem<'_> {
         let doubt = |i: usize| {
             if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
                 Some(Doubt::TooFewSamples)
-            } else if !self.is_noise(&best, i) || best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
+            } else if !self.is_noise(&best, i) {
                 Some(Doubt::Correlated)
+            } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
+                Some(Doubt::Large)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
             } else {
