@@ -297,19 +297,7 @@ impl Selected {
     pub(crate) fn all(triangle: &Triangle, target: usize, floor: f64) -> Self {
         let support: Vec<usize> = (0..target).collect();
         let coefficients = triangle.solve_unit(&support, target);
-        let rows = triangle.n_rows();
-        let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
-        let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self {
-            support,
-            coefficients,
-            residual,
-            reached_floor,
-            proved: false,
-            path: Vec::new(),
-            ties: Vec::new(),
-            n_twins: 0,
-        }
+        Self::unsearched(triangle, target, (support, coefficients), floor)
     }
 
     /// The same with term j called `numbers[j]`.
@@ -335,7 +323,16 @@ impl Selected {
     /// The account of a fit of all terms, with coefficients that may be zero.
     pub(crate) fn dense(triangle: &Triangle, target: usize, coefficients: &[f64], floor: f64) -> Self {
         let kept = coefficients.iter().copied().enumerate().filter(|(_, c)| *c != 0.0);
-        let (support, coefficients): (Vec<usize>, Vec<f64>) = kept.unzip();
+        Self::unsearched(triangle, target, kept.unzip(), floor)
+    }
+
+    /// The account of terms and coefficients that nobody searched for.
+    fn unsearched(
+        triangle: &Triangle,
+        target: usize,
+        (support, coefficients): (Vec<usize>, Vec<f64>),
+        floor: f64,
+    ) -> Self {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
