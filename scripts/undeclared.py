@@ -2,7 +2,7 @@
 """Identification from data whose noise nobody declares: how often right, how often wrong without saying so.
 
 Runs the program `undeclared` of crates/studies for every system, noise and number of samples, and writes results/undeclared.json
-and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
+(with --set functions results/undeclared-functions.json) and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
 from runs/undeclared; delete that folder after a change of the identifier. What PySINDy makes of the same logs is added to the page
 if results/undeclared-pysindy.json and results/undeclared-pysindy-ensembles.json are there (benches/undeclared_pysindy.py).
 
@@ -17,6 +17,8 @@ import sys
 
 from study import ROOT, build, commit, each, lines, middle, parse_seeds, rounded, short, table
 
+REPORTED = ROOT / "results" / "undeclared.json"
+FUNCTIONS = ROOT / "results" / "undeclared-functions.json"
 PEERS = {"STLSQ": ROOT / "results" / "undeclared-pysindy.json",
          "STLSQ and ensembles of it": ROOT / "results" / "undeclared-pysindy-ensembles.json"}
 
@@ -100,6 +102,12 @@ def page(document):
         "",
         *grid(groups, cell),
     ]
+    if FUNCTIONS.exists():
+        other = json.loads(FUNCTIONS.read_text())
+        text += ["", "## Terms with parameters inside", "",
+                 f"Saturation, growth, reaction: systems looked at for the first time when this table was made, by `{other['command']}` with the"
+                 f" identifier of commit {other['commit']}. A term is right if its parameter is within 30 %; of {other['groups'][0]['seeds']}.",
+                 "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
     for title, path in PEERS.items():
         if path.exists():
             peer = json.loads(path.read_text())
@@ -111,7 +119,7 @@ def page(document):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--set", choices=["reported", "development"], default="reported")
+    parser.add_argument("--set", choices=["reported", "functions", "development"], default="reported")
     parser.add_argument("--systems", nargs="+", help="only these")
     parser.add_argument("--noise", nargs="+", type=float, default=[0, 0.001, 0.01, 0.05])
     parser.add_argument("--samples", nargs="+", type=int, default=[100, 300, 1000, 3000])
@@ -135,8 +143,9 @@ def main():
         return
     command = " ".join(["scripts/undeclared.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "limit": args.limit, "groups": groups}
-    (ROOT / "results" / "undeclared.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    (ROOT / "docs" / "undeclared.md").write_text(page(document))
+    written = FUNCTIONS if args.set == "functions" else REPORTED
+    written.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
+    (ROOT / "docs" / "undeclared.md").write_text(page(json.loads(REPORTED.read_text())))
 
 
 if __name__ == "__main__":

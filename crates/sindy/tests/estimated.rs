@@ -145,15 +145,22 @@ fn prey_and_predators(x: &[f64], u: f64) -> Vec<f64> {
 }
 
 #[test]
-fn ratios_are_found_multiplied_out() {
+fn ratios_are_found_with_the_parameter_inside_them() {
     for noise in [0.0, 1e-3] {
         let recording = record(prey_and_predators, &[1.0, 1.0], (400, 0.2), (noise, 1.0, false), 4);
         let found = Identifier::new(&spec(&PLAIN[..2], 0.2)).identify_recordings(&[recording]).expect("equations");
         let within = if noise > 0.0 { 0.02 } else { 1e-6 };
-        let prey = [("x", 1.0), ("x²", 0.75), ("x³", -0.25), ("x·y", -1.2), ("x·dx/dt", -1.0)];
-        assert_equation(&found, 0, &prey, within);
-        let predators = [("y", -0.4), ("u", 0.2), ("x·y", 0.4), ("x·u", 0.2), ("x·dy/dt", -1.0)];
-        assert_equation(&found, 1, &predators, within);
+        // The parameter is one number for both equations.
+        let name = |i: usize| equation(&found, i).iter().map(|t| t.0.to_owned()).find(|name| name.contains('/'));
+        let ratio = name(0).expect("a ratio");
+        let parameter: f64 = ratio
+            .strip_prefix("y·x/(")
+            .and_then(|r| r.strip_suffix(" + x)"))
+            .and_then(|c| c.parse().ok())
+            .expect(&ratio);
+        assert!((parameter - 1.0).abs() < within, "{ratio}");
+        assert_equation(&found, 0, &[("x", 1.0), ("x²", -0.25), (&ratio, -1.2)], within);
+        assert_equation(&found, 1, &[("y", -0.4), ("u", 0.2), (&ratio, 0.8)], within);
     }
 }
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde::{Deserialize, Serialize};
-use sindyna_sindy::{Doubt, EquationReport, Form, Identified, SizeReport};
+use sindyna_sindy::{Doubt, EquationReport, Form, Identified, InsideParameter, SizeReport};
 
 use crate::number::significant;
 use crate::table::columns_of;
@@ -24,6 +24,9 @@ pub(crate) struct Equation {
     /// Unit of the left-hand side, as far as it is known.
     unit: String,
     pub(crate) terms: Vec<Summand>,
+    /// Parameters inside the terms, such as c of tanh(v/c).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    parameters: Vec<Inside>,
     /// RMS residual, in that unit; `null` for a declared rate, of which nothing was regressed.
     residual: Option<f64>,
     /// RMS residual that rounding and declared noise explain; 0 where that is not known.
@@ -52,13 +55,19 @@ pub(crate) struct Summand {
     pub(crate) known: bool,
 }
 
-impl Summand {
-    /// Significant digits of the coefficient that go as far as two digits of its error.
-    fn digits(&self) -> usize {
-        let known =
-            |error: f64| (self.coefficient.abs().log10().floor() - error.log10().floor() + 2.0).clamp(2.0, 15.0);
-        self.standard_error.filter(|e| *e > 0.0).map_or(9, |error| known(error) as usize)
-    }
+/// A parameter inside a term.
+#[derive(Debug, Serialize)]
+struct Inside {
+    term: String,
+    value: f64,
+    /// `null` where the data do not determine it.
+    standard_error: Option<f64>,
+}
+
+/// Significant digits of `value` that go as far as two digits of its error.
+fn digits(value: f64, standard_error: Option<f64>) -> usize {
+    let known = |error: f64| (value.abs().log10().floor() - error.log10().floor() + 2.0).clamp(2.0, 15.0);
+    standard_error.filter(|e| *e > 0.0).map_or(9, |error| known(error) as usize)
 }
 
 /// Multiple of the smallest residual that the sensors explain, up to which one is explained.
@@ -90,6 +99,11 @@ impl Equation {
             standard_error: error(at).filter(|_| !known(at)),
             known: known(at),
         };
+        let inside = |parameter: &InsideParameter| Inside {
+            term: name(&parameter.term),
+            value: parameter.value,
+            standard_error: Some(parameter.standard_error).filter(|e| e.is_finite()),
+        };
         let criterion = |size: &SizeReport, price: f64| {
             let (rows, k) = (report.rows as f64, size.support.len() as f64);
             Some(2.0 * rows * size.residual.ln() + price * k).filter(|v| v.is_finite())
@@ -110,6 +124,7 @@ impl Equation {
             rows: report.rows,
             unit: if model.form() == Form::Discrete { unit.to_owned() } else { per_second(unit) },
             terms: equation.support.iter().zip(&equation.coefficients).enumerate().map(summand).collect(),
+            parameters: equation.parameters.iter().map(inside).collect(),
             residual: (!declared).then_some(equation.residual),
             floor: if judged { equation.floor } else { 0.0 },
             reached_floor: judged && equation.reached_floor,
@@ -205,8 +220,18 @@ impl Equation {
                 None if summand.known => "as given".into(),
                 None => "not known".into(),
             };
-            [summand.term.clone(), significant(summand.coefficient, summand.digits()), error]
+            [
+                summand.term.clone(),
+                significant(summand.coefficient, digits(summand.coefficient, summand.standard_error)),
+                error,
+            ]
         });
+        let inside = self.parameters.iter().map(|inside| {
+            let error = inside.standard_error.map_or_else(|| "not known".into(), |error| significant(error, 2));
+            let value = significant(inside.value, digits(inside.value, inside.standard_error));
+            [format!("inside {}", inside.term), value, error]
+        });
+        let lines = lines.chain(inside);
         let heading = [self.left().to_owned(), "coefficient".into(), "standard error".into()];
         let lines: Vec<[String; 3]> = std::iter::once(heading).chain(lines).collect();
         let width = |i: usize| lines.iter().map(|line| columns_of(&line[i])).max().unwrap_or(0);
@@ -232,6 +257,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }
+        Doubt::Cancelling => "but its terms cancel to less than a thousandth of themselves: they approximate others",
         Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
         _ => "more than rounding, and no other error was allowed",
     }
@@ -271,6 +297,7 @@ mod tests {
             declared: false,
             rows: 100,
             unit: "rad/s²".into(),
+            parameters: vec![],
             terms: vec![summand("sin th", 15.000_000_213, Some(1.234e-7)), summand("w", -0.1, None)],
             residual: Some(1.26e-6),
             floor: 2e-6,

@@ -8,6 +8,7 @@ use super::hypothesis::BUDGET;
 use super::search::{Problem, Searched};
 use crate::Expr;
 use crate::data::Signals;
+use crate::library::Term;
 use crate::motion::Stepping;
 use crate::solve::Selected;
 
@@ -24,6 +25,8 @@ pub enum Doubt {
     /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
     /// are.
     Inconstant,
+    /// Its terms cancel to less than a thousandth of themselves: they are a series of the true ones.
+    Cancelling,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
@@ -37,6 +40,7 @@ impl fmt::Display for Doubt {
             Self::Correlated => "what it leaves is correlated",
             Self::OtherTerms => "other terms explain the data as well",
             Self::Inconstant => "its coefficients differ between the halves of the data",
+            Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
         })
@@ -46,6 +50,10 @@ impl fmt::Display for Doubt {
 /// Equations found.
 #[derive(Debug, Clone)]
 pub(crate) struct Estimate {
+    /// The candidate terms, those in use with the parameters inside them that were found.
+    pub(crate) terms: Vec<Term>,
+    /// Numbers of the terms with parameters inside, and of each parameter its value and its standard error.
+    pub(crate) inside: Vec<(usize, Vec<(f64, f64)>)>,
     /// One per state: terms, coefficients, the best subsets of each size. None for states with declared rates.
     pub(crate) fits: Vec<Selected>,
     /// How many terms of each equation, the last ones, have coefficients that were given.
@@ -78,6 +86,9 @@ pub(crate) struct Estimate {
 /// Samples for every term, below which an equation is not called adequate.
 const ROWS_A_TERM: f64 = 3.0;
 
+/// Multiple of the rates that one term contributes, beyond which the terms make up for others.
+const CANCELLING: f64 = 1e3;
+
 /// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone.
 const BEYOND: f64 = 10.0;
 
@@ -93,6 +104,8 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
+            } else if best.contributions[i] > CANCELLING {
+                Some(Doubt::Cancelling)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
             } else {
@@ -128,11 +141,22 @@ impl Problem<'_> {
             });
             errors.push([&best.fit.errors[range], &vec![0.0; given.len()]].concat());
         }
+        let mut terms = self.terms.to_vec();
+        let mut inside = Vec::new();
+        let mut errors_inside = best.fit.errors[best.coefficients().len()..].iter();
+        for (j, fitted) in &best.inside {
+            let Some(shape) = terms[*j].shape.take() else { continue };
+            terms[*j].expr = shape.at(fitted);
+            let values = shape.values(fitted).into_iter().zip(errors_inside.by_ref()).enumerate();
+            inside.push((*j, values.map(|(k, (value, error))| (value, shape.error(k, fitted, *error))).collect()));
+        }
         let left = best.fit.left.clone();
         // Of a state that does not move there is nothing to fit.
         let of_spread = |i: usize| if left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
         let fit = (0..n).map(of_spread).collect();
         Estimate {
+            terms,
+            inside,
             fits,
             errors,
             n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),

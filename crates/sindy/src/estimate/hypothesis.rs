@@ -15,12 +15,44 @@ pub(super) struct Hypothesis {
     pub(super) supports: Vec<Vec<usize>>,
     pub(super) flow: Flow,
     pub(super) fit: Fit,
+    /// Its terms with parameters inside.
+    pub(super) inside: Vec<Inside>,
     /// Smaller is better.
     pub(super) score: f64,
+    /// The largest contribution of a term to the rates, of each equation, as a multiple of these.
+    pub(super) contributions: Vec<f64>,
     /// Whether what is left is no more than the finest Runge–Kutta steps are wrong.
     pub(super) numerical: bool,
     /// Number of the [`PARTS`] with which it was fitted last.
     pub(super) part: usize,
+}
+
+/// Where the fit of a hypothesis begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Start<'a> {
+    /// Coefficients, equation by equation.
+    pub(super) xi: &'a [f64],
+    /// Parameters inside terms as they are fitted; for others the terms say where to begin.
+    pub(super) inside: &'a [Inside],
+    /// States (T + 1, n) of each segment.
+    pub(super) x: &'a [Array2<f64>],
+    /// Standard deviations of the noise (n).
+    pub(super) sigma: &'a [f64],
+}
+
+/// A term and the parameters inside it, as they are fitted.
+pub(super) type Inside = (usize, Vec<f64>);
+
+impl Hypothesis {
+    /// Its coefficients, equation by equation.
+    pub(super) fn coefficients(&self) -> &[f64] {
+        &self.fit.xi[..self.supports.iter().map(Vec::len).sum()]
+    }
+
+    /// Where a fit begins that goes on from this one.
+    pub(super) fn start(&self) -> Start<'_> {
+        Start { xi: self.coefficients(), inside: &self.inside, x: &self.fit.x, sigma: &self.fit.sigma }
+    }
 }
 
 /// Part of the noise by which one step may be wrong numerically.
@@ -40,26 +72,38 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits together: some seconds.
-pub(super) const BUDGET: u64 = 1_200_000_000;
+pub(crate) const BUDGET: u64 = 1_200_000_000;
+
+/// Times the rates are computed in a step and a pass.
+const RUNS: u64 = 2;
+
+/// How much more it takes for every sign that may turn within a step.
+const TURNING: u64 = 4;
 
 /// Passes over the data that a fit takes.
 const ITERATIONS: u64 = 40;
 
 impl Problem<'_> {
-    /// The hypothesis that equations have the terms `supports`, fitted from coefficients `xi` and states `x`. `None` if such equations
-    /// cannot follow the data.
+    /// The hypothesis that equations have the terms `supports`, fitted from `start`. `None` if such equations cannot follow the data.
     pub(super) fn hypothesis(
         &self,
         supports: Vec<Vec<usize>>,
         stepping: Stepping,
-        (xi, x, sigma): (&[f64], &[Array2<f64>], &[f64]),
+        start: Start<'_>,
         parts: std::ops::Range<usize>,
     ) -> Option<Hypothesis> {
-        let flow = Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, stepping);
+        let free = self.free(&supports);
+        let structure = (&supports[..], &self.given()[..], &free[..]);
+        let flow = Flow::new(self.terms, structure, self.rates, self.n_controls, stepping);
+        let mut xi = start.xi.to_vec();
+        for (j, shape) in free.iter().filter_map(|&j| Some((j, self.terms[j].shape.as_ref()?))) {
+            xi.extend(start.inside.iter().find(|(k, _)| *k == j).map_or_else(|| shape.start(), |(_, v)| v.clone()));
+        }
+        let (x, sigma) = (start.x, start.sigma);
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
-        let mut flow = self.accurate(flow, (stepping, finest), xi, x, sigma);
-        let mut fit = self.spend(&flow).then(|| self.fit(&flow, (xi, x), sigma, parts.clone()))??;
+        let mut flow = self.accurate(flow, (stepping, finest), &xi, x, sigma);
+        let mut fit = self.spend(&flow).then(|| self.fit(&flow, (&xi, x), sigma, parts.clone()))??;
         loop {
             // What is left may be less than was thought, and the steps then too coarse for it.
             let finer = self.accurate(flow.clone(), (flow.stepping(), finest), &fit.xi, &fit.x, &fit.sigma);
@@ -81,16 +125,34 @@ impl Problem<'_> {
             }
             rest = later;
         }
+        let mut inside = Vec::new();
+        let mut rest = &fit.xi[start.xi.len()..];
+        for (j, shape) in free.iter().filter_map(|&j| Some((j, self.terms[j].shape.as_ref()?))) {
+            let (own, later) = rest.split_at(shape.len());
+            if !shape.is_within(own) {
+                return None;
+            }
+            inside.push((j, own.to_vec()));
+            rest = later;
+        }
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
-        let seen: Vec<f64> = fit.left.iter().zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
+        let left = fit.left.iter().zip(&fit.drift).map(|(left, drift)| left.hypot(*drift));
+        let seen: Vec<f64> = left.zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
         // Contributions are of the size of the rates, or seldom larger: a Cauchy distribution. Terms that cancel are worth it only
         // where the data tell them so.
         let contributions = flow.contributions(self.segments, &fit.x, &fit.xi);
         let prior: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
+        let mut rest = &contributions[..];
+        let largest = |support: &Vec<usize>| {
+            let (own, later) = rest.split_at(support.len());
+            rest = later;
+            own.iter().copied().fold(0.0, f64::max)
+        };
+        let contributions = supports.iter().map(largest).collect();
         let score = self.score(&supports, &seen) + prior;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);
-        score.is_finite().then_some(Hypothesis { supports, flow, fit, score, numerical, part })
+        score.is_finite().then_some(Hypothesis { supports, flow, fit, inside, score, contributions, numerical, part })
     }
 
     fn fit(
@@ -111,11 +173,12 @@ impl Problem<'_> {
             Stepping::Continuous { substeps } => substeps as u64,
             _ => 1,
         };
-        let operations = ITERATIONS * samples * ((n + p) * (n + p) + substeps * (n + p));
+        let rates = RUNS * flow.n_operations() as u64 * (1 + TURNING * flow.switches().len() as u64);
+        let operations = ITERATIONS * samples * ((n + p) * (n + p) + substeps * (n + p + rates));
         let spent = self.spent.get() + operations;
         self.spent.set(spent);
         self.watch.tell(Stage::Search { spent: (spent as f64 / BUDGET as f64).min(1.0) });
-        spent <= BUDGET && self.watch.go_on()
+        spent <= self.budget && self.watch.go_on()
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.
@@ -201,7 +264,19 @@ impl Problem<'_> {
     /// What the terms of one equation cost.
     pub(super) fn penalty(&self, support: &[usize]) -> f64 {
         let complexity: f64 = support.iter().map(|&j| f64::from(self.terms[j].complexity)).sum();
-        support.len() as f64 * self.samples().ln() + 2.0 * binomial(self.terms.len(), support.len()).ln() + complexity
+        // A parameter inside a term costs what a coefficient does.
+        let inside: usize = support.iter().filter_map(|&j| Some(self.terms[j].shape.as_ref()?.len())).sum();
+        let parameters = (support.len() + inside) as f64;
+        parameters * self.samples().ln() + 2.0 * binomial(self.n_plain, support.len()).ln() + complexity
+    }
+
+    /// The terms with parameters inside, ascending.
+    pub(super) fn free(&self, supports: &[Vec<usize>]) -> Vec<usize> {
+        let mut free: Vec<usize> =
+            supports.iter().flatten().copied().filter(|&j| self.terms[j].shape.is_some()).collect();
+        free.sort_unstable();
+        free.dedup();
+        free
     }
 
     pub(super) fn samples(&self) -> f64 {

@@ -49,7 +49,7 @@ impl Problem<'_> {
     }
 
     /// The best of `proposals` for equation `i` that were not `tried` before, if its score is better than that of `base`.
-    fn best_of(
+    pub(super) fn best_of(
         &self,
         proposals: Vec<Proposal>,
         base: &Hypothesis,
@@ -64,10 +64,12 @@ impl Problem<'_> {
             tried.push(proposal.support.clone());
             let loose = self.with_equation(base, i, &proposal, 0..2).filter(|l| l.score <= base.score + FAR);
             let Some(loose) = loose else { continue };
-            let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
-            let strict = self.hypothesis(loose.supports, loose.flow.stepping(), from, 2..4);
+            let strict = self.hypothesis(loose.supports.clone(), loose.flow.stepping(), loose.start(), 2..4);
             let bar = better.as_ref().map_or(base.score, |h| h.score);
             better = strict.filter(|h| h.score < bar).or(better);
+            if better.as_ref().is_some_and(|h| self.leaves_nothing(h)) {
+                break;
+            }
         }
         better
     }

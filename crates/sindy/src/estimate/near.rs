@@ -3,6 +3,8 @@
 use super::hypothesis::Hypothesis;
 use super::propose::{Regression, THOROUGHLY};
 use super::search::Problem;
+use crate::Triangle;
+use crate::library::Term;
 use crate::shooting::{Flow, linearised};
 
 impl Problem<'_> {
@@ -23,10 +25,24 @@ impl Problem<'_> {
         let own = along.supports[i].iter().any(|&j| self.terms[j].rate == Some(i));
         let mut choice = if own { self.symmetric(i, &along.supports) } else { self.choice(i) };
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
+        let triangle = self.triangle_near(self.terms, along, i, &choice)?;
+        Some(self.subsets(i, triangle, choice, None, (most, THOROUGHLY)))
+    }
+
+    /// The triangle of the terms `choice` of equation `i`, of `terms`, which begin with those of the problem, and what they should explain;
+    /// everything else is free.
+    pub(super) fn triangle_near(
+        &self,
+        terms: &[Term],
+        along: &Hypothesis,
+        i: usize,
+        choice: &[usize],
+    ) -> Option<Triangle> {
         let mut supports = along.supports.clone();
-        supports[i].clone_from(&choice);
-        let flow =
-            Flow::new(self.terms, (&supports, &self.given()), self.rates, self.n_controls, along.flow.stepping());
+        supports[i] = choice.to_vec();
+        let free = self.free(&along.supports);
+        let structure = (&supports[..], &self.given()[..], &free[..]);
+        let flow = Flow::new(terms, structure, self.rates, self.n_controls, along.flow.stepping());
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
         let coefficient =
@@ -41,6 +57,6 @@ impl Problem<'_> {
         let mut columns: Vec<Vec<(usize, f64)>> = (0..xi.len()).filter(|c| !terms.contains(c)).map(alone).collect();
         columns.extend(terms.clone().map(alone));
         columns.push(terms.zip(now).chain([(xi.len(), 1.0)]).collect());
-        Some(self.subsets(i, all.combined(&columns).trailing(others), choice, None, (most, THOROUGHLY)))
+        Some(all.combined(&columns).trailing(others))
     }
 }

@@ -3,6 +3,7 @@
 use ndarray::{Array2, Axis, concatenate};
 
 use super::constraints::Constraints;
+use super::hypothesis::Inside;
 use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
@@ -25,9 +26,9 @@ const PATIENCE: usize = 4;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Effort {
     /// Operations for each size.
-    budget: u64,
+    pub(super) budget: u64,
     /// Subsets of each size from which larger ones are grown.
-    starts: usize,
+    pub(super) starts: usize,
 }
 
 pub(super) const THOROUGHLY: Effort = Effort { budget: 100_000, starts: 8 };
@@ -42,8 +43,12 @@ const DEAR: f64 = 16.0;
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n).
     pub(super) fn propose(&self, path: &Path<'_>, sigma: &[f64]) -> Vec<Regression> {
-        let theta: Vec<Array2<f64>> =
-            self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
+        let theta: Vec<Array2<f64>> = self
+            .segments
+            .iter()
+            .enumerate()
+            .map(|(at, s)| averages(&self.terms[..self.n_plain], s, at, path))
+            .collect();
         let errors = self.errors(sigma, None);
         let regression = |i: usize| match self.rates[i] {
             Some(_) => Regression::none(),
@@ -63,10 +68,14 @@ impl Problem<'_> {
         along: Option<Along<'_>>,
         (choice, most): (&[usize], usize),
     ) -> Vec<Regression> {
-        let theta: Vec<Array2<f64>> =
-            self.segments.iter().enumerate().map(|(at, s)| averages(self.terms, s, at, path)).collect();
+        let theta: Vec<Array2<f64>> = self
+            .segments
+            .iter()
+            .enumerate()
+            .map(|(at, s)| averages(&self.terms[..self.n_plain], s, at, path))
+            .collect();
         let errors = self.errors(sigma, along);
-        let own = (0..self.terms.len()).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
+        let own = (0..self.n_plain).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
         let regression = |j: usize, effort: Effort| {
             self.regression(&theta, i, [choice, &[j]].concat(), (sigma, &errors), (most, effort))
         };
@@ -148,7 +157,7 @@ impl Problem<'_> {
         let is_rate = |i: usize| self.rates.contains(&Some(i));
         let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && is_rate(l) && is_rate(i));
         let constrained = |j: &usize| self.constraints.get(i).is_none_or(|c| c.allows(*j));
-        (0..self.terms.len()).filter(|&j| allowed(self.terms[j].rate)).filter(constrained).collect()
+        (0..self.n_plain).filter(|&j| allowed(self.terms[j].rate)).filter(constrained).collect()
     }
 
     /// The same, but equation `i` is coupled to others as they are to it: the matrix of masses is symmetric.
@@ -164,7 +173,7 @@ impl Problem<'_> {
     /// The triangle of [Θ of `choice` | Δxᵢ/Δt], its rows whitened; `None` if a number is not finite. From a last column that
     /// multiplies the own derivative its projection on the derivative is taken, c times the derivative, lest the derivative
     /// explain itself; the number is c.
-    fn rows(
+    pub(super) fn rows(
         &self,
         theta: &[Array2<f64>],
         choice: &[usize],
@@ -187,7 +196,7 @@ impl Problem<'_> {
             whitened.push(rows);
         }
         let target = choice.len();
-        let own = choice.last().filter(|&&j| self.terms[j].rate == Some(i)).map(|_| {
+        let own = choice.last().filter(|&&j| self.terms.get(j).is_some_and(|t| t.rate == Some(i))).map(|_| {
             let product = |a: usize, b: usize| whitened.iter().map(|r| r.column(a).dot(&r.column(b))).sum::<f64>();
             let c = product(target - 1, target) / product(target, target);
             for rows in &mut whitened {
@@ -202,7 +211,7 @@ impl Problem<'_> {
     }
 
     /// Standard deviations of what errors of the path add to the rate of each state in each step (T, n).
-    fn errors(&self, sigma: &[f64], along: Option<Along<'_>>) -> Vec<Array2<f64>> {
+    pub(super) fn errors(&self, sigma: &[f64], along: Option<Along<'_>>) -> Vec<Array2<f64>> {
         let n = sigma.len();
         let unknown = |(t, i): (usize, usize), dt: &[f64]| UNKNOWN * sigma[i] / dt[t];
         let Some((flow, xi, x)) = along else {
@@ -252,6 +261,8 @@ pub(super) struct Regression {
 pub(super) struct Proposal {
     pub(super) support: Vec<usize>,
     pub(super) coefficients: Vec<f64>,
+    /// Where parameters inside terms begin; for others the terms say so.
+    pub(super) inside: Vec<Inside>,
     /// Smaller is better.
     pub(super) score: f64,
     /// RMS of what is left, whitened.
@@ -274,7 +285,13 @@ impl Regression {
         let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
         match best {
             Some((score, subset)) => self.proposal(score, subset),
-            None => Proposal { support: Vec::new(), coefficients: Vec::new(), score: 0.0, residual: f64::INFINITY },
+            None => Proposal {
+                support: Vec::new(),
+                coefficients: Vec::new(),
+                inside: Vec::new(),
+                score: 0.0,
+                residual: f64::INFINITY,
+            },
         }
     }
 
@@ -332,7 +349,7 @@ impl Regression {
         let mut told: Vec<(usize, f64)> = columns.iter().map(|&c| self.choice[c]).zip(coefficients).collect();
         told.sort_by_key(|(j, _)| *j);
         let (support, coefficients) = told.into_iter().unzip();
-        Proposal { support, coefficients, score, residual }
+        Proposal { support, coefficients, inside: Vec::new(), score, residual }
     }
 
     /// `support` with a term exchanged for one that has the same values on all data, up to a factor.

@@ -6,7 +6,7 @@ use ndarray::Array2;
 
 use super::account::Estimate;
 use super::constraints::Constraints;
-use super::hypothesis::{BUDGET, Hypothesis};
+use super::hypothesis::{BUDGET, Hypothesis, Start};
 use super::propose::{Proposal, Regression};
 use super::white::is_white;
 use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
@@ -19,7 +19,10 @@ use crate::{BestSubset, Watch};
 /// What is to be explained, and by what.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a> {
+    /// Terms without parameters inside, then those with.
     pub(crate) terms: &'a [Term],
+    /// How many have none.
+    pub(crate) n_plain: usize,
     /// Per state: the state that is declared to be its rate.
     pub(crate) rates: &'a [Option<usize>],
     pub(crate) n_controls: usize,
@@ -31,6 +34,8 @@ pub(crate) struct Problem<'a> {
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
     pub(crate) solver: &'a BestSubset,
+    /// Operations that may be spent on fits.
+    pub(crate) budget: u64,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
     pub(crate) watch: &'a Watch<'a>,
@@ -46,7 +51,7 @@ const LARGER: f64 = 1.25;
 const PASSES: usize = 4;
 
 /// Difference of scores of regressions up to which other terms are tried for an equation, and how many of them.
-const NEAR: f64 = 12.0;
+pub(super) const NEAR: f64 = 12.0;
 const RIVALS: usize = 16;
 
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
@@ -75,7 +80,8 @@ pub(crate) fn finish(
     let problem = &Problem { floor: &floor, ..*problem };
     let signals = smooth(problem.segments, problem.rates, problem.floor);
     let problem = &Problem { noise: &signals.sigma, ..*problem };
-    let mut best = problem.hypothesis(supports, stepping, (xi, &signals.x, &signals.sigma), 0..4)?;
+    let start = Start { xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+    let mut best = problem.hypothesis(supports, stepping, start, 0..4)?;
     if !problem.leaves_nothing(&best) {
         return None;
     }
@@ -123,8 +129,8 @@ fn searched(problem: &Problem<'_>, sample: &[Segment], signals: &Signals, steppi
     let of_part = smooth(sample, problem.rates, problem.floor);
     let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
     let begun = found.and_then(|(found, _, _)| {
-        let from = (&found.fit.xi[..], &signals.x[..], &signals.sigma[..]);
-        problem.hypothesis(found.supports.clone(), found.flow.stepping(), from, 0..4)
+        let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
+        problem.hypothesis(found.supports.clone(), found.flow.stepping(), start, 0..4)
     });
     let searched = problem.search(signals, begun, stepping)?;
     let mut found = problem.account(searched, signals);
@@ -174,9 +180,8 @@ impl Problem<'_> {
 
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
     fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
-        let settled = |h: &Hypothesis| (0..self.rates.len()).all(|i| self.is_noise(h, i));
         let mut best = match begun {
-            Some(begun) if settled(&begun) => begun,
+            Some(begun) if self.is_settled(&begun) => begun,
             _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
         };
         self.prune(&mut best);
@@ -195,7 +200,7 @@ impl Problem<'_> {
         stepping: Stepping,
     ) -> Option<Hypothesis> {
         let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
             for times in TIMES {
                 let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
@@ -206,18 +211,17 @@ impl Problem<'_> {
                 }
                 tried.push(supports.clone());
                 let xi = xi.concat();
-                let from = (&xi[..], &signals.x[..], &signals.sigma[..]);
+                let from = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
                 // First with states that follow the data more than the equations, which may be wrong.
                 let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
-                let from = (&loose.fit.xi[..], &loose.fit.x[..], &loose.fit.sigma[..]);
                 if best.as_ref().is_some_and(|b| loose.score > b.score + FAR) {
                     continue;
                 }
-                let strict = self.hypothesis(supports, stepping, from, 2..4);
+                let strict = self.hypothesis(supports, stepping, loose.start(), 2..4);
                 let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
                 if let Some(strict) = better {
                     if self.leaves_nothing(&strict) {
-                        return Some(strict);
+                        return self.search_inside(&strict, signals).or(Some(strict));
                     }
                     let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
                     along = Some(if near { strict.clone() } else { loose });
@@ -225,6 +229,15 @@ impl Problem<'_> {
                 } else if best.is_none() {
                     along = Some(loose);
                 }
+            }
+            // Before many terms make up for one that is missing.
+            let inside = best.as_ref().filter(|_| round == 0).and_then(|b| self.search_inside(b, signals));
+            if let Some(inside) = inside {
+                if self.is_settled(&inside) {
+                    return Some(inside);
+                }
+                along = Some(inside.clone());
+                best = Some(inside);
             }
             let Some(along) = along else { break };
             proposed = self.propose_near(&along, &|_| usize::MAX);
@@ -243,10 +256,16 @@ impl Problem<'_> {
         let mut supports = base.supports.clone();
         supports[i].clone_from(&proposal.support);
         let first: usize = base.supports[..i].iter().map(Vec::len).sum();
-        let mut xi = base.fit.xi.clone();
+        let mut xi = base.coefficients().to_vec();
         xi.splice(first..first + base.supports[i].len(), proposal.coefficients.iter().copied());
-        let from = (&xi[..], &base.fit.x[..], &base.fit.sigma[..]);
-        self.hypothesis(supports, base.flow.stepping(), from, parts)
+        let inside = [&proposal.inside[..], &base.inside].concat();
+        let start = Start { xi: &xi, inside: &inside, ..base.start() };
+        self.hypothesis(supports, base.flow.stepping(), start, parts)
+    }
+
+    /// Whether all equations leave noise alone.
+    pub(super) fn is_settled(&self, hypothesis: &Hypothesis) -> bool {
+        (0..self.rates.len()).all(|i| self.is_noise(hypothesis, i))
     }
 
     /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
@@ -287,17 +306,20 @@ impl Problem<'_> {
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
-                for proposal in regression.near_best(NEAR, RIVALS, |support| self.penalty(support)) {
-                    if proposal.support == best.supports[i] || proposal.support.len() > most(i) {
+                let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
+                if !nothing_left && self.rates[i].is_none() && self.is_noise(&best, i) {
+                    proposals.extend(self.propose_inside(&best, i));
+                }
+                for proposal in proposals {
+                    if self.are_alike(&proposal.support, &best.supports[i]) || proposal.support.len() > most(i) {
                         continue;
                     }
                     // With states that need not quite follow the equations less is left, so that this score is no worse.
                     let hopeful =
                         self.with_equation(&best, i, &proposal, 2..3).filter(|h| h.score < best.score + HOPELESS);
                     let Some(hopeful) = hopeful else { continue };
-                    let from = (&hopeful.fit.xi[..], &hopeful.fit.x[..], &hopeful.fit.sigma[..]);
-                    let stepping = hopeful.flow.stepping();
-                    let Some(rival) = self.hypothesis(hopeful.supports, stepping, from, 3..4) else { continue };
+                    let (supports, stepping) = (hopeful.supports.clone(), hopeful.flow.stepping());
+                    let Some(rival) = self.hypothesis(supports, stepping, hopeful.start(), 3..4) else { continue };
                     if rival.score < best.score + TOLD_APART {
                         rivals[i].push(proposal.support.clone());
                     }
@@ -331,10 +353,10 @@ impl Problem<'_> {
             if z(least).powi(2) > 4.0 * (before - self.penalty(&supports[row])) {
                 break;
             }
-            let mut xi = best.fit.xi.clone();
+            let mut xi = best.coefficients().to_vec();
             xi.remove(least);
-            let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
-            match self.hypothesis(supports, best.flow.stepping(), from, 2..4) {
+            let start = Start { xi: &xi, ..best.start() };
+            match self.hypothesis(supports, best.flow.stepping(), start, 2..4) {
                 Some(fewer) if fewer.score < best.score => *best = fewer,
                 _ => break,
             }
@@ -358,11 +380,11 @@ impl Problem<'_> {
             });
             supports.push(kept.copied().collect::<Vec<_>>());
         }
-        if best.fit.xi.len() < xi.len() + 2 {
+        if best.coefficients().len() < xi.len() + 2 {
             return;
         }
-        let from = (&xi[..], &best.fit.x[..], &best.fit.sigma[..]);
-        if let Some(fewer) = self.hypothesis(supports, best.flow.stepping(), from, 2..4)
+        let start = Start { xi: &xi, ..best.start() };
+        if let Some(fewer) = self.hypothesis(supports, best.flow.stepping(), start, 2..4)
             && fewer.score < best.score
         {
             *best = fewer;

@@ -114,6 +114,22 @@ impl Expr {
         }
     }
 
+    /// The term with what `by` has for each variable; those it has nothing for stay.
+    pub(crate) fn replaced(&self, by: &dyn Fn(usize) -> Option<Self>) -> Self {
+        let of = |a: &Self| Box::new(a.replaced(by));
+        match self {
+            Self::Constant(_) => self.clone(),
+            Self::Variable(i) => by(*i).unwrap_or_else(|| self.clone()),
+            Self::Neg(a) => Self::Neg(of(a)),
+            Self::Add(a, b) => Self::Add(of(a), of(b)),
+            Self::Sub(a, b) => Self::Sub(of(a), of(b)),
+            Self::Mul(a, b) => Self::Mul(of(a), of(b)),
+            Self::Div(a, b) => Self::Div(of(a), of(b)),
+            Self::Power(a, n) => Self::Power(of(a), *n),
+            Self::Call(f, a) => Self::Call(*f, of(a)),
+        }
+    }
+
     /// Whether the term is the number 1.
     #[must_use]
     pub fn is_one(&self) -> bool {

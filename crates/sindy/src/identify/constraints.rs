@@ -149,7 +149,7 @@ impl Identifier {
             let known = terms.iter().position(|t| t.rate.is_none() && same(&t.expr, &expr, names.len()));
             known.unwrap_or_else(|| {
                 let (name, complexity) = (expr.display(&names).to_string(), complexity(&expr, &roles));
-                terms.push(Term { expr, name, complexity, rate: None });
+                terms.push(Term { expr, name, complexity, rate: None, shape: None });
                 terms.len() - 1
             })
         };

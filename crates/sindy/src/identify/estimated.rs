@@ -12,8 +12,8 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{Doubt, Estimate, Problem, estimate, finish};
-use crate::library::{Term, general};
+use crate::estimate::{BUDGET, Doubt, Estimate, Problem, estimate, finish};
+use crate::library::{Extent, Term, general, shaped};
 use crate::model::Model;
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
@@ -46,6 +46,20 @@ impl Identifier {
             }
         }
         terms
+    }
+
+    /// Candidate terms with parameters inside, where the library is the identifier's own.
+    fn terms_with_parameters(&self, segments: &[Segment]) -> Vec<Term> {
+        if self.library != LibraryChoice::Auto {
+            return Vec::new();
+        }
+        let n = self.spec.state_dim();
+        let extent = |i: usize| {
+            let values = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
+            Extent::of(&segments.iter().flat_map(values).collect::<Vec<_>>())
+        };
+        let inputs = self.inputs();
+        shaped(&inputs, &(0..inputs.len()).map(extent).collect::<Vec<_>>())
     }
 
     /// Identifies the equations behind recordings that may be sampled unevenly; their noise is estimated.
@@ -143,10 +157,13 @@ impl Identifier {
         self.check_magnitudes(segments)?;
         let mut terms = self.general_terms(tiers, segments);
         let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
+        let n_plain = terms.len();
+        terms.extend(self.terms_with_parameters(segments));
         let rates = self.rates();
         let n_controls = self.spec.control_dim();
         let problem = Problem {
             terms: &terms,
+            n_plain,
             rates: &rates,
             n_controls,
             constraints: &constraints,
@@ -154,6 +171,7 @@ impl Identifier {
             floor,
             noise: &[],
             solver,
+            budget: BUDGET,
             spent: &Cell::new(0),
             watch,
         };
@@ -164,8 +182,8 @@ impl Identifier {
                 *doubt = doubt.or(Some(Doubt::AboveRounding));
             }
         }
-        let model = written(&found, &terms, space, self.spec.dt).map_err(failed)?;
-        let report = Report::estimated(&self.names(), &terms, counts, &found, self.spec.dt);
+        let model = written(&found, space, self.spec.dt).map_err(failed)?;
+        let report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
         Ok(Some((Identified { model, report }, found.leaves_nothing)))
     }
 }
@@ -203,16 +221,28 @@ impl Identifier {
         let n_controls = self.spec.control_dim();
         let spent = &Cell::new(0);
         let (noise, constraints) = (&[], &[]);
-        let problem =
-            Problem { terms, rates: &rates, n_controls, constraints, segments, floor, noise, solver, spent, watch };
+        let problem = Problem {
+            terms,
+            n_plain: terms.len(),
+            rates: &rates,
+            n_controls,
+            constraints,
+            segments,
+            floor,
+            noise,
+            solver,
+            budget: BUDGET,
+            spent,
+            watch,
+        };
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
-        let model = written(&finished, terms, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
-        let report = Report::estimated(&self.names(), terms, counts, &finished, self.spec.dt);
+        let model = written(&finished, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
+        let report = Report::estimated(&self.names(), counts, &finished, self.spec.dt);
         Ok(Some(Identified { model, report }))
     }
 }
 
 /// The model of the equations found.
-fn written(found: &Estimate, terms: &[Term], space: &Space, dt: f64) -> Result<Model, String> {
-    model(space.clone(), terms, &found.fits, found.stepping.form(), dt).map_err(|e| e.to_string())
+fn written(found: &Estimate, space: &Space, dt: f64) -> Result<Model, String> {
+    model(space.clone(), &found.terms, &found.fits, found.stepping.form(), dt).map_err(|e| e.to_string())
 }

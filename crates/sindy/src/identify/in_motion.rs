@@ -145,7 +145,13 @@ impl Identifier {
         for &rate in self.rates().iter().flatten() {
             let expr = crate::Expr::Variable(rate);
             if !tiers.terms.iter().any(|t| t.rate.is_none() && t.expr == expr) {
-                tiers.terms.push(Term { name: self.inputs()[rate].name.clone(), expr, complexity: 2, rate: None });
+                tiers.terms.push(Term {
+                    name: self.inputs()[rate].name.clone(),
+                    expr,
+                    complexity: 2,
+                    rate: None,
+                    shape: None,
+                });
             }
         }
         tiers

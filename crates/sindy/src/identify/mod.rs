@@ -18,7 +18,7 @@ use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec}
 pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use constraints::{EquationConstraint, EquationConstraintError};
 pub use recording::Recording;
-pub use report::{EquationReport, Identified, Noise, Report};
+pub use report::{EquationReport, Identified, InsideParameter, Noise, Report};
 pub use signals::{Signals, SignalsError};
 
 use crate::coordinates::{Coordinates, inputs};

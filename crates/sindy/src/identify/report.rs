@@ -84,10 +84,23 @@ pub struct EquationReport {
     pub n_known: usize,
     /// Standard errors of these, infinite where the data do not determine them; empty where they are not known.
     pub standard_errors: Vec<f64>,
+    /// Parameters inside its terms, such as c of tanh(v/c).
+    pub parameters: Vec<InsideParameter>,
     /// The best subset of each size tried; empty for solvers that try none.
     pub path: Vec<SizeReport>,
     /// Other subsets that the data cannot tell from the chosen one; at most eight.
     pub ties: Vec<Vec<usize>>,
+}
+
+/// A parameter inside a term that was fitted with the coefficients.
+#[derive(Debug, Clone, PartialEq)]
+pub struct InsideParameter {
+    /// Number of the term in [`Report::features`]; a parameter of a term in several equations is the same in all of them.
+    pub term: usize,
+    /// Its value.
+    pub value: f64,
+    /// The standard error of that; infinite where the data do not determine it.
+    pub standard_error: f64,
 }
 
 /// Steps by what became of them.
@@ -100,11 +113,23 @@ pub(super) struct Counts {
 
 /// The term as people write it.
 fn feature(term: &Term, names: &[String]) -> String {
+    if let Some(shape) = &term.shape {
+        return shape.pretty(names);
+    }
     match term.rate {
         None => term.expr.pretty(names).to_string(),
         Some(l) if term.expr.is_one() => format!("d{}/dt", names[l]),
         Some(l) => format!("{}·d{}/dt", term.expr.pretty(names).as_factor(), names[l]),
     }
+}
+
+/// The parameters inside the terms of one equation.
+fn inside(found: &Estimate, support: &[usize]) -> Vec<InsideParameter> {
+    let own = found.inside.iter().filter(|(j, _)| support.contains(j));
+    own.flat_map(|(j, values)| {
+        values.iter().map(|&(value, standard_error)| InsideParameter { term: *j, value, standard_error })
+    })
+    .collect()
 }
 
 /// Part of a state's spread beyond which what is not smooth in it may as well be motion.
@@ -151,6 +176,7 @@ impl Report {
                 doubt: None,
                 proved: fit.proved,
                 n_known: 0,
+                parameters: Vec::new(),
                 coefficients: model.coefficients(i).iter().map(|e| e.coefficient).collect(),
                 standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
                 support: fit.support,
@@ -175,7 +201,7 @@ impl Report {
     }
 
     /// The account of an estimate. Residuals are those of one step: what the noise of both samples adds to Δx/Δt.
-    pub(super) fn estimated(names: &[String], terms: &[Term], counts: Counts, found: &Estimate, dt: f64) -> Self {
+    pub(super) fn estimated(names: &[String], counts: Counts, found: &Estimate, dt: f64) -> Self {
         let of_a_step = |sigma: f64| 2_f64.sqrt() * sigma / dt;
         let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
             state: state.clone(),
@@ -185,6 +211,7 @@ impl Report {
             doubt: found.doubts[i],
             proved: false,
             n_known: found.n_known[i],
+            parameters: inside(found, &fit.support),
             support: fit.support.clone(),
             coefficients: fit.coefficients.clone(),
             standard_errors: found.errors[i].clone(),
@@ -195,7 +222,7 @@ impl Report {
             rows: counts.rows,
             rows_at_limit: counts.at_limit,
             rows_astray: counts.astray,
-            features: terms.iter().map(|t| feature(t, names)).collect(),
+            features: found.terms.iter().map(|t| feature(t, names)).collect(),
             condition: found.condition,
             noise: Noise::Estimated,
             noise_deviations: found.sigma.clone(),
@@ -223,6 +250,7 @@ impl Report {
             doubt: None,
             proved: fit.proved,
             n_known: 0,
+            parameters: Vec::new(),
             standard_errors: triangle.spread(&fit.support).into_iter().map(|s| s * fit.residual).collect(),
             support: fit.support,
             coefficients: fit.coefficients,

@@ -26,6 +26,10 @@ impl fmt::Display for Identified {
                     false => writeln!(f, "  {name:<24} {coefficient:>14.6e}, as given")?,
                 }
             }
+            for parameter in &equation.parameters {
+                let name = format!("in {}", self.report.features[parameter.term]);
+                writeln!(f, "  {name:<24} {:>14.6e} ± {:.1e}", parameter.value, parameter.standard_error)?;
+            }
             match equation.doubt {
                 None if equation.reached_floor => writeln!(f, "  adequate")?,
                 None => writeln!(f, "  an approximation")?,

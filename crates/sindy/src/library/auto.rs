@@ -42,7 +42,8 @@ pub(crate) fn auto(inputs: &[Input], next: bool) -> Vec<Term> {
         terms.extend(straight.iter().flat_map(|&a| waves(a, k)));
     }
     let names: Vec<String> = inputs.iter().map(|i| i.name.clone()).collect();
-    let term = |expr: Expr| Term { name: expr.display(&names).to_string(), expr, complexity: 0, rate: None };
+    let term =
+        |expr: Expr| Term { name: expr.display(&names).to_string(), expr, complexity: 0, rate: None, shape: None };
     with_roles(terms.into_iter().map(term).collect(), inputs)
 }
 

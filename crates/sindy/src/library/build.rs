@@ -161,7 +161,7 @@ impl Library {
 /// A term of unknown roles: they are looked at where roles are known.
 fn term(expr: Expr, name: String) -> Term {
     let complexity = super::complexity(&expr, &[]);
-    Term { expr, name, complexity, rate: None }
+    Term { expr, name, complexity, rate: None, shape: None }
 }
 
 fn polynomial(

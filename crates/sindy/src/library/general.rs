@@ -117,7 +117,7 @@ impl Terms {
             Some(l) if expr.is_one() => (format!("d{}/dt", self.names[l]), OF_A_RATE),
             Some(l) => (format!("d{}/dt*{text}", self.names[l]), OF_A_RATE + complexity(&expr, &self.roles)),
         };
-        self.terms.push(Term { expr, name, complexity, rate });
+        self.terms.push(Term { expr, name, complexity, rate, shape: None });
     }
 }
 

@@ -101,7 +101,7 @@ impl Terms<'_> {
             Some(l) if expr.is_one() => (format!("d{}/dt", names[l]), OF_A_RATE),
             Some(l) => (format!("d{}/dt*{}", names[l], expr.display(&names)), OF_A_RATE + complexity(&expr, &roles)),
         };
-        self.terms.push(Term { expr, name, complexity, rate });
+        self.terms.push(Term { expr, name, complexity, rate, shape: None });
     }
 }
 

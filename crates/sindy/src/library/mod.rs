@@ -7,6 +7,8 @@ mod general;
 mod mechanical;
 mod paper;
 mod role;
+mod shape;
+mod shaped;
 
 pub(crate) use auto::auto;
 pub use build::{Library, LibraryError};
@@ -15,6 +17,8 @@ pub(crate) use general::general;
 pub(crate) use mechanical::{Tiers, mechanical};
 pub(crate) use paper::{paper, paper_degree2};
 pub use role::{Input, Role};
+pub(crate) use shape::Shape;
+pub(crate) use shaped::{Extent, shaped};
 
 use crate::expr::Expr;
 
@@ -29,4 +33,6 @@ pub struct Term {
     pub complexity: u32,
     /// The state whose derivative the term is multiplied by, if any.
     pub rate: Option<usize>,
+    /// Its parameters, if it has any inside; `expr` is the term with the values at which fits start.
+    pub(crate) shape: Option<Shape>,
 }

@@ -57,7 +57,7 @@ fn product(factors: &[(usize, i32)], names: &[String]) -> Term {
     let name = factors.iter().map(power).collect::<Vec<_>>().join(" ");
     let factors = factors.iter().map(|&(i, n)| Expr::Variable(i).to_power(n));
     let expr = factors.fold(Expr::Constant(1.0), Expr::times);
-    Term { expr, name: if name.is_empty() { "1".into() } else { name }, complexity: 0, rate: None }
+    Term { expr, name: if name.is_empty() { "1".into() } else { name }, complexity: 0, rate: None, shape: None }
 }
 
 /// The same terms with the complexity their variables' roles give them.

@@ -13,7 +13,7 @@ const SHARE: f64 = 1e-4;
 
 impl Flow {
     /// What the summand of each coefficient adds to the rates, RMS over the samples `x` (T + 1, n) of `segments`, as a multiple of the
-    /// RMS of these rates (p). Of equations that are next to singular it is large.
+    /// RMS of these rates; one for each coefficient. Of equations that are next to singular it is large.
     pub(crate) fn contributions(&self, segments: &[Segment], x: &[Array2<f64>], xi: &[f64]) -> Vec<f64> {
         let (n, p) = (self.n, self.n_parameters);
         let mut scratch = self.scratch();
@@ -30,7 +30,7 @@ impl Flow {
             let relative = (0..n).filter(|&i| rates[i] > 0.0).map(|i| sums[i * p + parameter] / rates[i]);
             xi[parameter].abs() * relative.sum::<f64>().sqrt()
         };
-        (0..p).map(of).collect()
+        (0..p - self.inside.len()).map(of).collect()
     }
 
     /// Whether what each equation multiplies its own derivative by, 1 − Σ ξ w, stays away from zero at the samples `x` (T + 1, n) of
@@ -43,6 +43,7 @@ impl Flow {
         for (segment, x) in segments.iter().zip(x) {
             for (now, u) in x.rows().into_iter().zip(segment.u.rows()).take_while(|_| !own.is_empty()) {
                 registers.iter_mut().zip(now.iter().chain(u)).for_each(|(slot, v)| *slot = *v);
+                self.fill_inside(&mut registers, xi);
                 self.signs(&mut registers, &mut modes);
                 self.tape.run(&mut registers);
                 let mut values = vec![1.0; self.n];

@@ -20,6 +20,9 @@ pub(crate) struct Fit {
     pub(crate) left: Vec<f64>,
     /// The same within the bounds of the noise: what the samples are weighted by.
     pub(crate) sigma: Vec<f64>,
+    /// RMS over the samples of the sum of x⁺ − F(x; ξ) up to there, per state (n): next to nothing, unless the iterations ended before the states
+    /// followed the equations.
+    pub(crate) drift: Vec<f64>,
     /// The factor of all rows over the coefficients, whitened.
     pub(crate) triangle: Triangle,
 }
@@ -33,6 +36,9 @@ const ITERATIONS: (usize, usize) = (3, 12);
 
 /// Steps tried along one direction, each half as long as the one before.
 const HALVINGS: i32 = 5;
+
+/// Dampings tried after these, as parts of the squared lengths of the columns.
+const DAMPINGS: [f64; 3] = [1e-4, 1e-2, 1.0];
 
 /// Relative gain in the sum of squares below which iterations end.
 const ENOUGH: f64 = 1e-7;
@@ -80,9 +86,10 @@ pub(crate) fn fit(
     // With the noise that was found at last.
     let triangle = state.iterate(flow, segments, PARTS[last], 3, go_on)?;
     state.update_noise(flow, segments, noise);
+    let drift = state.drift(flow, segments);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
-    Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, triangle })
+    Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, drift, triangle })
 }
 
 /// What `segments` tell of changes of the coefficients of `flow`, linearised at `xi` and the states `x` that follow the equations but for
@@ -99,6 +106,20 @@ pub(crate) fn linearised(
     Some(state.eliminated(flow, segments, (PARTS[part], false), go_on)?.0)
 }
 
+/// The step of the coefficients that the factor tells, damped in units of their columns, and that of the states with it.
+///
+/// # References
+/// Marquardt (1963), SIAM J. Appl. Math. 11(2).
+fn direction(factor: &Triangle, eliminations: &[Elimination], damping: f64) -> Option<(Vec<f64>, Vec<Array2<f64>>)> {
+    let p = factor.n_columns() - 1;
+    let all: Vec<usize> = (0..p).collect();
+    let length = |j: usize| factor.norm(j).max(f64::MIN_POSITIVE);
+    let scaled = factor.solve_scaled(&all, p, damping, length);
+    let delta: Vec<f64> = scaled.iter().enumerate().map(|(j, d)| d / length(j)).collect();
+    let states = eliminations.iter().map(|e| e.states(&delta)).collect::<Option<Vec<_>>>()?;
+    delta.iter().all(|d| d.is_finite()).then_some((delta, states))
+}
+
 struct State {
     xi: Vec<f64>,
     x: Vec<Array2<f64>>,
@@ -109,27 +130,51 @@ struct State {
 impl State {
     /// The sum of squares; infinite where a step is not finite.
     fn cost(&self, flow: &Flow, segments: &[Segment], part: f64) -> f64 {
-        let mut scratch = flow.scratch();
         let mut total = 0.0;
-        let mut next = vec![0.0; self.sigma.len()];
         for (segment, x) in segments.iter().zip(&self.x) {
             for t in 0..x.nrows() {
                 for (i, sigma) in self.sigma.iter().enumerate() {
                     total += ((segment.x[[t, i]] - x[[t, i]]) / (sigma * segment.relative(t, i))).powi(2);
                 }
-                if t == segment.len() {
-                    continue;
-                }
-                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-                if !flow.step((&now, &u, segment.dt[t]), &self.xi, &mut next, None, &mut scratch, &mut |_| {}) {
-                    return f64::INFINITY;
-                }
-                for (i, sigma) in self.sigma.iter().enumerate() {
-                    total += ((x[[t + 1, i]] - next[i]) / (part * sigma)).powi(2);
-                }
             }
         }
-        if total.is_nan() { f64::INFINITY } else { total }
+        let finite = self.defects(flow, segments, &mut |_, d| {
+            total += d.iter().zip(&self.sigma).map(|(d, sigma)| (d / (part * sigma)).powi(2)).sum::<f64>();
+        });
+        if finite && !total.is_nan() { total } else { f64::INFINITY }
+    }
+
+    /// Visits x⁺ − F(x; ξ) of every step, with the number of the step in its segment; `false` if a step is not finite.
+    fn defects(&self, flow: &Flow, segments: &[Segment], visit: &mut dyn FnMut(usize, &[f64])) -> bool {
+        let mut scratch = flow.scratch();
+        let mut next = vec![0.0; self.sigma.len()];
+        for (segment, x) in segments.iter().zip(&self.x) {
+            for t in 0..segment.len() {
+                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+                if !flow.step((&now, &u, segment.dt[t]), &self.xi, &mut next, None, &mut scratch, &mut |_| {}) {
+                    return false;
+                }
+                next.iter_mut().zip(x.row(t + 1)).for_each(|(next, x)| *next = x - *next);
+                visit(t, &next);
+            }
+        }
+        true
+    }
+
+    fn drift(&self, flow: &Flow, segments: &[Segment]) -> Vec<f64> {
+        let n = self.sigma.len();
+        let (mut sum, mut squares, mut steps) = (vec![0.0; n], vec![0.0; n], 0.0);
+        self.defects(flow, segments, &mut |t, d| {
+            if t == 0 {
+                sum.fill(0.0);
+            }
+            steps += 1.0;
+            for i in 0..n {
+                sum[i] += d[i];
+                squares[i] += sum[i] * sum[i];
+            }
+        });
+        squares.iter().map(|s: &f64| (s / f64::max(steps, 1.0)).sqrt()).collect()
     }
 
     /// Gauss–Newton steps, each halved until it gains. The factor over the coefficients of the last one.
@@ -147,13 +192,25 @@ impl State {
             return None;
         }
         for _ in 0..iterations {
-            let (factor, delta, moved) = self.gauss_newton(flow, segments, part, go_on)?;
-            triangle = Some(factor);
+            let (factor, eliminations) = self.eliminated(flow, segments, (part, true), go_on)?;
             let mut taken = None;
-            for halvings in 0..HALVINGS {
-                let by = 0.5_f64.powi(halvings);
-                let xi = self.xi.iter().zip(&delta).map(|(c, d)| c + by * d).collect();
-                let x = self.x.iter().zip(&moved).map(|(x, d)| x + &(d * by)).collect();
+            // First the whole step and parts of it; then, of parameters inside terms, steps that ill-determined combinations take no part in.
+            let whole = (0..HALVINGS).map(|halvings| (0.0, 0.5_f64.powi(halvings)));
+            let mut step = direction(&factor, &eliminations, 0.0)?;
+            let left = factor.residual_norm(&(0..step.0.len()).collect::<Vec<_>>(), &step.0, step.0.len()).powi(2);
+            if cost - left < ENOUGH * cost {
+                triangle = Some(factor);
+                break;
+            }
+            for (damping, by) in
+                whole.chain(DAMPINGS.map(|damping| (damping, 1.0)).into_iter().filter(|_| flow.is_curved()))
+            {
+                if damping > 0.0 {
+                    step = direction(&factor, &eliminations, damping)?;
+                }
+                let (delta, moved) = &step;
+                let xi = self.xi.iter().zip(delta).map(|(c, d)| c + by * d).collect();
+                let x = self.x.iter().zip(moved).map(|(x, d)| x + &(d * by)).collect();
                 let trial = Self { xi, x, sigma: self.sigma.clone(), left: Vec::new() };
                 let gained = trial.cost(flow, segments, part);
                 if gained < cost {
@@ -161,6 +218,7 @@ impl State {
                     break;
                 }
             }
+            triangle = Some(factor);
             let Some((trial, gained)) = taken else { break };
             let enough = cost - gained < ENOUGH * cost;
             (*self, cost) = (trial, gained);
@@ -169,21 +227,6 @@ impl State {
             }
         }
         triangle
-    }
-
-    /// The factor over the coefficients, their step, and that of the states.
-    fn gauss_newton(
-        &self,
-        flow: &Flow,
-        segments: &[Segment],
-        part: f64,
-        go_on: &dyn Fn() -> bool,
-    ) -> Option<(Triangle, Vec<f64>, Vec<Array2<f64>>)> {
-        let (triangle, eliminations) = self.eliminated(flow, segments, (part, true), go_on)?;
-        let p = flow.n_parameters();
-        let delta = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
-        let states = eliminations.iter().map(|e| e.states(&delta)).collect::<Option<Vec<_>>>()?;
-        delta.iter().all(|d| d.is_finite()).then_some((triangle, delta, states))
     }
 
     /// The factor over changes of the coefficients and what is left, and per segment what tells the states, if these are wanted.
@@ -277,10 +320,11 @@ mod tests {
             name: text.into(),
             complexity: 0,
             rate: None,
+            shape: None,
         };
         let terms = ["x", "v", "u"].map(term);
         let stepping = Stepping::Continuous { substeps: 2 };
-        let flow = Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, stepping);
+        let flow = Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[], &[]), &[Some(1), None], 1, stepping);
         let mut rng = Seed::new(seed).stream("noise", 0);
         let (mut x, mut scratch) = (vec![1.0, 0.0], flow.scratch());
         let mut segment = Segment {

@@ -7,7 +7,7 @@ use super::switches::Switches;
 use crate::Expr;
 use crate::chain::after_their_rates;
 use crate::expr::Tape;
-use crate::library::Term;
+use crate::library::{Shape, Term};
 use crate::motion::Stepping;
 
 /// A summand of an equation: coefficient × term, times the derivative of state `rate` if there is one.
@@ -66,6 +66,17 @@ pub(crate) struct Flow {
     pub(super) arguments: Vec<u32>,
     /// Per switch: (state, register) of the partial derivatives of its argument.
     pub(super) gradients: Vec<Vec<(usize, u32)>>,
+    /// Parameters inside terms, numbered after the coefficients.
+    pub(super) inside: Vec<Inside>,
+}
+
+/// A parameter inside a term.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inside {
+    /// Number of the term in [`Flow::values`].
+    term: usize,
+    /// Register of the derivative of the term by it; none where that is zero.
+    slope: Option<u32>,
 }
 
 /// A place on the way through one step, with its weight in the average.
@@ -84,10 +95,11 @@ const DERIVATIVE_SUBSTEPS: usize = 2;
 
 impl Flow {
     /// The flow of the equations whose terms are numbered in `supports`, one list per state; coefficients are numbered equation by
-    /// equation. Terms in `given` are there too, with these coefficients. States with declared `rates` have no terms.
+    /// equation. Terms in `given` are there too, with these coefficients. States with declared `rates` have no terms. Parameters inside the terms
+    /// `free` come after all coefficients; those of others stay where fits start.
     pub(crate) fn new(
         terms: &[Term],
-        (supports, given): (&[Vec<usize>], &[Given]),
+        (supports, given, free): (&[Vec<usize>], &[Given], &[usize]),
         rates: &[Option<usize>],
         n_controls: usize,
         stepping: Stepping,
@@ -105,7 +117,7 @@ impl Flow {
                 summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
             }
         }
-        let n_parameters = summands.len();
+        let n_coefficients = summands.len();
         for (row, given) in given.iter().enumerate() {
             for (j, value) in given {
                 let coefficient = Coefficient::Given(*value);
@@ -114,7 +126,15 @@ impl Flow {
         }
         let first = n + n_controls;
         let switches = Switches::among(used.iter().map(|&j| &terms[j].expr), n, first);
-        let values: Vec<Expr> = used.iter().map(|&j| switches.smooth(&terms[j].expr)).collect();
+        let inputs = first + switches.len();
+        let shapes: Vec<(usize, &Shape)> =
+            free.iter().filter_map(|j| Some((place(j), terms[*j].shape.as_ref()?))).collect();
+        let mut values: Vec<Expr> = used.iter().map(|&j| switches.smooth(&terms[j].expr)).collect();
+        let mut inside = Vec::new();
+        for (term, shape) in shapes {
+            values[term] = shape.over(inputs + inside.len());
+            inside.extend((0..shape.len()).map(|_| Inside { term, slope: None }));
+        }
         let arguments = switches.smooth_arguments();
         let slopes = |of: &[Expr]| -> Vec<(usize, usize, Expr)> {
             let of_term = |(at, e): (usize, &Expr)| {
@@ -123,8 +143,10 @@ impl Flow {
             of.iter().enumerate().flat_map(of_term).collect()
         };
         let (of_values, of_arguments) = (slopes(&values), slopes(&arguments));
-        let derivatives = of_values.iter().chain(&of_arguments).map(|(_, _, d)| d);
-        let tape = Tape::new(first + switches.len(), values.iter().chain(&arguments).chain(derivatives));
+        let by_inside: Vec<Option<Expr>> =
+            inside.iter().enumerate().map(|(k, i)| values[i.term].derivative(inputs + k)).collect();
+        let derivatives = of_values.iter().chain(&of_arguments).map(|(_, _, d)| d).chain(by_inside.iter().flatten());
+        let tape = Tape::new(inputs + inside.len(), values.iter().chain(&arguments).chain(derivatives));
         let mut registers = tape.outputs().iter().copied();
         let values: Vec<u32> = registers.by_ref().take(values.len()).collect();
         let arguments: Vec<u32> = registers.by_ref().take(arguments.len()).collect();
@@ -133,8 +155,11 @@ impl Flow {
             partials[*term].push((*state, register));
         }
         let mut gradients = vec![Vec::new(); arguments.len()];
-        for ((switch, state, _), register) in of_arguments.iter().zip(registers) {
+        for ((switch, state, _), register) in of_arguments.iter().zip(registers.by_ref()) {
             gradients[*switch].push((*state, register));
+        }
+        for (parameter, _) in inside.iter_mut().zip(&by_inside).filter(|(_, d)| d.is_some()) {
+            parameter.slope = registers.next();
         }
         let mut coupled: Vec<usize> = summands.iter().filter_map(|s| Some([s.row, s.rate?])).flatten().collect();
         coupled.sort_unstable();
@@ -144,7 +169,7 @@ impl Flow {
         Self {
             n,
             n_controls,
-            n_parameters,
+            n_parameters: n_coefficients + inside.len(),
             values,
             partials,
             coupled,
@@ -156,6 +181,7 @@ impl Flow {
             switches,
             arguments,
             gradients,
+            inside,
             tape,
         }
     }
@@ -167,6 +193,23 @@ impl Flow {
 
     pub(crate) fn n_parameters(&self) -> usize {
         self.n_parameters
+    }
+
+    /// Writes the parameters inside terms to their registers.
+    pub(super) fn fill_inside(&self, registers: &mut [f64], xi: &[f64]) {
+        let first = self.n + self.n_controls + self.switches.len();
+        let inside = &xi[self.n_parameters - self.inside.len()..];
+        registers[first..first + inside.len()].copy_from_slice(inside);
+    }
+
+    /// Operations for the rates and their derivatives, functions counted as one.
+    pub(crate) fn n_operations(&self) -> usize {
+        self.tape.n_registers()
+    }
+
+    /// Whether there are parameters inside terms.
+    pub(super) fn is_curved(&self) -> bool {
+        !self.inside.is_empty()
     }
 
     pub(crate) fn stepping(&self) -> Stepping {
@@ -206,6 +249,7 @@ impl Flow {
         let Scratch { registers, f, f_x, f_xi, coupled, column, modes, .. } = scratch;
         let (n, p) = (self.n, self.n_parameters);
         registers[..n].copy_from_slice(x);
+        self.fill_inside(registers, xi);
         let first = n + self.n_controls;
         registers[n..first].copy_from_slice(u);
         if self.classical {
@@ -264,6 +308,13 @@ impl Flow {
             }
             for &(k, register) in &self.partials[s.term] {
                 f_x[s.row * n + k] += s.times(xi) * registers[register as usize] * times;
+            }
+        }
+        for (at, parameter) in self.inside.iter().enumerate() {
+            let Some(slope) = parameter.slope else { continue };
+            for s in self.summands.iter().filter(|s| s.term == parameter.term) {
+                let times = s.rate.map_or(1.0, |l| f[l]);
+                f_xi[s.row * p + p - self.inside.len() + at] += s.times(xi) * registers[slope as usize] * times;
             }
         }
         if !among.is_empty() {

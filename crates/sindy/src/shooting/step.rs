@@ -226,6 +226,7 @@ mod tests {
             name: text.into(),
             complexity: 0,
             rate,
+            shape: None,
         };
         let terms = [
             term("u", None),
@@ -237,7 +238,7 @@ mod tests {
         ];
         let supports = vec![vec![], vec![], vec![0, 1, 2], vec![3, 4, 5]];
         let rates = [Some(2), Some(3), None, None];
-        (Flow::new(&terms, (&supports, &[]), &rates, 1, stepping), vec![0.9, 0.045, -0.045, 14.7, -1.5, -0.1])
+        (Flow::new(&terms, (&supports, &[], &[]), &rates, 1, stepping), vec![0.9, 0.045, -0.045, 14.7, -1.5, -0.1])
     }
 
     #[test]

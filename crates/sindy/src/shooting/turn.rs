@@ -220,10 +220,16 @@ mod tests {
             name: text.into(),
             complexity: 0,
             rate: None,
+            shape: None,
         };
         let terms = ["x", "sign(v)", "u"].map(term);
-        let flow =
-            Flow::new(&terms, (&[vec![], vec![0, 1, 2]], &[]), &[Some(1), None], 1, Stepping::Continuous { substeps });
+        let flow = Flow::new(
+            &terms,
+            (&[vec![], vec![0, 1, 2]], &[], &[]),
+            &[Some(1), None],
+            1,
+            Stepping::Continuous { substeps },
+        );
         (flow, [-9.0, -1.5, 1.0])
     }
 

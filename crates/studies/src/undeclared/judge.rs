@@ -68,6 +68,37 @@ pub struct Verdict {
     pub equations: Vec<Judged>,
 }
 
+/// Part of its true value by which a parameter inside a term may be off for the term to count as the true one.
+const OFF: f64 = 0.3;
+
+/// A term without spaces, brackets and the numbers that are not powers, and these numbers.
+fn family(text: &str) -> (String, Vec<f64>) {
+    let (mut family, mut numbers, mut number) = (String::new(), Vec::new(), String::new());
+    let mut before = ' ';
+    for c in text.chars().filter(|c| *c != ' ').chain([' ']) {
+        let goes_on = !number.is_empty() || !(before.is_alphanumeric() || before == '^' || before == '_');
+        if (c.is_ascii_digit() || c == '.') && goes_on {
+            number.push(c);
+            continue;
+        }
+        numbers.extend(number.parse::<f64>().ok());
+        number.clear();
+        before = c;
+        if !"() ".contains(c) {
+            family.push(c);
+        }
+    }
+    (family, numbers)
+}
+
+/// Whether two terms are the same but for numbers inside them, which are nearly the same.
+fn nearly_the_same(found: &str, truth: &str) -> bool {
+    let ((one, estimates), (other, values)) = (family(found), family(truth));
+    one == other
+        && estimates.len() == values.len()
+        && estimates.iter().zip(values).all(|(e, v)| (e - v).abs() <= OFF * v.abs())
+}
+
 impl Judge {
     /// A judge of `system`.
     ///
@@ -107,11 +138,23 @@ impl Judge {
         anyhow::ensure!(found.len() == self.truth.len(), "{} equations, not {}", found.len(), self.truth.len());
         let compiled = Equations::new(found, &self.variables).context("what was found")?;
         let deviation = self.points.deviation(&compiled, self.judged.iter().copied());
+        let found = &self.with_true_parameters(found);
+        let compiled = Equations::new(found, &self.variables)?;
         let equations: Vec<Judged> = self.judged.iter().map(|&i| self.equation(i, &found[i], &compiled)).collect();
         let right = deviation < NOTHING_LIKE && equations.iter().all(|e| e.right);
         let worst = equations.iter().filter_map(|e| e.coefficient_error).fold(0.0, f64::max);
         let coefficient_error = right.then_some(worst);
         Ok(Verdict { right, coefficient_error, deviation: Some(deviation).filter(|d| d.is_finite()), equations })
+    }
+
+    /// `found` with the true numbers inside terms that have others there: a parameter is estimated like a coefficient.
+    fn with_true_parameters(&self, found: &[Vec<Term>]) -> Vec<Vec<Term>> {
+        let own = |term: &Term, row: &Vec<Term>| {
+            let alike = |t: &&Term| t.rate == term.rate && nearly_the_same(&term.text, &t.text);
+            let text = row.iter().find(alike).map_or(&term.text, |t| &t.text).clone();
+            Term { text, ..term.clone() }
+        };
+        found.iter().zip(&self.truth).map(|(row, truth)| row.iter().map(|t| own(t, truth)).collect()).collect()
     }
 
     fn equation(&self, i: usize, found: &[Term], compiled: &Equations) -> Judged {

@@ -21,6 +21,8 @@ pub use system::System;
 pub enum Set {
     /// Results are reported on these.
     Reported,
+    /// So are they on these, whose terms have parameters inside.
+    Functions,
     /// Methods are developed on these.
     Development,
 }
@@ -30,6 +32,7 @@ pub enum Set {
 pub fn systems(set: Set) -> Vec<System> {
     match set {
         Set::Reported => reported::systems(),
+        Set::Functions => reported::functions(),
         Set::Development => development::systems(),
     }
 }
@@ -37,5 +40,5 @@ pub fn systems(set: Set) -> Vec<System> {
 /// The system called `name`, of whatever set.
 #[must_use]
 pub fn find(name: &str) -> Option<System> {
-    [Set::Reported, Set::Development].into_iter().flat_map(systems).find(|s| s.name() == name)
+    [Set::Reported, Set::Functions, Set::Development].into_iter().flat_map(systems).find(|s| s.name() == name)
 }

@@ -2,6 +2,7 @@
 
 mod chaos;
 mod circuits;
+mod functions;
 mod mechanics;
 mod populations;
 mod vehicles;
@@ -10,5 +11,13 @@ use super::System;
 
 /// All of them.
 pub(super) fn systems() -> Vec<System> {
-    [chaos::systems(), circuits::systems(), mechanics::systems(), populations::systems(), vehicles::systems()].concat()
+    let all = [
+        chaos::systems(),
+        circuits::systems(),
+        functions::systems(),
+        mechanics::systems(),
+        populations::systems(),
+        vehicles::systems(),
+    ];
+    all.concat()
 }

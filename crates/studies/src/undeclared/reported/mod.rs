@@ -1,5 +1,6 @@
 //! Systems results are reported on. Nothing is ever tuned here.
 
+mod functions;
 mod laboratory;
 mod machines;
 mod mechanics;
@@ -8,7 +9,12 @@ mod vehicles;
 
 use super::System;
 
-/// All of them.
+/// Those with parameters inside their terms.
+pub(super) fn functions() -> Vec<System> {
+    functions::systems()
+}
+
+/// All of the others.
 pub(super) fn systems() -> Vec<System> {
     [oscillators::systems(), mechanics::systems(), vehicles::systems(), machines::systems(), laboratory::systems()]
         .concat()

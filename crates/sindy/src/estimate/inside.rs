@@ -1,0 +1,287 @@
+//! Equations with terms that have parameters inside.
+
+use super::hypothesis::{BUDGET, Hypothesis, Inside};
+use super::propose::{Effort, Proposal, THOROUGHLY};
+use super::search::{NEAR, Problem, TIMES, measured};
+use crate::Triangle;
+use crate::data::Signals;
+use crate::design::averages;
+use crate::library::Term;
+
+/// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
+const SIMPLE: usize = 6;
+
+/// Terms beside one with parameters inside, at most, in equations that are looked for from nothing.
+const OTHERS: usize = 8;
+
+/// Candidates that are looked at together.
+const BATCH: usize = 12;
+
+/// Part of all that may be spent on fits, for these.
+const SHARE: f64 = 0.1;
+
+/// Terms with parameters inside that are looked for in one equation, one after the other.
+const TERMS: usize = 2;
+
+/// Families proposed at a time.
+const FAMILIES: usize = 3;
+
+/// What is spent on ranking candidates along the measured path, after which the best families are looked at thoroughly.
+const RANKING: Effort = Effort { budget: 500, starts: 1 };
+
+/// Change of the logarithm of a parameter that is believed of one linearisation.
+const BELIEVED: f64 = 1.0;
+
+/// A term with parameters inside, and the derivatives of the term by these, as terms.
+struct Candidate {
+    term: usize,
+    slopes: Vec<usize>,
+}
+
+impl Candidate {
+    fn columns(&self) -> impl Iterator<Item = usize> {
+        std::iter::once(self.term).chain(self.slopes.iter().copied())
+    }
+}
+
+impl Problem<'_> {
+    /// Tries terms with parameters inside in each equation that leaves more than noise or has many terms. What is better than `found`, if anything is.
+    pub(super) fn search_inside(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
+        let budget = self.budget.min(self.spent.get() + (SHARE * BUDGET as f64) as u64);
+        let better = Problem { budget, ..*self }.search_inside_within(found, signals);
+        // What there was no budget for was not spent.
+        self.spent.set(self.spent.get().min(budget));
+        better
+    }
+
+    fn search_inside_within(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
+        let unsettled =
+            |i: &usize| self.rates[*i].is_none() && (found.supports[*i].len() > SIMPLE || !self.is_noise(found, *i));
+        let unsettled: Vec<usize> = (0..self.rates.len()).filter(unsettled).collect();
+        if unsettled.is_empty() || self.n_plain == self.terms.len() {
+            return None;
+        }
+        let mut best = found.clone();
+        let again: Vec<usize> = if unsettled.len() > 1 { unsettled.clone() } else { Vec::new() };
+        for (at, &i) in unsettled.iter().chain(&again).enumerate() {
+            if at > 0 && self.is_settled(&best) {
+                break;
+            }
+            let mut tried = vec![best.supports[i].clone()];
+            for round in 0..TERMS {
+                // Once others have been found, with their parameters.
+                let shared = at >= unsettled.len();
+                let mut proposals =
+                    if round == 0 { self.measured_inside(&best, signals, i, shared) } else { Vec::new() };
+                proposals.extend(self.propose_inside(&best, i));
+                let Some(better) = self.best_of(proposals, &best, i, &mut tried) else { break };
+                best = better;
+                if self.is_noise(&best, i) {
+                    break;
+                }
+            }
+        }
+        (best.score < found.score).then_some(best)
+    }
+
+    /// Proposals for equation `i` with one more term that has parameters inside, and with fewer of the others: the best families near
+    /// `along`, with all states and the coefficients of the other equations free.
+    pub(super) fn propose_inside(&self, along: &Hypothesis, i: usize) -> Vec<Proposal> {
+        let (terms, candidates) = self.candidates_inside(&along.supports, i);
+        let own = &along.supports[i];
+        let mut found: Vec<Proposal> = Vec::new();
+        for batch in candidates.chunks(BATCH) {
+            let choice: Vec<usize> = own.iter().copied().chain(batch.iter().flat_map(Candidate::columns)).collect();
+            let Some(triangle) = self.triangle_near(&terms, along, i, &choice) else { continue };
+            let base = self.scored_columns(&triangle, &(0..own.len()).collect::<Vec<_>>(), own).0;
+            let mut first = own.len();
+            for candidate in batch {
+                let columns: Vec<usize> = (first..=first + candidate.slopes.len()).collect();
+                first += columns.len();
+                let proposal = self.with_fewer(&triangle, (own, candidate), columns, i);
+                found.extend(proposal.filter(|p| p.score <= base + NEAR));
+            }
+        }
+        self.best_of_families(found)
+    }
+
+    /// The best proposal of each of the best families.
+    fn best_of_families(&self, mut found: Vec<Proposal>) -> Vec<Proposal> {
+        found.sort_by(|a, b| a.score.total_cmp(&b.score));
+        let mut families: Vec<Proposal> = Vec::new();
+        for proposal in found {
+            if families.len() < FAMILIES && !families.iter().any(|f| self.are_alike(&f.support, &proposal.support)) {
+                families.push(proposal);
+            }
+        }
+        families
+    }
+
+    /// Whether two sets of terms are the same but for where parameters inside them begin.
+    pub(super) fn are_alike(&self, a: &[usize], b: &[usize]) -> bool {
+        let alike = |j: usize, k: usize| match (&self.terms[j].shape, &self.terms[k].shape) {
+            (Some(one), Some(other)) => one.is_like(other),
+            _ => j == k,
+        };
+        a.len() == b.len() && a.iter().all(|&j| b.iter().any(|&k| alike(j, k)))
+    }
+
+    /// The terms of the problem with derivatives of those with parameters inside, and which of them may be added to equation `i`.
+    fn candidates_inside(&self, supports: &[Vec<usize>], i: usize) -> (Vec<Term>, Vec<Candidate>) {
+        let mut terms = self.terms.to_vec();
+        let used = self.free(supports);
+        let mut candidates = Vec::new();
+        for j in self.n_plain..self.terms.len() {
+            let Some(shape) = self.terms[j].shape.as_ref().filter(|_| self.allows_inside(i, j)) else { continue };
+            let is_like = |k: &&usize| self.terms[**k].shape.as_ref().is_some_and(|other| other.is_like(shape));
+            // A parameter is the same in all equations.
+            match used.iter().find(is_like) {
+                Some(&k) if k == j && !supports[i].contains(&j) => {
+                    candidates.push(Candidate { term: j, slopes: Vec::new() });
+                }
+                Some(_) => {}
+                None => {
+                    let slopes: Vec<Term> = (0..shape.len())
+                        .filter_map(|k| Some(Term { expr: shape.slope(k)?, shape: None, ..self.terms[j].clone() }))
+                        .collect();
+                    let first = terms.len();
+                    terms.extend(slopes);
+                    candidates.push(Candidate { term: j, slopes: (first..terms.len()).collect() });
+                }
+            }
+        }
+        (terms, candidates)
+    }
+
+    /// Whether equation `i` may have the term `j`, which has parameters inside: no term of the same variables is forbidden, which it might be next to.
+    fn allows_inside(&self, i: usize, j: usize) -> bool {
+        let n_variables = self.rates.len() + self.n_controls;
+        let same = |k: &usize| {
+            let (a, b) = (&self.terms[j].expr, &self.terms[*k].expr);
+            self.terms[*k].rate.is_none() && (0..n_variables).all(|v| a.has(v) == b.has(v))
+        };
+        self.constraints.get(i).is_none_or(|c| !c.forbidden.iter().any(same))
+    }
+
+    /// The score of the terms `support`, whose columns are `columns`, and their coefficients.
+    fn scored_columns(&self, triangle: &Triangle, columns: &[usize], support: &[usize]) -> (f64, Vec<f64>) {
+        let target = triangle.n_columns() - 1;
+        let rows = triangle.n_rows() as f64;
+        let xi = triangle.solve_unit(columns, target);
+        let left = triangle.residual_norm(columns, &xi, target).powi(2);
+        let free = (rows - columns.len() as f64).max(1.0);
+        (rows * (left / free).max(f64::MIN_POSITIVE).ln() + self.penalty(support), xi)
+    }
+
+    /// The best of the sets of terms `own`, the first columns of `triangle`, that has `candidate`, which has the columns `inside`: one term
+    /// after the other is left out, the one that is missed least.
+    fn with_fewer(
+        &self,
+        triangle: &Triangle,
+        (own, candidate): (&[usize], &Candidate),
+        inside: Vec<usize>,
+        i: usize,
+    ) -> Option<Proposal> {
+        let of = |kept: &[usize]| {
+            let columns = [kept, &inside].concat();
+            let support: Vec<usize> = kept.iter().map(|&c| own[c]).chain([candidate.term]).collect();
+            let (score, xi) = self.scored_columns(triangle, &columns, &support);
+            (score, support, xi)
+        };
+        let mut kept: Vec<usize> = (0..own.len()).collect();
+        let mut best = of(&kept);
+        loop {
+            let without = |c: usize| kept.iter().copied().filter(|k| *k != c).collect::<Vec<_>>();
+            let fewer =
+                kept.iter().filter(|&&c| !self.required(i).contains(&own[c])).map(|&c| (without(c), of(&without(c))));
+            let Some((columns, scored)) = fewer.min_by(|a, b| a.1.0.total_cmp(&b.1.0)) else { break };
+            kept = columns;
+            if scored.0 < best.0 {
+                best = scored;
+            }
+        }
+        let (score, support, xi) = best;
+        self.proposed(candidate, support, xi, score)
+    }
+
+    /// The proposal of the terms `support`, of which `candidate` is the last, with coefficients that are followed by those of its slopes.
+    fn proposed(&self, candidate: &Candidate, support: Vec<usize>, xi: Vec<f64>, score: f64) -> Option<Proposal> {
+        let (coefficients, changes) = xi.split_at(support.len());
+        let own = coefficients.last().copied()?;
+        if !score.is_finite() || own == 0.0 || xi.iter().any(|c| !c.is_finite()) {
+            return None;
+        }
+        let mut inside: Vec<Inside> = Vec::new();
+        if let Some(shape) = self.terms[candidate.term].shape.as_ref().filter(|_| !changes.is_empty()) {
+            let moved = |(v, change): (f64, &f64)| v + (change / own).clamp(-BELIEVED, BELIEVED);
+            let fitted: Vec<f64> = shape.start().into_iter().zip(changes).map(moved).collect();
+            let fitted = if shape.is_within(&fitted) { fitted } else { shape.start() };
+            inside.push((candidate.term, fitted));
+        }
+        let mut told: Vec<(usize, f64)> = support.into_iter().zip(coefficients.iter().copied()).collect();
+        told.sort_by_key(|(j, _)| *j);
+        let (support, coefficients) = told.into_iter().unzip();
+        Some(Proposal { support, coefficients, inside, score, residual: 0.0 })
+    }
+
+    /// Proposals for equation `i` along the measured path; only of terms in other equations, if `shared`, or only of others.
+    fn measured_inside(&self, best: &Hypothesis, signals: &Signals, i: usize, shared: bool) -> Vec<Proposal> {
+        let (mut terms, mut candidates) = self.candidates_inside(&best.supports, i);
+        candidates.retain(|c| c.slopes.is_empty() == shared);
+        if candidates.is_empty() {
+            return Vec::new();
+        }
+        for (j, fitted) in &best.inside {
+            if let Some(shape) = &self.terms[*j].shape {
+                terms[*j].expr = shape.at(fitted);
+            }
+        }
+        let path = measured(signals, best.flow.stepping());
+        let theta: Vec<_> = self.segments.iter().enumerate().map(|(at, s)| averages(&terms, s, at, &path)).collect();
+        let plain = self.choice(i);
+        let all: Vec<usize> = plain.iter().copied().chain(candidates.iter().flat_map(Candidate::columns)).collect();
+        let errors = self.errors(&signals.sigma, None);
+        let Some((triangle, _)) = self.rows(&theta, &all, i, &signals.sigma, &errors) else { return Vec::new() };
+        let without =
+            triangle.combined(&(0..plain.len()).chain([all.len()]).map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
+        let without = self.subsets(i, without, plain.clone(), None, (OTHERS + 1, RANKING));
+        let bar = without.best(1.0, |support| self.penalty(support)).score;
+        let mut first = plain.len();
+        let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
+        for candidate in &candidates {
+            let inside = first..=first + candidate.slopes.len();
+            first = inside.end() + 1;
+            let columns = inside.chain(0..plain.len()).chain([all.len()]);
+            let own = triangle.combined(&columns.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
+            let others = own.trailing(1 + candidate.slopes.len());
+            let roughly = self.subsets(i, others, plain.clone(), None, (OTHERS, RANKING));
+            let inside = self.penalty(&[candidate.term]);
+            ranked.push((roughly.best(1.0, |support| self.penalty(support)).score + inside, candidate, own));
+        }
+        // Of no use is what explains no more than the other terms do.
+        ranked.retain(|r| r.0 < bar);
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut promising: Vec<(&Candidate, &Triangle)> = Vec::new();
+        for (_, candidate, own) in &ranked {
+            let known = promising.iter().any(|(other, _)| self.are_alike(&[candidate.term], &[other.term]));
+            if !known && promising.len() < FAMILIES {
+                promising.push((candidate, own));
+            }
+        }
+        let mut proposals = Vec::new();
+        for (candidate, own) in promising {
+            let n_inside = 1 + candidate.slopes.len();
+            let others = self.subsets(i, own.trailing(n_inside), plain.clone(), None, (OTHERS, THOROUGHLY));
+            for times in TIMES {
+                let chosen = others.best(times, |support| self.penalty(support));
+                let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
+                let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
+                let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
+                let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
+                let (score, xi) = self.scored_columns(own, &columns, &support);
+                proposals.extend(self.proposed(candidate, support, xi, score));
+            }
+        }
+        proposals
+    }
+}

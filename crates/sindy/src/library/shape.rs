@@ -1,0 +1,117 @@
+//! Terms with parameters inside: tanh(x/c), x/(c + x).
+
+use crate::expr::{Expr, Function};
+
+/// The number of the first parameter among the variables of [`Shape::formula`]; no system has as many variables.
+const FIRST: usize = 1 << 24;
+
+/// A parameter inside a term.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Parameter {
+    /// Value with which fits start.
+    pub(crate) start: f64,
+    /// Values beyond which the term is another one.
+    pub(crate) bounds: (f64, f64),
+    /// Whether it is positive, and then its logarithm is what is fitted.
+    pub(crate) positive: bool,
+}
+
+/// A family of terms: a formula of variables and of parameters, whose values the data tell.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Shape {
+    formula: Expr,
+    parameters: Vec<Parameter>,
+}
+
+/// The parameter number `k` in a formula.
+pub(super) fn parameter(k: usize) -> Expr {
+    Expr::Variable(FIRST + k)
+}
+
+impl Shape {
+    pub(super) fn new(formula: Expr, parameters: Vec<Parameter>) -> Self {
+        Self { formula, parameters }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// Whether the two are the same but for where fits start.
+    pub(crate) fn is_like(&self, other: &Self) -> bool {
+        self.formula == other.formula
+    }
+
+    /// What is fitted, at the start.
+    pub(crate) fn start(&self) -> Vec<f64> {
+        self.parameters.iter().map(|p| if p.positive { p.start.ln() } else { p.start }).collect()
+    }
+
+    /// Whether all parameters, as they were fitted, are within their bounds.
+    pub(crate) fn is_within(&self, fitted: &[f64]) -> bool {
+        let within = |(p, v): (&Parameter, f64)| (p.bounds.0..=p.bounds.1).contains(&v);
+        self.parameters.iter().zip(self.values(fitted)).all(within)
+    }
+
+    /// The values of the parameters that were `fitted`.
+    pub(crate) fn values(&self, fitted: &[f64]) -> Vec<f64> {
+        let value = |(p, v): (&Parameter, &f64)| if p.positive { v.exp() } else { *v };
+        self.parameters.iter().zip(fitted).map(value).collect()
+    }
+
+    /// The term with the parameters that were `fitted`.
+    pub(crate) fn at(&self, fitted: &[f64]) -> Expr {
+        let values = self.values(fitted);
+        self.with(&|k| Expr::Constant(values[k]))
+    }
+
+    /// The term with what is fitted as variables, from number `first` on.
+    pub(crate) fn over(&self, first: usize) -> Expr {
+        self.with(&|k| {
+            let fitted = Expr::Variable(first + k);
+            if self.parameters[k].positive { Expr::Call(Function::Exp, Box::new(fitted)) } else { fitted }
+        })
+    }
+
+    /// The derivative of the term by what is fitted, number `k`, at the start.
+    pub(crate) fn slope(&self, k: usize) -> Option<Expr> {
+        let by = self.over(FIRST).derivative(FIRST + k)?;
+        let start = self.start();
+        Some(by.replaced(&|i| i.checked_sub(FIRST).map(|k| Expr::Constant(start[k]))))
+    }
+
+    /// The standard error of parameter `k`, if that of what was fitted is `error`.
+    pub(crate) fn error(&self, k: usize, fitted: &[f64], error: f64) -> f64 {
+        if self.parameters[k].positive { error * fitted[k].exp() } else { error }
+    }
+
+    /// The term as people write it, with its parameters called c, or c1, c2.
+    pub(crate) fn pretty(&self, names: &[String]) -> String {
+        let (formula, all) = self.named(names);
+        formula.pretty(&all).to_string()
+    }
+
+    /// The same as text that can be read back.
+    pub(crate) fn name(&self, names: &[String]) -> String {
+        let (formula, all) = self.named(names);
+        formula.display(&all).to_string()
+    }
+
+    fn named(&self, names: &[String]) -> (Expr, Vec<String>) {
+        let n = names.len();
+        let letters: Vec<String> = match self.len() {
+            1 => vec!["c".into()],
+            len => (1..=len).map(|k| format!("c{k}")).collect(),
+        };
+        (self.with(&|k| Expr::Variable(n + k)), [names, &letters].concat())
+    }
+
+    /// The term with ones for its parameters.
+    pub(super) fn plainest(&self) -> Expr {
+        self.with(&|_| Expr::Constant(1.0))
+    }
+
+    fn with(&self, by: &dyn Fn(usize) -> Expr) -> Expr {
+        self.formula.replaced(&|i| i.checked_sub(FIRST).map(by))
+    }
+}

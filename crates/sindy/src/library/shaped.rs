@@ -1,0 +1,144 @@
+//! Candidate terms with parameters inside.
+
+use super::shape::{Parameter, Shape, parameter};
+use super::{Input, Role, Term, complexity};
+use crate::expr::{Expr, Function};
+
+/// What the data say of a variable.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Extent {
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+    /// Standard deviation.
+    pub(crate) spread: f64,
+}
+
+impl Extent {
+    pub(crate) fn of(values: &[f64]) -> Self {
+        let n = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / n;
+        Self {
+            low: values.iter().copied().fold(f64::INFINITY, f64::min),
+            high: values.iter().copied().fold(f64::NEG_INFINITY, f64::max),
+            spread: (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt(),
+        }
+    }
+}
+
+/// Scales with which fits start, as parts of the largest value, and their bounds: beyond the second tanh(a/c) is as good as a, and beyond the third
+/// a/(c + a) too.
+const SCALES: [f64; 3] = [0.1, 0.33, 1.0];
+const SMALLEST: f64 = 0.01;
+const LINEAR: f64 = 2.0;
+const UNSATURATED: f64 = 4.0;
+
+/// The same of e^(a/c), as multiples of the spread.
+const WIDTHS: [f64; 3] = [0.3, 1.0, 3.0];
+const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
+
+/// The same of angular frequencies, times the spread.
+const FREQUENCIES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
+const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
+
+/// The same of exponents.
+const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
+const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
+
+/// Candidate terms with a parameter c that the data tell, one for each value with which fits start. With a, b straight variables (no angles):
+///
+/// - tanh(a/c): saturation and smooth friction, of all of them; tanh((a − c₁)/c₂), sigmoids, of those that are neither rates nor controls,
+/// - of states that are neither angles nor rates e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive a/(c + a) and a^c,
+/// - the exponentials and ratios times each other b.
+pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
+    let straight = |i: &usize| {
+        !matches!(inputs[*i].role, Role::Angle | Role::Turning)
+            && extents[*i].spread > 0.0
+            && extents[*i].spread.is_finite()
+    };
+    let straight: Vec<usize> = (0..inputs.len()).filter(straight).collect();
+    let mut terms = Shaped::new(inputs);
+    for &a in &straight {
+        let extent = extents[a];
+        let largest = extent.low.abs().max(extent.high.abs());
+        let x = || Box::new(Expr::Variable(a));
+        let c = |k: usize| Box::new(parameter(k));
+        let over_c = || Expr::Div(x(), c(0));
+        let scale = |part: f64, most: f64| positive(part, (SMALLEST, most), largest);
+        for part in SCALES {
+            terms.add(call(Function::Tanh, over_c()), vec![scale(part, LINEAR)]);
+        }
+        if inputs[a].role != Role::Plain {
+            continue;
+        }
+        for at in [0.25, 0.5, 0.75] {
+            let middle = extent.low + at * (extent.high - extent.low);
+            let location = Parameter { start: middle, bounds: (extent.low, extent.high), positive: false };
+            let argument = Expr::Div(Box::new(Expr::Sub(x(), c(0))), c(1));
+            let width = positive(0.5, (SMALLEST, LINEAR), extent.spread);
+            terms.add(call(Function::Tanh, argument), vec![location, width]);
+        }
+        for times in FREQUENCIES {
+            let frequency = positive(times, FREQUENCY_BOUNDS, 1.0 / extent.spread);
+            for f in [Function::Sin, Function::Cos] {
+                terms.add(call(f, Expr::Mul(c(0), x())), vec![frequency.clone()]);
+            }
+        }
+        let others: Vec<Expr> = straight.iter().filter(|&&b| b != a).map(|&b| Expr::Variable(b)).collect();
+        let factors: Vec<Expr> = std::iter::once(Expr::Constant(1.0)).chain(others).collect();
+        for factor in &factors {
+            for times in WIDTHS {
+                let width = positive(times, WIDTH_BOUNDS, extent.spread);
+                terms.add(factor.clone().times(call(Function::Exp, over_c())), vec![width.clone()]);
+                terms.add(factor.clone().times(call(Function::Exp, Expr::Neg(Box::new(over_c())))), vec![width]);
+            }
+            for part in SCALES {
+                let square = |e: Box<Expr>| Box::new(Expr::Power(e, 2));
+                let ratio = Expr::Div(square(x()), Box::new(Expr::Add(square(c(0)), square(x()))));
+                terms.add(factor.clone().times(ratio), vec![scale(part, UNSATURATED)]);
+                if extent.low > 0.0 {
+                    let ratio = Expr::Div(x(), Box::new(Expr::Add(c(0), x())));
+                    terms.add(factor.clone().times(ratio), vec![scale(part, UNSATURATED)]);
+                }
+            }
+        }
+        if extent.low > 0.0 {
+            for exponent in EXPONENTS {
+                let power = Expr::Mul(c(0), Box::new(call(Function::Log, Expr::Variable(a))));
+                terms.add(call(Function::Exp, power), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
+            }
+        }
+    }
+    terms.terms
+}
+
+/// A positive parameter that is some `times` the size `typical`.
+fn positive(times: f64, bounds: (f64, f64), typical: f64) -> Parameter {
+    Parameter { start: times * typical, bounds: (bounds.0 * typical, bounds.1 * typical), positive: true }
+}
+
+struct Shaped {
+    roles: Vec<Role>,
+    names: Vec<String>,
+    terms: Vec<Term>,
+}
+
+impl Shaped {
+    fn new(inputs: &[Input]) -> Self {
+        Self {
+            roles: inputs.iter().map(|i| i.role).collect(),
+            names: inputs.iter().map(|i| i.name.clone()).collect(),
+            terms: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, formula: Expr, parameters: Vec<Parameter>) {
+        let shape = Shape::new(formula, parameters);
+        let expr = shape.at(&shape.start());
+        let complexity = complexity(&shape.plainest(), &self.roles);
+        self.terms.push(Term { name: shape.name(&self.names), expr, complexity, rate: None, shape: Some(shape) });
+    }
+}
+
+fn call(f: Function, a: Expr) -> Expr {
+    Expr::Call(f, Box::new(a))
+}
