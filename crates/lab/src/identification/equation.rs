@@ -257,6 +257,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }
+        Doubt::Unfinished => "but the search for terms ended before it had tried all that it would",
         Doubt::Cancelling => "but its terms cancel to less than a thousandth of themselves: they approximate others",
         Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
         _ => "more than rounding, and no other error was allowed",

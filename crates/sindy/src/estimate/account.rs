@@ -4,7 +4,6 @@ use std::fmt;
 
 use ndarray::Array2;
 
-use super::hypothesis::BUDGET;
 use super::search::{Problem, Searched};
 use crate::Expr;
 use crate::data::Signals;
@@ -25,6 +24,8 @@ pub enum Doubt {
     /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
     /// are.
     Inconstant,
+    /// The search for terms ended before it had tried all that it would.
+    Unfinished,
     /// Its terms cancel to less than a thousandth of themselves: they are a series of the true ones.
     Cancelling,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
@@ -40,6 +41,7 @@ impl fmt::Display for Doubt {
             Self::Correlated => "what it leaves is correlated",
             Self::OtherTerms => "other terms explain the data as well",
             Self::Inconstant => "its coefficients differ between the halves of the data",
+            Self::Unfinished => "the search for its terms ended early",
             Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
@@ -104,6 +106,8 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
+            } else if self.spent.get() > self.budget {
+                Some(Doubt::Unfinished)
             } else if best.contributions[i] > CANCELLING {
                 Some(Doubt::Cancelling)
             } else if !rivals[i].is_empty() {
@@ -170,7 +174,7 @@ impl Problem<'_> {
             growing: vec![0.0; n],
             doubts,
             fit,
-            complete: self.spent.get() <= BUDGET,
+            complete: self.spent.get() <= self.budget,
         }
     }
 }

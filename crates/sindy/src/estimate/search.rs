@@ -138,6 +138,9 @@ fn searched(problem: &Problem<'_>, sample: &[Segment], signals: &Signals, steppi
     Some(found)
 }
 
+/// Part of the budget of a search that is kept for dropping terms at its end.
+const RESERVE: f64 = 0.25;
+
 /// Steps of the part of long recordings in which terms are looked for first.
 const SAMPLE: usize = 400;
 
@@ -336,8 +339,16 @@ impl Problem<'_> {
         (best, regressions, rivals)
     }
 
-    /// Drops terms that the score does not pay for: all at once that look so, then the least significant first.
+    /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that
+    /// of the search.
     fn prune(&self, best: &mut Hypothesis) {
+        let reserve = (RESERVE * BUDGET as f64) as u64;
+        let spent = Cell::new(self.spent.get());
+        Problem { budget: self.budget + reserve, spent: &spent, ..*self }.prune_within(best);
+        self.spent.set(spent.get().min(self.spent.get().max(self.budget)));
+    }
+
+    fn prune_within(&self, best: &mut Hypothesis) {
         self.prune_at_once(best);
         loop {
             let z = |p: usize| (best.fit.xi[p] / best.fit.errors[p]).abs();
