@@ -31,7 +31,7 @@ def page(document):
     return "\n".join([
         "# ODEBench",
         "",
-        f"Written by `{document['command']}` from `results/odebench.json`. 63 equations of one to four dimensions (ODEFormer, d'Ascoli et al., 2024;"
+        f"Written by `{document['command']}` from `results/odebench.json`, with the identifier of commit {document['commit']}. 63 equations of one to four dimensions (ODEFormer, d'Ascoli et al., 2024;"
         " crates/studies/data), 512 samples over 10 s from the first start, equations judged by the motion they predict from the first start"
         " (*reconstruction*) and from the second, which was not seen (*generalisation*). Noise multiplies each sample by 1 + 0.05 ε; samples are"
         " dropped at random. The method is told names alone. ODEFormer prints R² > 0.9 for 66 % and 33 %.",

@@ -5,7 +5,6 @@ use super::propose::{Effort, Proposal, THOROUGHLY};
 use super::search::{NEAR, Problem, TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
-use crate::design::averages;
 use crate::library::Term;
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
@@ -237,7 +236,7 @@ impl Problem<'_> {
             }
         }
         let path = measured(signals, best.flow.stepping());
-        let theta: Vec<_> = self.segments.iter().enumerate().map(|(at, s)| averages(&terms, s, at, &path)).collect();
+        let theta = self.averaged(&terms, &path);
         let plain = self.choice(i);
         let all: Vec<usize> = plain.iter().copied().chain(candidates.iter().flat_map(Candidate::columns)).collect();
         let errors = self.errors(&signals.sigma, None);

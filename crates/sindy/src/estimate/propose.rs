@@ -7,6 +7,7 @@ use super::hypothesis::Inside;
 use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
+use crate::library::Term;
 use crate::shooting::Flow;
 use crate::solve::{Candidates, SizeReport, Subset};
 
@@ -43,12 +44,7 @@ const DEAR: f64 = 16.0;
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n).
     pub(super) fn propose(&self, path: &Path<'_>, sigma: &[f64]) -> Vec<Regression> {
-        let theta: Vec<Array2<f64>> = self
-            .segments
-            .iter()
-            .enumerate()
-            .map(|(at, s)| averages(&self.terms[..self.n_plain], s, at, path))
-            .collect();
+        let theta = self.averaged(&self.terms[..self.n_plain], path);
         let errors = self.errors(sigma, None);
         let regression = |i: usize| match self.rates[i] {
             Some(_) => Regression::none(),
@@ -68,12 +64,7 @@ impl Problem<'_> {
         along: Option<Along<'_>>,
         (choice, most): (&[usize], usize),
     ) -> Vec<Regression> {
-        let theta: Vec<Array2<f64>> = self
-            .segments
-            .iter()
-            .enumerate()
-            .map(|(at, s)| averages(&self.terms[..self.n_plain], s, at, path))
-            .collect();
+        let theta = self.averaged(&self.terms[..self.n_plain], path);
         let errors = self.errors(sigma, along);
         let own = (0..self.n_plain).filter(|&j| self.terms[j].rate == Some(i) && !self.terms[j].expr.is_one());
         let regression = |j: usize, effort: Effort| {
@@ -95,6 +86,11 @@ impl Problem<'_> {
         promising.sort_unstable();
         promising.dedup();
         promising.into_iter().map(|j| regression(j, THOROUGHLY)).collect()
+    }
+
+    /// The average of each of `terms` over each step of `path` (T, F), one array per segment.
+    pub(super) fn averaged(&self, terms: &[Term], path: &Path<'_>) -> Vec<Array2<f64>> {
+        self.segments.iter().enumerate().map(|(at, s)| averages(terms, s, at, path)).collect()
     }
 
     fn regression(

@@ -96,22 +96,15 @@ impl Expr {
     /// The term with `offsets` added to its variables; variables beyond them and offsets of zero change nothing.
     #[must_use]
     pub fn shifted(&self, offsets: &[f64]) -> Self {
-        let of = |a: &Self| Box::new(a.shifted(offsets));
-        match self {
-            Self::Constant(_) => self.clone(),
-            Self::Variable(i) => match offsets.get(*i).copied().filter(|v| *v != 0.0) {
-                Some(by) if by < 0.0 => Self::Sub(Box::new(self.clone()), Box::new(Self::Constant(-by))),
-                Some(by) => Self::Add(Box::new(self.clone()), Box::new(Self::Constant(by))),
-                None => self.clone(),
-            },
-            Self::Neg(a) => Self::Neg(of(a)),
-            Self::Add(a, b) => Self::Add(of(a), of(b)),
-            Self::Sub(a, b) => Self::Sub(of(a), of(b)),
-            Self::Mul(a, b) => Self::Mul(of(a), of(b)),
-            Self::Div(a, b) => Self::Div(of(a), of(b)),
-            Self::Power(a, n) => Self::Power(of(a), *n),
-            Self::Call(f, a) => Self::Call(*f, of(a)),
-        }
+        self.replaced(&|i| {
+            let by = offsets.get(i).copied().filter(|v| *v != 0.0)?;
+            let variable = Box::new(Self::Variable(i));
+            Some(if by < 0.0 {
+                Self::Sub(variable, Box::new(Self::Constant(-by)))
+            } else {
+                Self::Add(variable, Box::new(Self::Constant(by)))
+            })
+        })
     }
 
     /// The term with what `by` has for each variable; those it has nothing for stay.

@@ -41,7 +41,8 @@ pub struct Report {
     /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of the states x̂ that follow the
     /// equations along each recording from a start that is estimated too; empty where the noise was not estimated.
     pub fit: Vec<f64>,
-    /// Whether the search tried all it would; it ends early where the data are many and the terms too.
+    /// Whether the search tried all it would; it ends early where the data are many and the terms too. Terms with parameters inside have a share of
+    /// the effort, and that this share was used up is not told here.
     pub search_complete: bool,
     /// What the data do not show, in sentences: inputs that never change, states that change too much from sample to sample.
     pub warnings: Vec<String>,
