@@ -1,6 +1,7 @@
 //! Who turns recorded rollouts into dynamics.
 
 use std::convert::Infallible;
+use std::sync::Arc;
 
 use crate::{Dataset, Diverged, Dynamics, Rng};
 
@@ -39,10 +40,53 @@ pub enum FitError {
     Interrupted,
 }
 
+/// Models that explain the data about as well as the likeliest one, in proportion to their probability.
+pub trait Posterior: Send + Sync {
+    /// Draws one.
+    fn draw(&self, rng: &mut Rng) -> Arc<dyn Dynamics>;
+}
+
+/// How well a model explains the data it was fitted to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Certainty {
+    /// Something speaks against it, or nothing is known of its errors.
+    Doubted,
+    /// It leaves nothing but noise, and no other model is as good.
+    Adequate,
+    /// It leaves nothing but rounding: more data of the same kind would not change it.
+    Exact,
+}
+
+/// What a learner knows of a system after a fit.
+#[derive(Clone)]
+pub struct Knowledge<M> {
+    /// The likeliest model.
+    pub model: Arc<M>,
+    /// How well it explains the data.
+    pub certainty: Certainty,
+    /// The models that the data allow; none if there is only one, or if the learner does not say.
+    pub posterior: Option<Arc<dyn Posterior>>,
+    /// Standard deviation of the sensors' noise, one per observation channel and in its unit, as estimated from the data; none if the
+    /// learner does not estimate it.
+    pub sensor_noise: Option<Vec<f64>>,
+}
+
+impl<M> Knowledge<M> {
+    /// A model that is believed as it is: the equations of the system itself, say.
+    pub fn certain(model: M) -> Self {
+        Self { model: Arc::new(model), certainty: Certainty::Exact, posterior: None, sensor_noise: None }
+    }
+
+    /// A model that is no more than an approximation, with nothing known of its errors.
+    pub fn approximate(model: M) -> Self {
+        Self { certainty: Certainty::Doubted, ..Self::certain(model) }
+    }
+}
+
 /// Learns dynamics over the task's state x from rollouts of observations.
 pub trait DynamicsLearner: Send + Sync {
     /// What is learned: a [`Dynamics`] over the task's state.
-    type Model: Dynamics;
+    type Model: Dynamics + 'static;
 
     /// Fits a model to `data`; `None` for learners that have none. `previous` is the model before the new data came.
     ///
@@ -53,7 +97,7 @@ pub trait DynamicsLearner: Send + Sync {
         data: &Dataset,
         previous: Option<&Self::Model>,
         rng: &mut Rng,
-    ) -> Result<Option<Self::Model>, FitError>;
+    ) -> Result<Option<Knowledge<Self::Model>>, FitError>;
 
     /// Steps of `data` that went into `model`; all of them unless the learner leaves some out.
     fn rows(&self, _model: &Self::Model, data: &Dataset) -> usize {
@@ -84,7 +128,7 @@ impl DynamicsLearner for NoModel {
         _data: &Dataset,
         _previous: Option<&Infallible>,
         _rng: &mut Rng,
-    ) -> Result<Option<Infallible>, FitError> {
+    ) -> Result<Option<Knowledge<Infallible>>, FitError> {
         Ok(None)
     }
 }

@@ -71,6 +71,10 @@ pub trait Agent: Policy {
     /// The policy alone, without what only learning needs.
     type Frozen: Policy + Clone;
 
+    /// Told once, before the first update: mean and standard deviation of each observation (m) to be expected. Agents that do not scale what they
+    /// see may ignore it.
+    fn expect(&mut self, _observations: &[(f64, f64)]) {}
+
     /// One update on `batch`.
     ///
     /// # Errors

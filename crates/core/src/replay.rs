@@ -101,6 +101,12 @@ impl Replay {
         self.pushed += 1;
     }
 
+    /// Forgets all of them.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+        self.pushed = 0;
+    }
+
     /// Transitions there is room for.
     #[must_use]
     pub fn capacity(&self) -> usize {
@@ -126,6 +132,18 @@ impl Replay {
         }
         let slot = rng.random_range(0..self.len()) * self.width;
         Some(&self.rows[slot..slot + self.observation_dim])
+    }
+
+    /// Mean and standard deviation of each observation (m) before the transitions kept.
+    #[must_use]
+    pub fn observed(&self) -> Vec<(f64, f64)> {
+        let column = |j: usize| self.rows.chunks_exact(self.width).map(move |row| row[j]);
+        let n = self.len().max(1) as f64;
+        let of = |j: usize| {
+            let mean = column(j).sum::<f64>() / n;
+            (mean, (column(j).map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt())
+        };
+        (0..self.observation_dim).map(of).collect()
     }
 
     /// Fills `batch` with transitions drawn uniformly, with replacement. Leaves it as it is when nothing is kept.

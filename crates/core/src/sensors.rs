@@ -67,6 +67,13 @@ impl Sensors {
         let deviations = if spec.noise > 0.0 { spec.noise_deviations().collect() } else { Vec::new() };
         Some(Self { readings: readings.collect::<Option<_>>()?, deviations, precision: spec.precision })
     }
+
+    /// The same sensors with noise of the standard `deviations` (m); without any if all are 0.
+    #[must_use]
+    pub fn with_noise(mut self, deviations: &[f64]) -> Self {
+        self.deviations = if deviations.iter().all(|d| *d == 0.0) { Vec::new() } else { deviations.to_vec() };
+        self
+    }
 }
 
 impl Observe for Sensors {

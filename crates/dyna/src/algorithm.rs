@@ -1,27 +1,28 @@
 //! Algorithm 1 of Arora, da Silva and Moss (2022).
 
 use std::io;
+use std::sync::Arc;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError, Observe,
-    Observer, Region, Replay, Seed, Task, Unseen,
+    Agent, AgentError, Dataset, DynamicsLearner, EnvError, Environment, Explorer, FitError, Observer, Seed, Sensors,
+    Task, Unseen,
 };
 
-use crate::collect::{Actor, Amount, CollectError, collect};
-use crate::imagine::{Counts, Imagined};
-use crate::improve::{ImproveError, Improvement, Stop};
-use crate::optimality::Trials;
-use crate::real::{Tried, confirm, explore};
-use crate::{Refit, Rollouts, Schedule};
+use crate::Schedule;
+use crate::collect::CollectError;
+use crate::cycle::Loop;
+use crate::predict::Prediction;
+use crate::real::Confirmation;
 
 /// Dyna-style learning inside a learned model: warm-up, fit, imagine, improve, and a real rollout now and then.
 ///
 /// # Deviations
-/// 1. Imagined rollouts run side by side and are shorter than an episode; some begin anywhere in the trusted region
+/// 1. Imagined rollouts run side by side and are shorter than an episode; some begin anywhere in and around the data
 ///    ([`Schedule`] says how many). The paper imagines whole episodes from the task's start states.
-/// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model. For finite N the policy that is
-///    optimal there has one real episode to keep what the model promises (within a tenth); else training goes on, with
-///    that episode among the data.
+/// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model. Where the model is not believed ([`crate::Rollouts`]), the policy
+///    that is optimal there has one real episode to keep what the model promises (within a tenth); else the model is fitted anew, with
+///    that episode among the data, and training goes on.
+/// 3. Where a learner gives a posterior, every imagined system follows a model of its own, drawn from it.
 ///
 /// # References
 /// Arora, da Silva, Moss (2022), *Model-Based Reinforcement Learning with SINDy*, Algorithm 1.
@@ -29,7 +30,7 @@ pub struct Dyna<'a, L> {
     /// What is to be achieved.
     pub task: &'a dyn Task,
     /// What the agent sees of an imagined state.
-    pub sensors: &'a dyn Observe,
+    pub sensors: &'a Sensors,
     /// Who makes a model of the real data.
     pub learner: &'a L,
     /// How much of what is done.
@@ -44,11 +45,16 @@ pub struct Learned<M, P> {
     /// All real data, every step and reset.
     pub data: Dataset,
     /// The model fitted last; none for learners that make none.
-    pub model: Option<M>,
-    /// The policy that was best in the model; none if training never came to a trial.
+    pub model: Option<Arc<M>>,
+    /// The policy that was best in the model, or of those that were tried on the real system the one that came nearest to its promise; none if
+    /// training never came to a trial.
     pub policy: Option<P>,
     /// What that policy scored in the model.
     pub model_return: Option<f64>,
+    /// What it will earn on the real system.
+    pub prediction: Option<Prediction>,
+    /// Its real episode, where there was one.
+    pub confirmation: Option<Confirmation>,
     /// Whether the stop rule called it optimal in the model.
     pub optimal_in_model: bool,
     /// Updates made.
@@ -59,7 +65,7 @@ pub struct Learned<M, P> {
     pub model_rollouts: u64,
     /// Imagined rollouts cut because the model diverged.
     pub diverged: u64,
-    /// Imagined rollouts ended because they left the trusted region.
+    /// Imagined rollouts ended because they went beyond all that the model is followed to.
     pub left_region: u64,
     /// Why training stopped short, if it did; what was learned before is all here.
     pub failure: Option<AgentError>,
@@ -75,6 +81,8 @@ impl<M, P> Learned<M, P> {
             data: self.data,
             model: self.model,
             model_return: self.model_return,
+            prediction: self.prediction,
+            confirmation: self.confirmation,
             optimal_in_model: self.optimal_in_model,
             updates: self.updates,
             model_steps: self.model_steps,
@@ -114,15 +122,6 @@ impl From<CollectError> for DynaError {
     }
 }
 
-impl From<ImproveError> for DynaError {
-    fn from(error: ImproveError) -> Self {
-        match error {
-            ImproveError::Trial(e) => Self::Trial(e),
-            ImproveError::Observer(e) => Self::Record(e),
-        }
-    }
-}
-
 impl From<io::Error> for DynaError {
     fn from(error: io::Error) -> Self {
         Self::Record(error)
@@ -130,11 +129,16 @@ impl From<io::Error> for DynaError {
 }
 
 impl<L: DynamicsLearner> Dyna<'_, L> {
+    /// Algorithm 1 with `agent`, to be advanced step by step.
+    pub fn begin<A: Agent + Clone>(&self, agent: A) -> Loop<'_, L, A> {
+        Loop::new(self, agent)
+    }
+
     /// Runs Algorithm 1 on the real system `env` with `agent`; `interrupted` is asked often whether to stop.
     ///
     /// # Errors
     /// [`DynaError`]; what `observer` was told before it happened.
-    pub fn run<A: Agent>(
+    pub fn run<A: Agent + Clone>(
         &self,
         env: &mut dyn Environment,
         explorer: &mut dyn Explorer,
@@ -142,136 +146,13 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Learned<L::Model, A::Frozen>, DynaError> {
-        let spec = self.task.spec();
-        let (m, k) = (spec.observation_dim(), spec.action_space.action_dim());
-        let mut data = Dataset::new(m, spec.control_dim(), k, spec.dt);
-        let mut real_rng = self.seed.stream("real system", 0);
-        for _ in 0..self.schedule.warmup_rollouts {
-            let actor = Actor::Explorer(explorer);
-            collect(env, actor, Amount::Steps(self.schedule.rollout_len), &mut data, &mut real_rng, interrupted)?;
-        }
-        observer.on(&Event::Collected { data: &data })?;
-
-        let mut learned = Learned {
-            data,
-            model: None,
-            policy: None,
-            model_return: None,
-            optimal_in_model: false,
-            updates: 0,
-            model_steps: 0,
-            model_rollouts: 0,
-            diverged: 0,
-            left_region: 0,
-            failure: None,
-            interrupted: interrupted(),
-        };
-        if learned.interrupted {
-            return Ok(learned);
-        }
-        let mut fit_rng = self.seed.stream("identification", 0);
-        let model = match self.learner.fit(&learned.data, None, &mut fit_rng) {
-            Ok(Some(model)) => model,
-            Ok(None) => return Ok(learned),
-            Err(FitError::Interrupted) => {
-                learned.interrupted = true;
-                return Ok(learned);
-            }
-            Err(error) => return Err(error.into()),
-        };
-        self.tell(&model, &learned.data, observer)?;
-
-        let schedule = self.schedule;
-        let mut improvement = Improvement {
-            agent,
-            replay: Replay::new(schedule.replay_capacity, m, k),
-            trials: Trials::new(&schedule.optimality),
-            best: None,
-            updates: 0,
-            counts: Counts::default(),
-            rng: self.seed.stream("updates", 0),
-            batch: Batch::zeros(schedule.batch_size, m, k),
-        };
-        let mut model = model;
-        let mut least_short: Option<Tried<A::Frozen>> = None;
-        let mut turn = 0;
-        while !learned.interrupted {
-            let region = Region::around(spec, &learned.data);
-            let worst_value = worst_value(&learned.data, schedule.discount);
-            let imagined = Imagined::new(&model, self.task, self.sensors, &region, worst_value);
-            let stop = improvement.run(&imagined, schedule, self.seed, turn, observer, interrupted)?;
-            turn += 1;
-            match (stop, schedule.imagined_rollouts, improvement.best.clone()) {
-                (Stop::Failed(error), ..) => {
-                    learned.failure = Some(error);
-                    break;
-                }
-                (Stop::Interrupted, ..) => {
-                    learned.interrupted = true;
-                    break;
-                }
-                (Stop::Done { optimal: true }, Rollouts::Count(_), Some(best)) => {
-                    let data = &mut learned.data;
-                    let tried =
-                        confirm(env, &mut improvement, &imagined, best.policy, data, &mut real_rng, interrupted)?;
-                    let kept = tried.kept();
-                    // Fine-tuning may make a policy worse: the one that came nearest to its promise is handed over.
-                    if least_short.as_ref().is_none_or(|least| tried.shortfall() <= least.shortfall()) {
-                        least_short = Some(tried);
-                    }
-                    observer.on(&Event::Collected { data: &learned.data })?;
-                    if kept || improvement.updates >= schedule.optimality.max_updates {
-                        learned.optimal_in_model = true;
-                        break;
-                    }
-                    improvement.trials.renew();
-                }
-                (Stop::Done { optimal }, ..) => {
-                    learned.optimal_in_model = optimal;
-                    break;
-                }
-                (Stop::RealDue, ..) => {
-                    explore(env, &mut improvement, &mut learned.data, &mut real_rng, interrupted)?;
-                    observer.on(&Event::Collected { data: &learned.data })?;
-                }
-            }
-            if schedule.refit == Refit::AfterRollouts {
-                match self.learner.fit(&learned.data, Some(&model), &mut fit_rng) {
-                    Ok(fitted) => model = fitted.unwrap_or(model),
-                    Err(FitError::Interrupted) => {
-                        learned.interrupted = true;
-                        break;
-                    }
-                    Err(error) => return Err(error.into()),
-                }
-                self.tell(&model, &learned.data, observer)?;
-                improvement.start_over();
+        let mut begun = self.begin(agent);
+        while !begun.has_ended() {
+            begun.advance(env, explorer, observer, interrupted)?;
+            if interrupted() {
+                break;
             }
         }
-        if let Some(tried) = least_short {
-            improvement.keep(tried.policy);
-        }
-        learned.updates = improvement.updates;
-        learned.model_steps = improvement.counts.steps;
-        learned.model_rollouts = improvement.counts.rollouts;
-        learned.diverged = improvement.counts.diverged;
-        learned.left_region = improvement.counts.left_region;
-        learned.model_return = improvement.best.as_ref().map(|best| best.model_return);
-        learned.policy = improvement.best.map(|best| best.policy);
-        learned.model = Some(model);
-        Ok(learned)
+        Ok(begun.finish())
     }
-
-    /// Tells `observer` of `model`, fitted to `data`.
-    fn tell(&self, model: &L::Model, data: &Dataset, observer: &mut dyn Observer) -> io::Result<()> {
-        let rows = self.learner.rows(model, data);
-        observer.on(&Event::Fitted { rows, description: &self.learner.describe(model) })
-    }
-}
-
-/// The value of being paid the worst reward seen for ever, or nothing if that is better for no one:
-/// min(0, min r) / (1 − γ).
-fn worst_value(data: &Dataset, discount: f64) -> f64 {
-    let worst = data.rollouts().flat_map(|r| r.rewards.to_vec()).fold(0.0, f64::min);
-    worst / (1.0 - discount)
 }

@@ -41,6 +41,43 @@ impl Policy for Uniform {
     }
 }
 
+/// One action, always.
+#[derive(Debug, Clone)]
+pub(crate) struct Holding(Vec<f64>);
+
+impl Holding {
+    /// The middle of a box and its ends in every direction; every numbered action.
+    pub(crate) fn each(space: &Space) -> Vec<Self> {
+        match space {
+            Space::Discrete { controls } => (0..controls.nrows()).map(|row| Self(vec![row as f64])).collect(),
+            Space::Box { low, high } => {
+                let middle: Vec<f64> = low.iter().zip(high).map(|(low, high)| 0.5 * (low + high)).collect();
+                let with = |(i, value): (usize, f64)| {
+                    let mut action = middle.clone();
+                    action[i] = value;
+                    Self(action)
+                };
+                let ends = low.iter().copied().enumerate().chain(high.iter().copied().enumerate());
+                ends.map(with).chain([Self(middle.clone())]).collect()
+            }
+        }
+    }
+}
+
+impl Policy for Holding {
+    fn act_batch(
+        &self,
+        _observations: ArrayView2<'_, f64>,
+        _mode: Mode,
+        _rng: &mut Rng,
+        mut actions: ArrayViewMut2<'_, f64>,
+    ) {
+        for mut action in actions.rows_mut() {
+            action.iter_mut().zip(&self.0).for_each(|(slot, value)| *slot = *value);
+        }
+    }
+}
+
 /// Pushes in alternating directions, with occasional random ones: what keeps a balancing system alive longest
 /// (Arora et al. 2022, §4, "Discrete Classic").
 ///

@@ -1,70 +1,71 @@
 //! Rollouts inside the learned model.
 
+use std::sync::Arc;
+
 use ndarray::{Array2, ArrayView1};
 use rand::RngExt as _;
 use sindyna_core::{
-    Bounded, Dynamics, EnvError, Environment, Mode, Observe, Outcome, Policy, Region, Replay, Rng, Seed, Simulated,
-    Spec, Task, Transition,
+    Bounded, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Replay, Rng, Seed, Sensors, Simulated, Spec, Task,
+    Transition,
 };
 
 use crate::Schedule;
+use crate::belief::Belief;
 use crate::explore::uniform_action;
 
-/// The learned model as an environment that does not let a policy live where the model knows nothing.
+/// A learned model as an environment in which it does not pay to leave the data for nothing.
 ///
-/// A rollout that leaves the trusted [`Region`] ends at its border, charged with `worst_value`: what the worst reward
-/// known, paid for ever, would be worth. So a policy gains nothing by going where the model was never compared with
-/// reality, and nobody ever sees how far beyond the border a wild model went.
-pub struct Imagined<'a, M> {
-    inner: Simulated<Bounded<&'a M>, &'a dyn Task, &'a dyn Observe>,
-    region: &'a Region,
-    worst_value: f64,
+/// A step that ends outside of the support of the data is charged p e / (1 + e), where e is how far, in half widths of the data, and p
+/// a tenth of the spread of the rewards. So a policy goes there if the task pays for it, and stays where the model was compared
+/// with the system where the task does not care. A rollout that goes beyond all that a model is followed to ends there, charged with what
+/// the worst reward, paid for ever, would be worth.
+pub(crate) struct Imagined<'a> {
+    inner: Simulated<Bounded<Arc<dyn Dynamics>>, &'a dyn Task, Arc<Sensors>>,
+    belief: Belief<'a>,
     left: bool,
+    /// What was charged since the last reset.
+    charged: f64,
     before: Vec<f64>,
 }
 
-impl<'a, M: Dynamics> Imagined<'a, M> {
-    /// `model` under `task`, seen through `sensors`, trusted in `region`.
-    pub fn new(
-        model: &'a M,
-        task: &'a dyn Task,
-        sensors: &'a dyn Observe,
-        region: &'a Region,
-        worst_value: f64,
-    ) -> Self {
-        let bounded = Bounded::new(model, &task.spec().state);
-        let before = vec![0.0; task.spec().state_dim()];
-        Self { inner: Simulated::new(bounded, task, sensors), region, worst_value, left: false, before }
+impl<'a> Imagined<'a> {
+    /// Imagined system `i` of those that go by `belief`.
+    pub(crate) fn new(belief: &Belief<'a>, i: usize) -> Self {
+        let spec = belief.task.spec();
+        let bounded = Bounded::new(belief.model(i), &spec.state);
+        let before = vec![0.0; spec.state_dim()];
+        let inner = Simulated::new(bounded, belief.task, belief.sensors.clone());
+        Self { inner, belief: belief.clone(), left: false, charged: 0.0, before }
     }
 
-    /// Whether the last step left the trusted region.
-    pub fn left_region(&self) -> bool {
+    /// Whether the last step went beyond all that a model is followed to.
+    fn left_region(&self) -> bool {
         self.left
     }
 
-    /// Another system like this one, sharing the model.
-    fn twin(&self) -> Self {
-        let Self { inner, region, worst_value, before, .. } = self;
-        Self { inner: inner.clone(), region, worst_value: *worst_value, left: false, before: before.clone() }
+    /// Begins an episode in state `x` (n).
+    pub(crate) fn reset_to(&mut self, x: &[f64], rng: &mut Rng) {
+        (self.left, self.charged) = (false, 0.0);
+        self.inner.reset_to(x, rng);
     }
 
-    /// Begins a rollout anywhere in the trusted region that is not already an end.
+    /// Begins a rollout anywhere in and around the data that is not already an end.
     fn scatter(&mut self, rng: &mut Rng) {
         const TRIES: usize = 100;
         let mut x = vec![0.0; self.inner.spec().state_dim()];
         for _ in 0..TRIES {
-            self.region.sample(rng, &mut x);
+            self.belief.support.draw(rng, &mut x);
             if !self.inner.task().terminated(&x) {
-                return self.inner.reset_to(&x, rng);
+                return self.reset_to(&x, rng);
             }
         }
-        // Nearly every state of the region ends the task: begin where the task does.
+        // Nearly every state there ends the task: begin where the task does.
         self.inner.task().initial(rng, &mut x);
-        self.inner.reset_to(&x, rng);
+        self.reset_to(&x, rng);
     }
 }
 
-impl<M: Dynamics> Environment for Imagined<'_, M> {
+impl Environment for Imagined<'_> {
     fn spec(&self) -> &Spec {
         self.inner.spec()
     }
@@ -74,7 +75,7 @@ impl<M: Dynamics> Environment for Imagined<'_, M> {
     }
 
     fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
-        self.left = false;
+        (self.left, self.charged) = (false, 0.0);
         self.inner.reset(rng)
     }
 
@@ -82,30 +83,45 @@ impl<M: Dynamics> Environment for Imagined<'_, M> {
         self.left = false;
         self.before.copy_from_slice(self.inner.state());
         let outcome = self.inner.step(action, rng)?;
-        if self.region.contains(self.inner.state()) {
-            return Ok(outcome);
+        let (support, stakes) = (&self.belief.support, self.belief.stakes);
+        if support.contains(self.inner.state()) {
+            let excess = support.excess(self.inner.state());
+            let charge = stakes.penalty * excess / (1.0 + excess);
+            self.charged += charge;
+            return Ok(Outcome { reward: outcome.reward - charge, ..outcome });
         }
         let mut border = self.inner.state().to_vec();
-        self.region.clamp(&mut border);
+        support.clamp(&mut border);
         let reward = self.inner.task().reward(&self.before, action, self.inner.control(), &border);
         self.inner.reset_to(&border, rng);
         // Where the task itself ends, the task says what that costs.
-        self.left = !outcome.terminated;
-        let reward = if self.left { reward + self.worst_value } else { reward };
+        self.left = !self.inner.task().terminated(&border);
+        let reward = if self.left { reward + stakes.worst_value } else { reward };
         Ok(Outcome { reward, terminated: true, truncated: false })
     }
 }
 
 /// An imagined system for trials, where a diverging model is a bad outcome instead of an error.
-pub(crate) struct Trial<'a, M>(Imagined<'a, M>);
+pub(crate) struct Trial<'a>(Imagined<'a>);
 
-impl<'a, M: Dynamics> Trial<'a, M> {
-    pub(crate) fn like(prototype: &Imagined<'a, M>) -> Self {
-        Self(prototype.twin())
+impl<'a> Trial<'a> {
+    /// Imagined system `i` of those that go by `belief`.
+    pub(crate) fn new(belief: &Belief<'a>, i: usize) -> Self {
+        Self(Imagined::new(belief, i))
+    }
+
+    /// Begins an episode in state `x` (n).
+    pub(crate) fn reset_to(&mut self, x: &[f64], rng: &mut Rng) {
+        self.0.reset_to(x, rng);
+    }
+
+    /// What was charged for going far from the data since the last reset.
+    pub(crate) fn charged(&self) -> f64 {
+        self.0.charged
     }
 }
 
-impl<M: Dynamics> Environment for Trial<'_, M> {
+impl Environment for Trial<'_> {
     fn spec(&self) -> &Spec {
         self.0.spec()
     }
@@ -121,7 +137,7 @@ impl<M: Dynamics> Environment for Trial<'_, M> {
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
         match self.0.step(action, rng) {
             Err(EnvError::Diverged(_)) => {
-                Ok(Outcome { reward: self.0.worst_value, terminated: true, truncated: false })
+                Ok(Outcome { reward: self.0.belief.stakes.worst_value, terminated: true, truncated: false })
             }
             other => other,
         }
@@ -137,47 +153,40 @@ pub(crate) struct Counts {
     pub(crate) left_region: u64,
 }
 
-impl Counts {
-    pub(crate) fn plus(self, other: Self) -> Self {
-        Self {
-            steps: self.steps + other.steps,
-            rollouts: self.rollouts + other.rollouts,
-            diverged: self.diverged + other.diverged,
-            left_region: self.left_region + other.left_region,
-        }
-    }
-}
-
 /// Who acts in imagination.
 pub(crate) enum Dreamer<'a> {
     Random,
     Policy(&'a dyn Policy),
 }
 
-struct World<'a, M> {
-    env: Imagined<'a, M>,
+struct World<'a> {
+    env: Imagined<'a>,
     rng: Rng,
     age: usize,
     before: Vec<f64>,
 }
 
 /// Many imagined systems side by side.
-pub(crate) struct Imagination<'a, M> {
-    worlds: Vec<World<'a, M>>,
+pub(crate) struct Imagination<'a> {
+    pub(crate) belief: Belief<'a>,
+    worlds: Vec<World<'a>>,
     horizon: usize,
     scattered: f64,
     observations: Array2<f64>,
     actions: Array2<f64>,
     rng: Rng,
-    pub(crate) counts: Counts,
+    /// Rollouts ended here.
+    pub(crate) rollouts: u64,
+    /// Rollouts cut here because the model diverged.
+    pub(crate) diverged: u64,
 }
 
-impl<'a, M: Dynamics> Imagination<'a, M> {
-    pub(crate) fn new(prototype: &Imagined<'a, M>, schedule: &Schedule, seed: Seed, turn: u64) -> Self {
-        let spec = prototype.spec();
+impl<'a> Imagination<'a> {
+    pub(crate) fn new(belief: Belief<'a>, schedule: &Schedule, seed: Seed, turn: u64) -> Self {
+        let spec = belief.task.spec();
         let n = schedule.worlds;
         let worlds = (0..n).map(|i| World {
-            env: prototype.twin(),
+            env: Imagined::new(&belief, i),
             rng: seed.stream("imagined world", turn << 32 | i as u64),
             // Staggered, so that the worlds do not all begin anew in the same turn.
             age: i * schedule.imagined_len / n.max(1),
@@ -190,7 +199,9 @@ impl<'a, M: Dynamics> Imagination<'a, M> {
             observations: Array2::zeros((n, spec.observation_dim())),
             actions: Array2::zeros((n, spec.action_space.action_dim())),
             rng: seed.stream("imagined actions", turn),
-            counts: Counts::default(),
+            belief,
+            rollouts: 0,
+            diverged: 0,
         };
         for world in &mut all.worlds {
             let age = world.age;
@@ -200,8 +211,8 @@ impl<'a, M: Dynamics> Imagination<'a, M> {
         all
     }
 
-    /// Steps every world once and remembers what happened.
-    pub(crate) fn turn(&mut self, dreamer: &Dreamer<'_>, replay: &mut Replay) {
+    /// Steps every world once, remembers what happened, and counts it.
+    pub(crate) fn turn(&mut self, dreamer: &Dreamer<'_>, replay: &mut Replay, counts: &mut Counts) {
         for (world, mut row) in self.worlds.iter_mut().zip(self.observations.rows_mut()) {
             row.assign(&ArrayView1::from(world.env.observation()));
         }
@@ -216,18 +227,21 @@ impl<'a, M: Dynamics> Imagination<'a, M> {
                 }
             }
         }
+        let before = *counts;
         for (world, action) in self.worlds.iter_mut().zip(self.actions.rows()) {
             let action = action.to_slice().expect("rows are contiguous");
-            world.step(action, replay, &mut self.counts);
+            world.step(action, replay, counts);
             if world.age >= self.horizon {
-                self.counts.rollouts += 1;
+                counts.rollouts += 1;
                 world.begin(self.scattered);
             }
         }
+        self.rollouts += counts.rollouts - before.rollouts;
+        self.diverged += counts.diverged - before.diverged;
     }
 }
 
-impl<M: Dynamics> World<'_, M> {
+impl World<'_> {
     fn begin(&mut self, scattered: f64) {
         self.age = 0;
         if self.rng.random_bool(scattered) {

@@ -7,20 +7,24 @@
 //! Not here: names, files, clocks, terminals; what a model or an agent is made of.
 
 mod algorithm;
+mod belief;
 mod collect;
+mod cycle;
 mod evaluate;
 mod explore;
 mod imagine;
-mod improve;
 mod online;
 mod optimality;
+mod predict;
 mod real;
 mod schedule;
 
 pub use algorithm::{Dyna, DynaError, Learned};
+pub use cycle::{Loop, Phase};
 pub use evaluate::evaluate;
 pub use explore::{Alternating, Swings, Uniform};
-pub use imagine::Imagined;
 pub use online::{Branches, Check, Checks, Online, OnlineSchedule, Practised};
 pub use optimality::Optimality;
+pub use predict::Prediction;
+pub use real::Confirmation;
 pub use schedule::{Refit, Rollouts, Schedule};

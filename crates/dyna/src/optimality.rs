@@ -1,56 +1,70 @@
 //! When to stop improving: the rule behind "while π is not optimal" of Algorithm 1.
 
-/// A policy is optimal in the model when `patience` trials in a row gained less than `tolerance` over the best so
-/// far, and that best reaches `target` where one is declared. A best that reaches it in every episode of its trial, not only on
-/// average, needs no more than `patience_when_sure`. After `max_updates` training ends in any case.
+/// A policy is optimal in the model when
+/// - `settled` trials in a row came within `tolerance` of the best so far, and that is better than what one action held all the time earns: the policy has
+///   learned something, does not change any more, and stays where the model was compared with the system; or
+/// - `patience` trials in a row gained less than `gain` over the best so far; or
+/// - every episode of a trial came within `gain` of the highest return there can be, where that is known.
 ///
-/// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states.
+/// After `max_updates` training ends in any case.
+///
+/// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states. What return would be good enough is no part of the rule:
+/// that is for the evaluation, which the learner does not see.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Optimality {
     /// Updates between two trials.
     pub trial_every: u64,
     /// Start states of a trial.
     pub trial_episodes: usize,
-    /// Trials without gain that end training.
-    pub patience: usize,
-    /// The same once the best reached `target` in every episode of its trial.
-    pub patience_when_sure: usize,
-    /// What counts as a gain, as a share of the best return's magnitude.
+    /// Trials in a row near the best that end training.
+    pub settled: usize,
+    /// What counts as near, as a share of the best return's magnitude.
     pub tolerance: f64,
-    /// Mean return below which the best is not good enough to stop, whatever the patience.
-    pub target: Option<f64>,
+    /// Trials without gain that end training, whatever they return.
+    pub patience: usize,
+    /// What counts as a gain, as a share of the best return's magnitude.
+    pub gain: f64,
     /// Updates after which training ends.
     pub max_updates: u64,
 }
 
 /// The trials so far and what they say.
-#[derive(Debug, Clone)]
-pub(crate) struct Trials<'a> {
-    rule: &'a Optimality,
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Trials {
     best: Option<f64>,
-    /// Whether the best reached the target in every episode.
-    sure: bool,
+    /// Whether the best can hardly be exceeded.
+    perfect: bool,
+    /// What the best was charged for going far from the data.
+    charged: f64,
     /// The best when patience last began anew.
     reference: Option<f64>,
     without_gain: usize,
+    /// Mean return of every trial.
+    means: Vec<f64>,
+    /// The best return of one action held all the time.
+    held: Option<f64>,
 }
 
-impl<'a> Trials<'a> {
-    pub(crate) fn new(rule: &'a Optimality) -> Self {
-        Self { rule, best: None, sure: false, reference: None, without_gain: 0 }
+impl Trials {
+    /// The trials of a policy, where one action held all the time earns at best `held`.
+    pub(crate) fn beside(held: Option<f64>) -> Self {
+        Self { held, ..Self::default() }
     }
 
-    /// Notes a trial's returns; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer.
-    pub(crate) fn note(&mut self, returns: &[f64]) -> bool {
-        let mean_return = returns.iter().sum::<f64>() / returns.len() as f64;
-        // A return that is no number is no gain.
+    /// Notes a trial's returns, what of them was `charged` on average for going far from the data already taken off; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer. No return can
+    /// be above `ceiling`, where that is known.
+    pub(crate) fn note(&mut self, rule: &Optimality, (returns, charged): (&[f64], f64), ceiling: Option<f64>) -> bool {
+        let mean_return = returns.iter().sum::<f64>() / returns.len().max(1) as f64;
+        // A return that is NaN is no gain.
         let mean_return = if mean_return.is_nan() { f64::NEG_INFINITY } else { mean_return };
+        self.means.push(mean_return);
         let is_best = self.best.is_none_or(|best| mean_return >= best);
         if is_best {
-            self.best = Some(mean_return);
-            self.sure = self.rule.target.is_some_and(|target| returns.iter().all(|r| *r >= target));
+            (self.best, self.charged) = (Some(mean_return), charged);
+            let enough = |ceiling: f64| returns.iter().all(|r| *r >= ceiling - rule.gain * ceiling.abs());
+            self.perfect = ceiling.is_some_and(enough);
         }
-        let gains = self.reference.is_none_or(|r| mean_return - r > self.rule.tolerance * r.abs());
+        let gains = self.reference.is_none_or(|r| mean_return - r > rule.gain * r.abs());
         if gains {
             self.reference = Some(mean_return);
             self.without_gain = 0;
@@ -60,29 +74,23 @@ impl<'a> Trials<'a> {
         is_best
     }
 
-    /// The rule the trials are judged by.
-    pub(crate) fn rule(&self) -> &'a Optimality {
-        self.rule
-    }
-
     /// Grants the full patience again: what was optimal did not hold.
     pub(crate) fn renew(&mut self) {
         self.without_gain = 0;
     }
 
-    /// The best mean return so far.
-    pub(crate) fn best(&self) -> Option<f64> {
-        self.best
+    /// Whether the best policy goes far from the data, as far as `rule` is concerned.
+    pub(crate) fn is_far(&self, rule: &Optimality) -> bool {
+        self.best.is_some_and(|best| self.charged > rule.tolerance * best.abs())
     }
 
-    /// Whether the rule calls the best policy optimal.
-    pub(crate) fn optimal(&self) -> bool {
-        let good_enough = match (self.best, self.rule.target) {
-            (Some(best), Some(target)) => best >= target,
-            (best, _) => best.is_some(),
-        };
-        let Optimality { patience, patience_when_sure, .. } = *self.rule;
-        good_enough && self.without_gain >= if self.sure { patience.min(patience_when_sure) } else { patience }
+    /// Whether `rule` calls the best policy optimal.
+    pub(crate) fn optimal(&self, rule: &Optimality) -> bool {
+        let Some(best) = self.best else { return false };
+        let near = |mean: &f64| *mean >= best - rule.tolerance * best.abs();
+        let settled = self.means.len() >= rule.settled && self.means.iter().rev().take(rule.settled).all(near);
+        let learned = self.held.is_none_or(|held| best > held + rule.tolerance * held.abs());
+        self.perfect || (settled && learned && !self.is_far(rule)) || self.without_gain >= rule.patience
     }
 }
 
@@ -90,61 +98,55 @@ impl<'a> Trials<'a> {
 mod tests {
     use super::*;
 
-    fn rule(target: Option<f64>) -> Optimality {
+    fn rule() -> Optimality {
         Optimality {
             trial_every: 1,
             trial_episodes: 1,
+            settled: 3,
+            tolerance: 0.03,
             patience: 2,
-            patience_when_sure: 1,
-            tolerance: 0.01,
-            target,
+            gain: 0.01,
             max_updates: 100,
         }
     }
 
     #[test]
     fn small_gains_are_kept_but_do_not_renew_patience() {
-        let rule = rule(None);
-        let mut trials = Trials::new(&rule);
-        assert!(trials.note(&[-200.0]) && !trials.optimal());
-        assert!(trials.note(&[-199.5]), "better, so it is kept");
-        assert!(!trials.optimal());
-        assert!(!trials.note(&[-300.0]));
-        assert!(trials.optimal(), "two trials without a gain of 1 %");
-        assert_eq!(trials.best(), Some(-199.5));
-        assert!(trials.note(&[-150.0]));
-        assert!(!trials.optimal(), "a real gain renews patience");
+        let (rule, mut trials) = (rule(), Trials::default());
+        assert!(trials.note(&rule, (&[-200.0], 0.0), None) && !trials.optimal(&rule));
+        assert!(trials.note(&rule, (&[-199.5], 0.0), None), "better, so it is kept");
+        assert!(!trials.optimal(&rule));
+        assert!(!trials.note(&rule, (&[-300.0], 0.0), None));
+        assert!(trials.optimal(&rule), "two trials without a gain of 1 %");
+        assert!(trials.note(&rule, (&[-150.0], 0.0), None));
+        assert!(!trials.optimal(&rule), "a real gain renews patience");
     }
 
     #[test]
     fn of_equal_trials_the_later_is_kept() {
-        let rule = rule(Some(90.0));
-        let mut trials = Trials::new(&rule);
-        assert!(trials.note(&[100.0]) && trials.note(&[100.0]) && !trials.note(&[99.0]));
+        let (rule, mut trials) = (rule(), Trials::default());
+        assert!(trials.note(&rule, (&[100.0], 0.0), None) && trials.note(&rule, (&[100.0], 0.0), None));
+        assert!(!trials.note(&rule, (&[99.0], 0.0), None));
     }
 
     #[test]
-    fn below_the_target_nothing_is_optimal() {
-        let rule = rule(Some(90.0));
-        let mut trials = Trials::new(&rule);
-        for _ in 0..10 {
-            trials.note(&[0.0]);
+    fn a_policy_that_does_not_change_any_more_needs_less_patience_if_it_has_learned_something() {
+        let rule = Optimality { patience: 100, ..rule() };
+        let (mut idle, mut trials) = (Trials::beside(Some(99.0)), Trials::beside(Some(20.0)));
+        for (mean, settled) in [(100.0, false), (40.0, false), (98.0, false), (99.0, false), (97.5, true)] {
+            trials.note(&rule, (&[mean], 0.0), None);
+            idle.note(&rule, (&[mean], 0.0), None);
+            assert_eq!(trials.optimal(&rule), settled, "{mean}");
+            assert!(!idle.optimal(&rule), "holding one action earns as much");
         }
-        assert!(!trials.optimal());
-        trials.note(&[85.0, 105.0]);
-        trials.note(&[85.0, 105.0]);
-        assert!(!trials.optimal(), "one trial without gain is enough only for a best that never fails");
-        trials.note(&[85.0, 105.0]);
-        assert!(trials.optimal());
     }
 
     #[test]
-    fn a_best_that_reaches_the_target_in_every_episode_needs_less_patience() {
-        let rule = rule(Some(90.0));
-        let mut trials = Trials::new(&rule);
-        trials.note(&[91.0, 105.0]);
-        assert!(!trials.optimal());
-        trials.note(&[80.0, 80.0]);
-        assert!(trials.optimal());
+    fn the_highest_return_there_can_be_needs_no_patience() {
+        let (rule, mut trials) = (rule(), Trials::default());
+        trials.note(&rule, (&[100.0, 90.0], 0.0), Some(100.0));
+        assert!(!trials.optimal(&rule), "one episode may still gain");
+        trials.note(&rule, (&[100.0, 99.5], 0.0), Some(100.0));
+        assert!(trials.optimal(&rule));
     }
 }

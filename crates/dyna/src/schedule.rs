@@ -2,13 +2,16 @@
 
 use crate::Optimality;
 
-/// A number of rollouts that may have no end.
+/// N of Algorithm 1: how long a policy is improved in the model before the real system is asked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rollouts {
-    /// So many.
+    /// So many imagined rollouts. A policy that is optimal in the model has one real episode to keep what the model promises.
     Count(u64),
-    /// As many as it takes: the model is trusted until the policy is optimal in it.
+    /// As many as it takes: the model is trusted until the policy is optimal in it, and the real system is not asked again.
     Unlimited,
+    /// Unlimited where the model explains the data down to rounding; elsewhere until the policy is optimal in the model, which one real
+    /// episode then has to confirm.
+    Auto,
 }
 
 /// Whether a model changes when more real data come in.
@@ -35,7 +38,7 @@ pub struct Schedule {
     pub worlds: usize,
     /// Steps after which an imagined rollout is cut and begun anew elsewhere.
     pub imagined_len: usize,
-    /// Share of imagined rollouts that begin anywhere in the trusted region instead of where the task begins, 0 to 1.
+    /// Share of imagined rollouts that begin anywhere in and around the data instead of where the task begins, 0 to 1.
     pub scattered_starts: f64,
     /// Imagined steps with uniformly random actions before the first update.
     pub random_steps: usize,
@@ -45,7 +48,9 @@ pub struct Schedule {
     pub batch_size: usize,
     /// Transitions remembered.
     pub replay_capacity: usize,
-    /// Discount of the value charged for leaving the trusted region; the agent's own.
+    /// Real steps that may be made in all; an episode that might go beyond is not begun. `None` for as many as it takes.
+    pub max_real_steps: Option<usize>,
+    /// Discount of the value charged for leaving all that the model is followed to; the agent's own.
     pub discount: f64,
     /// When a policy counts as optimal in the model.
     pub optimality: Optimality,

@@ -55,10 +55,13 @@ pub(crate) struct Warmup {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ImaginationConfig {
-    /// N of Algorithm 1; `"inf"` or a number.
+    /// N of Algorithm 1; `"auto"`, `"inf"` or a number.
     pub(crate) rollouts_per_real: String,
     /// Whether the model is fitted anew after every real rollout.
     pub(crate) refit: bool,
+    /// Real steps at most in all, warm-up included; none for as many as it takes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) max_real_steps: Option<usize>,
     pub(crate) worlds: usize,
     pub(crate) rollout_len: usize,
     pub(crate) scattered_starts: f64,
@@ -73,16 +76,25 @@ pub(crate) struct ImaginationConfig {
 pub(crate) struct OptimalityConfig {
     pub(crate) trial_every: u64,
     pub(crate) trial_episodes: usize,
+    /// Trials in a row within `tolerance` of the best; never in older files, which waited for `patience`.
+    #[serde(default = "never")]
+    pub(crate) settled: usize,
     pub(crate) patience: usize,
-    /// The same once every episode of the best trial reached the mark; as many as `patience` in older files.
-    #[serde(default = "no_fewer")]
-    pub(crate) patience_when_sure: usize,
+    #[serde(default = "one_percent")]
+    pub(crate) gain: f64,
+    /// Of older files, without a meaning: training does not know what return counts as solved.
+    #[serde(default, rename = "patience_when_sure", skip_serializing)]
+    pub(crate) _patience_when_sure: Option<usize>,
     pub(crate) tolerance: f64,
     pub(crate) max_updates: u64,
 }
 
-fn no_fewer() -> usize {
-    1_000_000
+fn never() -> usize {
+    usize::MAX
+}
+
+fn one_percent() -> f64 {
+    0.01
 }
 
 /// An agent for whatever actions there are.
@@ -125,8 +137,9 @@ impl TrainConfig {
             warmup: Warmup { rollouts: 1, rollout_len: 10, explorer: "swings".into() },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
-                rollouts_per_real: "inf".into(),
-                refit: false,
+                rollouts_per_real: "auto".into(),
+                refit: true,
+                max_real_steps: None,
                 worlds: 32,
                 rollout_len: spec.max_steps.min(200),
                 scattered_starts: 0.5,
@@ -136,12 +149,12 @@ impl TrainConfig {
             },
             optimality: OptimalityConfig {
                 trial_every: 250,
-                trial_episodes: 100,
-                // Where a mark says what is good enough, waiting for more pays less.
-                patience: if spec.solved_at.is_some() { 5 } else { 20 },
-                // A hundred episodes of a hundred: one in thirty may still fail, which the mean forgives.
-                patience_when_sure: 2,
-                tolerance: 0.01,
+                trial_episodes: 32,
+                settled: 5,
+                patience: 20,
+                gain: 0.01,
+                _patience_when_sure: None,
+                tolerance: 0.02,
                 max_updates: 60_000,
             },
             sac: SacConfig {
@@ -152,6 +165,7 @@ impl TrainConfig {
                 batch_size: 128,
                 initial_temperature: 0.1,
                 reward_scale: 0.1,
+                averaging: 0.01,
                 ..SacConfig::default()
             },
             evaluation_episodes: 100,
@@ -183,10 +197,13 @@ impl TrainConfig {
 
     fn rollouts_per_real(&self) -> Result<Rollouts, Failure> {
         match self.imagination.rollouts_per_real.as_str() {
+            "auto" => Ok(Rollouts::Auto),
             "inf" => Ok(Rollouts::Unlimited),
             text => match text.parse() {
                 Ok(n) if n > 0 => Ok(Rollouts::Count(n)),
-                _ => Err(Failure::new(format!("--imagined-rollouts must be `inf` or a number from 1, got `{text}`"))),
+                _ => Err(Failure::new(format!(
+                    "--imagined-rollouts must be `auto`, `inf` or a number from 1, got `{text}`"
+                ))),
             },
         }
     }
@@ -219,7 +236,7 @@ impl TrainConfig {
     }
 
     /// The schedule these settings describe.
-    pub(crate) fn schedule(&self, spec: &Spec) -> Result<Schedule, Failure> {
+    pub(crate) fn schedule(&self) -> Result<Schedule, Failure> {
         Ok(Schedule {
             warmup_rollouts: self.warmup.rollouts,
             rollout_len: self.warmup.rollout_len,
@@ -232,14 +249,15 @@ impl TrainConfig {
             updates_per_turn: self.imagination.updates_per_turn,
             batch_size: self.sac.batch_size,
             replay_capacity: self.imagination.replay_capacity,
+            max_real_steps: self.imagination.max_real_steps,
             discount: self.sac.discount,
             optimality: Optimality {
                 trial_every: self.optimality.trial_every,
                 trial_episodes: self.optimality.trial_episodes,
+                settled: self.optimality.settled,
                 patience: self.optimality.patience,
-                patience_when_sure: self.optimality.patience_when_sure,
+                gain: self.optimality.gain,
                 tolerance: self.optimality.tolerance,
-                target: spec.solved_at,
                 max_updates: self.optimality.max_updates,
             },
         })

@@ -1,6 +1,8 @@
 //! SINDy as a learner whose models remember how they were found.
 
-use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Rng};
+use std::sync::Arc;
+
+use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Knowledge, Rng};
 use sindyna_sindy::{Identified, Identifier, Watch};
 
 use crate::interrupt::Interrupt;
@@ -24,9 +26,16 @@ impl Dynamics for Fitted {
 impl DynamicsLearner for Learner {
     type Model = Fitted;
 
-    fn fit(&self, data: &Dataset, _previous: Option<&Fitted>, _rng: &mut Rng) -> Result<Option<Fitted>, FitError> {
+    fn fit(
+        &self,
+        data: &Dataset,
+        _previous: Option<&Fitted>,
+        _rng: &mut Rng,
+    ) -> Result<Option<Knowledge<Fitted>>, FitError> {
         let go_on = || !self.interrupt.pressed();
-        self.identifier.identify_watched(data, &Watch::going_on(&go_on)).map(|identified| Some(Fitted(identified)))
+        let identified = self.identifier.identify_watched(data, &Watch::going_on(&go_on))?;
+        let Knowledge { certainty, posterior, sensor_noise, .. } = identified.clone().knowledge(self.identifier.spec());
+        Ok(Some(Knowledge { model: Arc::new(Fitted(identified)), certainty, posterior, sensor_noise }))
     }
 
     fn rows(&self, model: &Fitted, _data: &Dataset) -> usize {

@@ -53,6 +53,9 @@ impl Progress {
             (_, Event::Imagined { updates, mean_return, best_return }) => self.say(&format!(
                 "training: {updates} updates, return in the model {mean_return:.1}, best {best_return:.1}"
             )),
+            (_, Event::Confirmed { real, promised }) => {
+                self.say(&format!("real episode of the policy: return {real:.1}, {promised:.1} expected by the model"))
+            }
             (_, Event::Collected { data }) => self.say(&format!(
                 "collected: {} real steps in {} episode{}",
                 data.n_steps(),

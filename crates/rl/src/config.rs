@@ -24,6 +24,12 @@ pub struct SacConfig {
     pub target_entropy: Option<f64>,
     /// Factor on every reward before it is learned from.
     pub reward_scale: f64,
+    /// Share of the actor's weights that enters their average in every update. The policy that is handed over has averaged weights, which change less from
+    /// update to update; with 1 it is the actor itself.
+    ///
+    /// # References
+    /// Polyak, Juditsky (1992), SIAM J. Control Optim. 30, "Acceleration of stochastic approximation by averaging".
+    pub averaging: f64,
 }
 
 impl Default for SacConfig {
@@ -37,6 +43,7 @@ impl Default for SacConfig {
             initial_temperature: 1.0,
             target_entropy: None,
             reward_scale: 1.0,
+            averaging: 1.0,
         }
     }
 }
@@ -55,7 +62,8 @@ impl SacConfig {
         setting("batch_size", self.batch_size as f64, "at least 1", self.batch_size > 0)?;
         setting("initial_temperature", self.initial_temperature, "above 0", self.initial_temperature > 0.0)?;
         setting("target_entropy", self.target_entropy.unwrap_or(0.0), "finite", true)?;
-        setting("reward_scale", self.reward_scale, "above 0", self.reward_scale > 0.0)
+        setting("reward_scale", self.reward_scale, "above 0", self.reward_scale > 0.0)?;
+        setting("averaging", self.averaging, "above 0 and at most 1", self.averaging > 0.0 && self.averaging <= 1.0)
     }
 }
 

@@ -20,6 +20,25 @@ impl Scaling {
         Self { center: vec![0.0; n_observed], scale: vec![1.0; n_observed] }
     }
 
+    /// The scaling for observations of each `(mean, standard deviation)`: what is spread evenly becomes about −1..1. A deviation
+    /// that cannot be divided by counts as 1.
+    #[must_use]
+    pub fn standard(observations: &[(f64, f64)]) -> Self {
+        // Half the width of a uniform distribution, in standard deviations.
+        let half = 3.0_f64.sqrt();
+        let (center, scale) = observations.iter().map(|(mean, deviation)| (*mean, half * deviation)).unzip();
+        let mut scaling = Self { center, scale };
+        for (center, scale) in scaling.center.iter_mut().zip(&mut scaling.scale) {
+            if !(scale.is_finite() && *scale > 0.0 && (1.0 / *scale).is_finite()) {
+                *scale = 1.0;
+            }
+            if !center.is_finite() {
+                *center = 0.0;
+            }
+        }
+        scaling
+    }
+
     /// Number of observed values.
     #[must_use]
     pub fn width(&self) -> usize {

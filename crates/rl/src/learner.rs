@@ -18,6 +18,8 @@ pub(crate) struct Learner {
     pub(crate) config: SacConfig,
     pub(crate) actor_adam: Adam,
     pub(crate) actor_gradients: Vec<f32>,
+    /// Weights of the actor, averaged over updates.
+    average: Vec<f32>,
     pub(crate) critics: [Critic; 2],
     pub(crate) temperature: Temperature,
     /// Soft Bellman targets (B).
@@ -53,6 +55,7 @@ impl Learner {
         let learner = Self {
             actor_adam: Adam::new(net.params.len(), config.learning_rate),
             actor_gradients: vec![0.0; net.params.len()],
+            average: net.params.clone(),
             critics,
             temperature,
             config,
@@ -142,6 +145,20 @@ impl Learner {
         let Self { pass, d_heads, deltas, actor_gradients, .. } = self;
         pass.backward_params(&actor.net, observations, d_heads, deltas, actor_gradients);
         self.actor_adam.step(&mut actor.net.params, &self.actor_gradients);
+        // Of few updates all count alike.
+        let share = self.config.averaging.max(1.0 / (self.updates + 1) as f64) as f32;
+        for (average, param) in self.average.iter_mut().zip(&actor.net.params) {
+            *average += share * (param - *average);
+        }
+    }
+
+    /// The actor with its weights averaged over updates.
+    pub(crate) fn averaged(&self, actor: &ScaledNet) -> ScaledNet {
+        let mut averaged = actor.clone();
+        if self.config.averaging < 1.0 {
+            averaged.net.params.copy_from_slice(&self.average);
+        }
+        averaged
     }
 
     pub(crate) fn finite(&self, what: &'static str, value: f64) -> Result<(), AgentError> {

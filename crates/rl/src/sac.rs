@@ -207,6 +207,12 @@ impl Policy for Sac {
 impl Agent for Sac {
     type Frozen = GaussianPolicy;
 
+    fn expect(&mut self, observations: &[(f64, f64)]) {
+        if observations.len() == self.policy.observation_dim() {
+            self.policy.net.scaling = Scaling::standard(observations);
+        }
+    }
+
     /// One update; batches of any size fit.
     ///
     /// # Errors
@@ -223,7 +229,7 @@ impl Agent for Sac {
     }
 
     fn frozen(&self) -> GaussianPolicy {
-        self.policy.clone()
+        GaussianPolicy { net: self.learner.averaged(&self.policy.net), range: self.policy.range.clone() }
     }
 }
 

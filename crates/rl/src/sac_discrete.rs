@@ -160,6 +160,12 @@ impl Policy for SacDiscrete {
 impl Agent for SacDiscrete {
     type Frozen = CategoricalPolicy;
 
+    fn expect(&mut self, observations: &[(f64, f64)]) {
+        if observations.len() == self.policy.observation_dim() {
+            self.policy.net.scaling = Scaling::standard(observations);
+        }
+    }
+
     /// One update; batches of any size fit. Draws no random number.
     ///
     /// # Errors
@@ -185,6 +191,6 @@ impl Agent for SacDiscrete {
     }
 
     fn frozen(&self) -> CategoricalPolicy {
-        self.policy.clone()
+        CategoricalPolicy { net: self.learner.averaged(&self.policy.net) }
     }
 }

@@ -3,6 +3,8 @@
 mod branch;
 mod schedule;
 
+use std::sync::Arc;
+
 use sindyna_core::{
     Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Policy,
     Replay, Rng, Seed, Sensors, Task, Transition,
@@ -63,7 +65,7 @@ pub struct Practised<M, P> {
     /// The policy after the last real step.
     pub policy: P,
     /// The model fitted last.
-    pub model: Option<M>,
+    pub model: Option<Arc<M>>,
     /// Real steps made.
     pub real_steps: usize,
     /// Resets of the real system.
@@ -144,8 +146,8 @@ impl<L: DynamicsLearner> Online<'_, L> {
                 if let (Some(branches), Some(inverse)) = (&schedule.branches, &inverse)
                     && (step - schedule.first_steps).is_multiple_of(branches.every)
                 {
-                    match self.learner.fit(&practice.data, left.model.as_ref(), &mut fit_rng) {
-                        Ok(fitted) => left.model = fitted.or(left.model),
+                    match self.learner.fit(&practice.data, left.model.as_deref(), &mut fit_rng) {
+                        Ok(fitted) => left.model = fitted.map(|k| k.model).or(left.model),
                         Err(FitError::Interrupted) => {
                             left.interrupted = true;
                             break;
@@ -153,7 +155,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
                         Err(error) => return Err(error.into()),
                     }
                     if let Some(model) = &left.model {
-                        let stage = Stage { model, task: self.task, sensors: self.sensors, inverse };
+                        let stage = Stage { model: &**model, task: self.task, sensors: self.sensors, inverse };
                         let count = branches.every * branches.per_step;
                         let round = (self.seed, step as u64);
                         let done = stage.branch(count, branches, &agent, &practice.replay, &mut imagined, round);

@@ -56,13 +56,17 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<String>,
 
-    /// N: imagined rollouts per real one; `inf` never goes back to the real system. With a number, a policy that is
-    /// optimal in the model also has a real episode to keep what the model promises [default: inf]
-    #[arg(long, value_name = "N|inf", help_heading = "Training")]
+    /// N: imagined rollouts per real one. `inf` never goes back to the real system; with a number, a policy that is optimal in the model
+    /// also has a real episode to keep what the model promises; `auto` is `inf` where the equations explain the data down to rounding, and
+    /// elsewhere has real episodes until one keeps the promise [default: auto]
+    #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
     imagined_rollouts: Option<String>,
-    /// Fit the model anew after every real rollout
-    #[arg(long, help_heading = "Training")]
-    refit: bool,
+    /// Whether to fit the model anew after every real rollout [default: true]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
+    refit: Option<bool>,
+    /// Real steps at most in all, warm-up included [default: as many as it takes]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data")]
+    max_real_steps: Option<usize>,
     /// Updates after which training stops, optimal or not [default: 60000]
     #[arg(long, value_name = "N", help_heading = "Training")]
     max_updates: Option<u64>,
@@ -125,14 +129,13 @@ impl Settings {
             config = config.with(text)?;
         }
         self.identification.check(&config.identification)?;
-        if self.refit && config.imagination.rollouts_per_real == "inf" {
+        if self.refit == Some(true) && config.imagination.rollouts_per_real == "inf" {
             return Err(Failure::new(
                 "--refit means nothing where no real rollouts follow: --imagined-rollouts is inf",
             )
             .hint("give --imagined-rollouts a number, or leave --refit out"));
         }
         self.settle_coordinates(&mut config);
-        self.settle_patience(&mut config);
         if config.task != problem.name() {
             return Err(Failure::new("`task` cannot be set; name the task itself"));
         }
@@ -154,14 +157,6 @@ impl Settings {
         }
     }
 
-    /// A model of noisy data is an approximation: to reach the mark in every episode there is no reason to stop sooner.
-    fn settle_patience(&self, config: &mut TrainConfig) {
-        let overridden = self.overrides.iter().any(|text| overrides::key(text) == "optimality.patience_when_sure");
-        if self.config.is_none() && !overridden && config.noise > 0.0 {
-            config.optimality.patience_when_sure = config.optimality.patience;
-        }
-    }
-
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
         set(&mut config.seed, &self.seed);
         set(&mut config.simulator, &self.simulator);
@@ -180,7 +175,10 @@ impl Settings {
         self.identification.apply(&mut config.identification);
         set(&mut config.identification.coordinates, &self.coordinates);
         set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
-        config.imagination.refit |= self.refit;
+        set(&mut config.imagination.refit, &self.refit);
+        if self.max_real_steps.is_some() {
+            config.imagination.max_real_steps = self.max_real_steps;
+        }
         set(&mut config.optimality.max_updates, &self.max_updates);
         set(&mut config.sac.learning_rate, &self.learning_rate);
         set(&mut config.sac.discount, &self.discount);

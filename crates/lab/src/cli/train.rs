@@ -20,7 +20,10 @@ use crate::learner::{Fitted, Learner};
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::real::Real;
-use crate::record::{Evaluation, EventLog, Identification, RunDir, Summary, Timing, Training, json, rollout_csv};
+use crate::record::{
+    Confirmation, Evaluation, EventLog, Identification, Prediction, RunDir, Summary, Timing, Training, json,
+    rollout_csv,
+};
 use crate::{machine, registry, table};
 use recorder::{Clock, Recorder};
 
@@ -114,13 +117,16 @@ impl Plan {
         let mut weights = Seed::new(config.seed).stream("initial weights", 0);
         Ok(Self {
             learner: Learner { identifier: config.identifier(spec)?, interrupt },
-            schedule: config.schedule(spec)?,
+            schedule: config.schedule()?,
             agent: config.agent(spec, &mut weights)?,
             real: Real::new(problem, &config.simulator)?,
             explorer: registry::explorer(&config.warmup.explorer, spec)?,
         })
     }
 }
+
+/// Probability of the interval in which the return is predicted to be.
+const LEVEL: f64 = 0.9;
 
 struct Run<'a> {
     problem: &'a Problem,
@@ -258,6 +264,15 @@ impl Run<'_> {
             text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
             text += if summary.training.optimal_in_model { "\n" } else { " (not optimal by the stop rule)\n" };
         }
+        if let Some(confirmation) = &summary.training.confirmation {
+            text += &confirmed(confirmation);
+        }
+        if let Some(Prediction { mean, level, low, high }) = &summary.training.prediction {
+            let percent = 100.0 * level;
+            text += &format!(
+                "predicted return on the real system: {mean:.1} ({percent:.0} % interval {low:.1} to {high:.1})\n"
+            );
+        }
         if let Some(failure) = &summary.training.failure {
             text += &format!("training stopped short: {failure}\n");
         }
@@ -275,6 +290,18 @@ impl Run<'_> {
         );
         text + &format!("record: {}\n", self.run_dir.path().display())
     }
+}
+
+/// What came of the policy's real episode.
+fn confirmed(confirmation: &Confirmation) -> String {
+    let Confirmation { real, promised, disagreement, kept } = confirmation;
+    let mut text = format!(
+        "real episode before the evaluation: return {real:.1}, the model expected {promised:.1} ± {disagreement:.1}\n"
+    );
+    if !kept {
+        text += "warning: that is less than the model promised, or the models that the data allow do not agree on it: the policy may fail\n";
+    }
+    text
 }
 
 /// What can be done about a run that could not go on.
@@ -337,6 +364,16 @@ fn summary(
             left_region: learned.left_region,
             model_return: learned.model_return,
             optimal_in_model: learned.optimal_in_model,
+            prediction: learned.prediction.as_ref().map(|prediction| {
+                let (low, high) = prediction.interval(LEVEL, config.evaluation_episodes);
+                Prediction { mean: prediction.mean(), level: LEVEL, low, high }
+            }),
+            confirmation: learned.confirmation.as_ref().map(|c| Confirmation {
+                real: c.real,
+                promised: c.expected(),
+                disagreement: c.disagreement(),
+                kept: c.is_kept(),
+            }),
             failure: learned.failure.as_ref().map(ToString::to_string),
         },
         interrupted: learned.interrupted,

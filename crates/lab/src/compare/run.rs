@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sindyna_control::{ByHand, Costs, Lqr};
-use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, NoModel, Observer, Policy, Rng, Seed};
+use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed};
 use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
 use sindyna_envs::System;
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
@@ -129,7 +129,7 @@ impl Job {
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let config = self.inner_settings();
-        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule()?);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment();
         let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
@@ -236,7 +236,7 @@ impl Job {
     fn warm_up(&self) -> Result<Dataset, Failure> {
         let spec = self.system.spec();
         let config = self.inner_settings();
-        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule(spec)?);
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule()?);
         let seed = Seed::new(self.seed);
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
@@ -280,8 +280,13 @@ struct Known(Arc<dyn Dynamics>);
 impl DynamicsLearner for Known {
     type Model = Arc<dyn Dynamics>;
 
-    fn fit(&self, _: &Dataset, _: Option<&Self::Model>, _: &mut Rng) -> Result<Option<Self::Model>, FitError> {
-        Ok(Some(self.0.clone()))
+    fn fit(
+        &self,
+        _: &Dataset,
+        _: Option<&Self::Model>,
+        _: &mut Rng,
+    ) -> Result<Option<Knowledge<Self::Model>>, FitError> {
+        Ok(Some(Knowledge::certain(self.0.clone())))
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) use own::Own;
 pub(crate) use rollout_csv::rollout_csv;
 use run_dir::write_atomic;
 pub(crate) use run_dir::{RunDir, is_unfinished, sweep};
-pub(crate) use summary::{Evaluation, Identification, Summary, Timing, Training};
+pub(crate) use summary::{Confirmation, Evaluation, Identification, Prediction, Summary, Timing, Training};
 pub(crate) use table_csv::{from_csv, to_csv};
 
 /// `value` as the JSON of a record.

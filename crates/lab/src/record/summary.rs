@@ -99,8 +99,34 @@ pub(crate) struct Training {
     pub(crate) model_return: Option<f64>,
     /// Whether the stop rule called it optimal in the model.
     pub(crate) optimal_in_model: bool,
+    /// What the policy was expected to earn on the real system, before it was evaluated there.
+    #[serde(default)]
+    pub(crate) prediction: Option<Prediction>,
+    /// Its real episode before that, where the model was not believed without one.
+    #[serde(default)]
+    pub(crate) confirmation: Option<Confirmation>,
     /// Why training stopped short, if it did.
     pub(crate) failure: Option<String>,
+}
+
+/// The mean return of the evaluation's episodes, as predicted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Prediction {
+    pub(crate) mean: f64,
+    /// Probability that the interval holds it.
+    pub(crate) level: f64,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+/// A real episode beside what was promised for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Confirmation {
+    pub(crate) real: f64,
+    pub(crate) promised: f64,
+    /// Standard deviation of what the models drawn promise.
+    pub(crate) disagreement: f64,
+    pub(crate) kept: bool,
 }
 
 /// `timing.json`: the only file of a record that differs between two runs with one seed.

@@ -1,7 +1,7 @@
 //! The ensemble as what the loop knows: a learner of dynamics over the task's state.
 
 use ndarray::Array2;
-use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Rng, Spec};
+use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Knowledge, Rng, Spec};
 
 use super::{
     Ensemble, EnsembleConfig, EnsembleError, EnsembleTrainer, RewardHead, coordinates::Coordinates, trainer::shape,
@@ -93,13 +93,13 @@ impl DynamicsLearner for EnsembleLearner {
         data: &Dataset,
         previous: Option<&EnsembleModel>,
         rng: &mut Rng,
-    ) -> Result<Option<EnsembleModel>, FitError> {
+    ) -> Result<Option<Knowledge<EnsembleModel>>, FitError> {
         shape("observed values", self.observation_dim, data.observation_dim())?;
         shape("control values", self.control_dim, data.control_dim())?;
         let (inputs, targets) = self.table(data);
         let ensemble = self.trainer.fit(inputs.view(), targets.view(), previous.map(|p| &p.ensemble), rng)?;
         let (coordinates, observation_dim) = (self.coordinates.clone(), self.observation_dim);
-        Ok(Some(EnsembleModel { ensemble, coordinates, observation_dim }))
+        Ok(Some(Knowledge::approximate(EnsembleModel { ensemble, coordinates, observation_dim })))
     }
 
     fn describe(&self, model: &EnsembleModel) -> Vec<String> {

@@ -5,6 +5,7 @@ mod compare;
 mod constraints;
 mod estimated;
 mod in_motion;
+mod knowledge;
 mod recording;
 mod region;
 mod report;
@@ -13,7 +14,7 @@ mod shown;
 mod signals;
 
 use ndarray::Array2;
-use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Rng, Spec};
+use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Knowledge, Rng, Spec};
 
 pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use constraints::{EquationConstraint, EquationConstraintError};
@@ -138,6 +139,12 @@ impl Identifier {
     #[must_use]
     pub fn with_target(self, target: Target) -> Self {
         Self { target, ..self }
+    }
+
+    /// What is declared about the system.
+    #[must_use]
+    pub fn spec(&self) -> &Spec {
+        &self.spec
     }
 
     /// The same with something else believed of the errors of the samples.
@@ -352,7 +359,12 @@ impl Identifier {
 impl DynamicsLearner for Identifier {
     type Model = Model;
 
-    fn fit(&self, data: &Dataset, _previous: Option<&Model>, _rng: &mut Rng) -> Result<Option<Model>, FitError> {
-        self.identify(data).map(|identified| Some(identified.model))
+    fn fit(
+        &self,
+        data: &Dataset,
+        _previous: Option<&Model>,
+        _rng: &mut Rng,
+    ) -> Result<Option<Knowledge<Model>>, FitError> {
+        self.identify(data).map(|identified| Some(identified.knowledge(&self.spec)))
     }
 }

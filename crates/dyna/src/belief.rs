@@ -1,0 +1,132 @@
+//! What imagination goes by: the models that the data allow, where these were seen to hold, and what is at stake.
+
+use std::sync::Arc;
+
+use sindyna_core::{Dataset, Dynamics, Knowledge, Rng, Sensors, Support, Task};
+
+use crate::explore::uniform_action;
+
+/// Models drawn from a posterior: every imagined system follows one of them.
+const DRAWS: usize = 32;
+
+/// Steps with random actions from which it is told what rewards there are.
+const SAMPLES: usize = 500;
+
+/// What a step far outside of the data costs, as a part of the spread of the rewards. Small beside what the task pays, large beside
+/// nothing: where the task does not care, the policy stays where the model was compared with the system.
+const PENALTY: f64 = 0.1;
+
+/// Share of the steps that earn the highest reward, from which that is a cap and no coincidence.
+const CAPPED: f64 = 0.05;
+
+/// What rewards there are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Stakes {
+    /// The value of being paid the worst reward for ever, or nothing if that is better for no one: min(0, min r) / (1 − γ).
+    pub(crate) worst_value: f64,
+    /// What a step infinitely far from the data costs.
+    pub(crate) penalty: f64,
+    /// The highest return there can be, where that is known: many steps are paid the highest reward there is, so that none pays more, and an
+    /// episode in which all of them do is the best.
+    pub(crate) ceiling: Option<f64>,
+}
+
+impl Stakes {
+    fn of(
+        model: &dyn Dynamics,
+        task: &dyn Task,
+        support: &Support,
+        data: &Dataset,
+        discount: f64,
+        rng: &mut Rng,
+    ) -> Self {
+        let spec = task.spec();
+        let (mut x, mut next) = (vec![0.0; spec.state_dim()], vec![0.0; spec.state_dim()]);
+        let (mut action, mut u) = (vec![0.0; spec.action_space.action_dim()], vec![0.0; spec.control_dim()]);
+        let mut rewards: Vec<f64> = data.rollouts().flat_map(|r| r.rewards.to_vec()).collect();
+        for sample in 0..SAMPLES {
+            if sample % 2 == 0 {
+                task.initial(rng, &mut x)
+            } else {
+                support.draw(rng, &mut x)
+            }
+            uniform_action(&spec.action_space, rng, &mut action);
+            if task.terminated(&x)
+                || !spec.action_space.control_into(&action, &mut u)
+                || model.step(&x, &u, rng, &mut next).is_err()
+            {
+                continue;
+            }
+            support.clamp(&mut next);
+            let reward = task.reward(&x, &action, &u, &next);
+            if reward.is_finite() {
+                rewards.push(reward);
+            }
+        }
+        rewards.sort_by(f64::total_cmp);
+        let at =
+            |share: f64| rewards.get((share * rewards.len().saturating_sub(1) as f64) as usize).map_or(0.0, |r| *r);
+        let (least, most) = (at(0.0), at(1.0));
+        let capped = rewards.iter().filter(|r| **r == most).count() as f64 >= CAPPED * rewards.len() as f64;
+        let spread = at(0.95) - at(0.05);
+        Self {
+            worst_value: least.min(0.0) / (1.0 - discount).max(f64::EPSILON),
+            penalty: PENALTY * if spread > 0.0 { spread } else { most.abs().max(least.abs()) },
+            ceiling: (capped && most > 0.0).then(|| most * spec.max_steps as f64),
+        }
+    }
+}
+
+/// What imagination goes by.
+#[derive(Clone)]
+pub(crate) struct Belief<'a> {
+    /// Models as likely as each other; at least one.
+    pub(crate) models: Arc<[Arc<dyn Dynamics>]>,
+    pub(crate) task: &'a dyn Task,
+    pub(crate) sensors: Arc<Sensors>,
+    pub(crate) support: Arc<Support>,
+    pub(crate) stakes: Stakes,
+}
+
+impl<'a> Belief<'a> {
+    /// What is believed after `data` made `knowledge` of the system of `task`, seen through `sensors`.
+    pub(crate) fn of<M: Dynamics + 'static>(
+        knowledge: &Knowledge<M>,
+        task: &'a dyn Task,
+        sensors: &Sensors,
+        data: &Dataset,
+        discount: f64,
+        rng: &mut Rng,
+    ) -> Self {
+        let model: Arc<dyn Dynamics> = knowledge.model.clone();
+        let models: Vec<Arc<dyn Dynamics>> = match &knowledge.posterior {
+            Some(posterior) => (0..DRAWS).map(|_| posterior.draw(rng)).collect(),
+            None => vec![model.clone()],
+        };
+        let sensors = match &knowledge.sensor_noise {
+            Some(deviations) => sensors.clone().with_noise(deviations),
+            None => sensors.clone(),
+        };
+        let support = support(task, data, rng);
+        let stakes = Stakes::of(&*model, task, &support, data, discount, rng);
+        Self { models: models.into(), task, sensors: Arc::new(sensors), support: Arc::new(support), stakes }
+    }
+
+    /// The model that imagined system `i` follows.
+    pub(crate) fn model(&self, i: usize) -> Arc<dyn Dynamics> {
+        self.models[i % self.models.len()].clone()
+    }
+}
+
+/// Start states from which it is told where episodes begin.
+const STARTS: usize = 100;
+
+/// The support of `data` and of the start states of `task`.
+pub(crate) fn support(task: &dyn Task, data: &Dataset, rng: &mut Rng) -> Support {
+    let start = |_| {
+        let mut x = vec![0.0; task.spec().state_dim()];
+        task.initial(rng, &mut x);
+        x
+    };
+    Support::of(task.spec(), data, &(0..STARTS).map(start).collect::<Vec<_>>())
+}
