@@ -1,6 +1,7 @@
 //! Who turns recorded rollouts into dynamics.
 
 use std::convert::Infallible;
+use std::fmt;
 use std::sync::Arc;
 
 use crate::{Dataset, Diverged, Dynamics, Rng};
@@ -51,6 +52,8 @@ pub trait Posterior: Send + Sync {
 pub enum Certainty {
     /// Something speaks against it, or nothing is known of its errors.
     Doubted,
+    /// It leaves nothing but noise, and other models do too.
+    Ambiguous,
     /// It leaves nothing but noise, and no other model is as good.
     Adequate,
     /// It leaves nothing but rounding: more data of the same kind would not change it.
@@ -69,6 +72,15 @@ pub struct Knowledge<M> {
     /// Standard deviation of the sensors' noise, one per observation channel and in its unit, as estimated from the data; none if the
     /// learner does not estimate it.
     pub sensor_noise: Option<Vec<f64>>,
+}
+
+impl<M: fmt::Debug> fmt::Debug for Knowledge<M> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { model, certainty, posterior, sensor_noise } = self;
+        let mut shown = f.debug_struct("Knowledge");
+        shown.field("model", model).field("certainty", certainty).field("posterior", &posterior.is_some());
+        shown.field("sensor_noise", sensor_noise).finish()
+    }
 }
 
 impl<M> Knowledge<M> {

@@ -8,11 +8,11 @@ use sindyna_core::{
     Task, Unseen,
 };
 
-use crate::Schedule;
 use crate::collect::CollectError;
 use crate::cycle::Loop;
 use crate::predict::Prediction;
 use crate::real::Confirmation;
+use crate::{Schedule, ScheduleError};
 
 /// Dyna-style learning inside a learned model: warm-up, fit, imagine, improve, and a real rollout now and then.
 ///
@@ -99,6 +99,9 @@ impl<M, P> Learned<M, P> {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum DynaError {
+    /// No run can have the schedule.
+    #[error(transparent)]
+    Schedule(#[from] ScheduleError),
     /// The real system failed.
     #[error("collecting real data failed")]
     Collect(#[source] CollectError),
@@ -130,8 +133,12 @@ impl From<io::Error> for DynaError {
 
 impl<L: DynamicsLearner> Dyna<'_, L> {
     /// Algorithm 1 with `agent`, to be advanced step by step.
-    pub fn begin<A: Agent + Clone>(&self, agent: A) -> Loop<'_, L, A> {
-        Loop::new(self, agent)
+    ///
+    /// # Errors
+    /// [`ScheduleError`] if no run can have the schedule.
+    pub fn begin<A: Agent + Clone>(&self, agent: A) -> Result<Loop<'_, L, A>, ScheduleError> {
+        self.schedule.check()?;
+        Ok(Loop::new(self, agent))
     }
 
     /// Runs Algorithm 1 on the real system `env` with `agent`; `interrupted` is asked often whether to stop.
@@ -146,7 +153,7 @@ impl<L: DynamicsLearner> Dyna<'_, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Learned<L::Model, A::Frozen>, DynaError> {
-        let mut begun = self.begin(agent);
+        let mut begun = self.begin(agent)?;
         while !begun.has_ended() {
             begun.advance(env, explorer, observer, interrupted)?;
             if interrupted() {

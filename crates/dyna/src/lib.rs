@@ -27,4 +27,4 @@ pub use online::{Branches, Check, Checks, Online, OnlineSchedule, Practised};
 pub use optimality::Optimality;
 pub use predict::Prediction;
 pub use real::Confirmation;
-pub use schedule::{Refit, Rollouts, Schedule};
+pub use schedule::{Refit, Rollouts, Schedule, ScheduleError};

@@ -28,6 +28,20 @@ pub struct Optimality {
     pub max_updates: u64,
 }
 
+impl Default for Optimality {
+    fn default() -> Self {
+        Self {
+            trial_every: 250,
+            trial_episodes: 32,
+            settled: 5,
+            tolerance: 0.02,
+            patience: 20,
+            gain: 0.01,
+            max_updates: 60_000,
+        }
+    }
+}
+
 /// The trials so far and what they say.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Trials {

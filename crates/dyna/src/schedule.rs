@@ -1,5 +1,7 @@
 //! How much of what is done, and in which order: an algorithm as a value.
 
+use sindyna_core::Spec;
+
 use crate::Optimality;
 
 /// N of Algorithm 1: how long a policy is improved in the model before the real system is asked again.
@@ -54,4 +56,76 @@ pub struct Schedule {
     pub discount: f64,
     /// When a policy counts as optimal in the model.
     pub optimality: Optimality,
+}
+
+impl Schedule {
+    /// What `sindyna train` does by default for the system `spec`: ten real steps, [`Rollouts::Auto`], a new model after every real rollout.
+    #[must_use]
+    pub fn new(spec: &Spec) -> Self {
+        Self {
+            warmup_rollouts: 1,
+            rollout_len: 10,
+            imagined_rollouts: Rollouts::Auto,
+            refit: Refit::AfterRollouts,
+            worlds: 32,
+            imagined_len: spec.max_steps.min(200),
+            scattered_starts: 0.5,
+            random_steps: 5_000,
+            updates_per_turn: 8,
+            batch_size: 128,
+            replay_capacity: 200_000,
+            max_real_steps: None,
+            discount: 1.0 - 1.0 / (spec.max_steps as f64).clamp(100.0, 1000.0),
+            optimality: Optimality::default(),
+        }
+    }
+
+    /// Refuses what would hang, panic or give no numbers.
+    ///
+    /// # Errors
+    /// [`ScheduleError`] with the first setting that is out of its range.
+    pub fn check(&self) -> Result<(), ScheduleError> {
+        let rule = &self.optimality;
+        let counts = [
+            ("warmup_rollouts", self.warmup_rollouts),
+            ("rollout_len", self.rollout_len),
+            ("worlds", self.worlds),
+            ("imagined_len", self.imagined_len),
+            ("updates_per_turn", self.updates_per_turn),
+            ("batch_size", self.batch_size),
+            ("replay_capacity", self.replay_capacity),
+            ("optimality.trial_every", usize::try_from(rule.trial_every).unwrap_or(usize::MAX)),
+            ("optimality.trial_episodes", rule.trial_episodes),
+            ("optimality.settled", rule.settled),
+            ("optimality.patience", rule.patience),
+        ];
+        if let Some((name, _)) = counts.iter().find(|(_, count)| *count == 0) {
+            return Err(ScheduleError { name, value: 0.0, wanted: "at least 1" });
+        }
+        if self.imagined_rollouts == Rollouts::Count(0) {
+            return Err(ScheduleError { name: "imagined_rollouts", value: 0.0, wanted: "at least 1" });
+        }
+        let shares = [
+            ("scattered_starts", self.scattered_starts, 0.0..=1.0, "in 0..=1"),
+            ("discount", self.discount, 0.0..=1.0 - f64::EPSILON, "at least 0 and below 1"),
+            ("optimality.tolerance", rule.tolerance, 0.0..=f64::MAX, "finite and at least 0"),
+            ("optimality.gain", rule.gain, 0.0..=f64::MAX, "finite and at least 0"),
+        ];
+        match shares.into_iter().find(|(_, value, range, _)| !range.contains(value)) {
+            Some((name, value, _, wanted)) => Err(ScheduleError { name, value, wanted }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A setting that no run can have.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("{name} must be {wanted}, got {value}")]
+pub struct ScheduleError {
+    /// Name of the setting.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it must be.
+    pub wanted: &'static str,
 }

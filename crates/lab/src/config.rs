@@ -125,6 +125,8 @@ impl AnyAgent {
 impl TrainConfig {
     /// The defaults for the system `spec`: one rule for all, no knowledge of any single one.
     pub(crate) fn defaults(spec: &Spec) -> Self {
+        let schedule = Schedule::new(spec);
+        let rule = &schedule.optimality;
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: env!("SINDYNA_COMMIT").into(),
@@ -134,40 +136,34 @@ impl TrainConfig {
             noise: 0.0,
             seed: 0,
             isa: None,
-            warmup: Warmup { rollouts: 1, rollout_len: 10, explorer: "swings".into() },
+            warmup: Warmup {
+                rollouts: schedule.warmup_rollouts,
+                rollout_len: schedule.rollout_len,
+                explorer: "swings".into(),
+            },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
                 rollouts_per_real: "auto".into(),
-                refit: true,
-                max_real_steps: None,
-                worlds: 32,
-                rollout_len: spec.max_steps.min(200),
-                scattered_starts: 0.5,
-                random_steps: 5_000,
-                updates_per_turn: 8,
-                replay_capacity: 200_000,
+                refit: schedule.refit == Refit::AfterRollouts,
+                max_real_steps: schedule.max_real_steps,
+                worlds: schedule.worlds,
+                rollout_len: schedule.imagined_len,
+                scattered_starts: schedule.scattered_starts,
+                random_steps: schedule.random_steps,
+                updates_per_turn: schedule.updates_per_turn,
+                replay_capacity: schedule.replay_capacity,
             },
             optimality: OptimalityConfig {
-                trial_every: 250,
-                trial_episodes: 32,
-                settled: 5,
-                patience: 20,
-                gain: 0.01,
+                trial_every: rule.trial_every,
+                trial_episodes: rule.trial_episodes,
+                settled: rule.settled,
+                patience: rule.patience,
                 _patience_when_sure: None,
-                tolerance: 0.02,
-                max_updates: 60_000,
+                tolerance: rule.tolerance,
+                gain: rule.gain,
+                max_updates: rule.max_updates,
             },
-            sac: SacConfig {
-                discount: 1.0 - 1.0 / (spec.max_steps as f64).clamp(100.0, 1000.0),
-                // Samples of the model are as many and as clean as one likes: critics may follow their targets fast.
-                learning_rate: 2e-3,
-                polyak: 0.04,
-                batch_size: 128,
-                initial_temperature: 0.1,
-                reward_scale: 0.1,
-                averaging: 0.01,
-                ..SacConfig::default()
-            },
+            sac: SacConfig { discount: schedule.discount, ..SacConfig::in_model() },
             evaluation_episodes: 100,
         }
     }

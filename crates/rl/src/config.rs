@@ -49,6 +49,21 @@ impl Default for SacConfig {
 }
 
 impl SacConfig {
+    /// Settings for learning inside a model: samples are as many and as clean as one likes, so that critics may follow their targets
+    /// fast, and the policy's weights are averaged.
+    #[must_use]
+    pub fn in_model() -> Self {
+        Self {
+            learning_rate: 2e-3,
+            polyak: 0.04,
+            batch_size: 128,
+            initial_temperature: 0.1,
+            reward_scale: 0.1,
+            averaging: 0.01,
+            ..Self::default()
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), SacError> {
         let setting = |name, value: f64, wanted, holds: bool| {
             if holds && value.is_finite() { Ok(()) } else { Err(SacError::Setting { name, value, wanted }) }

@@ -90,7 +90,7 @@ fn a_linear_gaussian_system_is_recovered_with_its_noise() {
         let learner = EnsembleLearner::new(config, &linear_spec()).expect("usable settings");
         let mut rng = rng(0);
         let data = linear_data(4000, &mut rng);
-        let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model");
+        let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model").model;
         let ensemble = model.ensemble();
         let (mut squares, mut deviations, mut n) = ([0.0; 2], [0.0; 2], 0.0);
         for _ in 0..200 {
@@ -184,7 +184,7 @@ fn two_thousand_random_steps_tell_how_a_pendulum_moves() {
     let learner = EnsembleLearner::new(config, &pendulum_spec()).expect("usable settings");
     let mut rng = rng(1);
     let data = pendulum_data(2000, &mut rng);
-    let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model");
+    let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model").model;
     let (inputs, targets) = rows(&pendulum_data(1000, &mut rng));
     for &member in model.ensemble().elites() {
         let predicted = model.ensemble().predict(member, inputs.view());
@@ -293,13 +293,13 @@ fn rows_held_out_train_nothing_and_others_do() {
 fn a_fit_goes_on_where_the_one_before_ended() {
     let learner = EnsembleLearner::new(small(), &linear_spec()).expect("usable settings");
     let (mut rng, data) = (rng(9), linear_data(1000, &mut rng(10)));
-    let first = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model");
-    let again = learner.fit(&data, Some(&first), &mut rng).expect("enough rows").expect("a model");
+    let first = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model").model;
+    let again = learner.fit(&data, Some(&*first), &mut rng).expect("enough rows").expect("a model").model;
     let at = |epoch: usize, report: &sindyna_rl::FitReport| report.history[epoch].iter().sum::<f64>();
     let (cold, warm) = (at(0, first.ensemble().report()), at(0, again.ensemble().report()));
     assert!(warm < 0.5 * cold, "the first epoch of the second fit leaves {warm}, of the first {cold}");
     let other = EnsembleLearner::new(EnsembleConfig { hidden: vec![32, 16], ..small() }, &linear_spec());
-    let refused = other.expect("usable settings").fit(&data, Some(&first), &mut rng).expect_err("other networks");
+    let refused = other.expect("usable settings").fit(&data, Some(&*first), &mut rng).expect_err("other networks");
     assert!(matches!(refused, FitError::Shape { expected: 16, got: 32, .. }), "{refused}");
 }
 
@@ -322,7 +322,7 @@ fn trained_numbers_are_as_many_as_the_paper_counts() {
         let learner = EnsembleLearner::new(config, &linear_spec()).expect("usable settings");
         let mut rng = rng(12);
         let data = linear_data(20, &mut rng);
-        let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model");
+        let model = learner.fit(&data, None, &mut rng).expect("enough rows").expect("a model").model;
         assert_eq!(model.ensemble().n_parameters(), learner.n_parameters());
         learner.n_parameters()
     };

@@ -35,7 +35,7 @@ pub use estimate::Doubt;
 pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
     EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, InsideParameter,
-    LibraryChoice, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
+    LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{AnalysisError, Entry, Form, Model, ModelError, ModelParts, Reading};

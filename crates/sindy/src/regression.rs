@@ -66,21 +66,36 @@ pub(crate) struct Space {
     pub(crate) kinematic: Vec<bool>,
 }
 
+/// Terms of one equation and their coefficients.
+pub(crate) type Summands<'a> = (&'a [usize], &'a [f64]);
+
 /// The model of `fits`, one per state, over the terms in use.
 pub(crate) fn model(space: Space, terms: &[Term], fits: &[Selected], form: Form, dt: f64) -> Result<Model, ModelError> {
-    let mut active: Vec<usize> = fits.iter().flat_map(|f| f.support.iter().copied()).collect();
+    let equations: Vec<Summands<'_>> = fits.iter().map(|f| (&f.support[..], &f.coefficients[..])).collect();
+    of_equations(space, terms, &equations, form, dt)
+}
+
+/// The model of `equations`, one per state, over the terms in use.
+pub(crate) fn of_equations(
+    space: Space,
+    terms: &[Term],
+    equations: &[Summands<'_>],
+    form: Form,
+    dt: f64,
+) -> Result<Model, ModelError> {
+    let mut active: Vec<usize> = equations.iter().flat_map(|(support, _)| support.iter().copied()).collect();
     active.sort_unstable();
     active.dedup();
     let names: Vec<String> = space.states.iter().chain(&space.controls).cloned().collect();
     let symbols = symbols(&names);
     let place = |j: &usize| active.partition_point(|a| a < j);
     let entry = |(j, c): (&usize, &f64)| Entry { term: place(j), coefficient: *c, rate: terms[*j].rate };
-    let equation = |f: &Selected| f.support.iter().zip(&f.coefficients).map(entry).collect::<Vec<_>>();
+    let equation = |(support, xi): &Summands<'_>| support.iter().zip(*xi).map(entry).collect::<Vec<_>>();
     Model::new(ModelParts {
         form,
         dt,
         terms: active.iter().map(|&j| terms[j].expr.display(&symbols).to_string()).collect(),
-        equations: fits.iter().map(equation).collect(),
+        equations: equations.iter().map(equation).collect(),
         n_features: terms.len(),
         states: space.states,
         controls: space.controls,

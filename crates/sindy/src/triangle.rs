@@ -167,6 +167,17 @@ impl Triangle {
         (0..k).map(length).map(|v| if v.is_finite() { v } else { f64::INFINITY }).collect()
     }
 
+    /// The δ (|z|) with R δ = `z` over the first columns: for `z` with the covariance 1 that of δ is (ΘᵀΘ)⁻¹. `None` where the columns depend
+    /// on each other.
+    pub(crate) fn whitened_inverse(&self, z: &[f64]) -> Option<Vec<f64>> {
+        let mut delta = z.to_vec();
+        for i in (0..z.len()).rev() {
+            let known: f64 = (i + 1..z.len()).map(|j| self.r[(i, j)] * delta[j]).sum();
+            delta[i] = (z[i] - known) / self.r[(i, i)];
+        }
+        delta.iter().all(|d| d.is_finite()).then_some(delta)
+    }
+
     /// Minimises ‖Θ_S ξ − y‖² + ridge ‖ξ‖² over the columns `support` for the column `target`; ξ (|S|).
     ///
     /// Where the columns depend on each other and there is no ridge, of all best ξ the one with the smallest norm.

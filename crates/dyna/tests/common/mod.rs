@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
-    Agent, AgentError, Batch, Channel, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Kind, Losses, Mode,
-    Policy, Precision, Rng, Space, Spec, Task,
+    Agent, AgentError, Batch, Channel, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Kind, Knowledge, Losses,
+    Mode, Policy, Precision, Rng, Space, Spec, Task,
 };
 
 /// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
@@ -64,8 +64,13 @@ pub(crate) struct Given(pub(crate) Push);
 
 impl DynamicsLearner for Given {
     type Model = Push;
-    fn fit(&self, _data: &Dataset, _previous: Option<&Push>, _rng: &mut Rng) -> Result<Option<Push>, FitError> {
-        Ok(Some(self.0.clone()))
+    fn fit(
+        &self,
+        _data: &Dataset,
+        _previous: Option<&Push>,
+        _rng: &mut Rng,
+    ) -> Result<Option<Knowledge<Push>>, FitError> {
+        Ok(Some(Knowledge::certain(self.0.clone())))
     }
 }
 

@@ -200,7 +200,8 @@ impl Run<'_> {
         recorder: &mut Recorder<'_>,
     ) -> Result<Learned<Fitted, SavedPolicy>, Failure> {
         let Plan { learner, schedule, agent, mut explorer, real } = plan;
-        let (task, sensors) = (self.problem.task(), self.problem.sensors());
+        // How noisy the sensors are is not told: it is estimated.
+        let (task, sensors) = (self.problem.task(), self.problem.sensors().with_noise(&[]));
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
         let (mut env, explorer) = (real.environment()?, &mut *explorer);
         let stop = || self.interrupt.pressed() || real.check().is_err();

@@ -4,6 +4,7 @@ use std::fmt;
 
 use ndarray::Array2;
 
+use super::posterior::Posterior;
 use super::search::{Problem, Searched};
 use crate::Expr;
 use crate::data::Signals;
@@ -83,6 +84,8 @@ pub(crate) struct Estimate {
     pub(crate) complete: bool,
     /// Whether what is left of every state is below all that numbers can tell.
     pub(crate) leaves_nothing: bool,
+    /// Equations that the data allow.
+    pub(crate) posterior: Posterior,
 }
 
 /// Samples for every term, below which an equation is not called adequate.
@@ -96,7 +99,8 @@ const BEYOND: f64 = 10.0;
 
 impl Problem<'_> {
     /// What was found, and what speaks against it.
-    pub(super) fn account(&self, (best, regressions, rivals): Searched, signals: &Signals) -> Estimate {
+    pub(super) fn account(&self, found: Searched, signals: &Signals) -> Estimate {
+        let Searched { best, regressions, rivals, others } = found;
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
         let doubt = |i: usize| {
@@ -167,6 +171,7 @@ impl Problem<'_> {
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             leaves_nothing: self.leaves_nothing(&best),
+            posterior: self.posterior(&best, &others),
             sigma: left,
             signal_noise: signals.sigma.clone(),
             score: best.score,

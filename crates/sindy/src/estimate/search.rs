@@ -87,7 +87,7 @@ pub(crate) fn finish(
     }
     problem.prune(&mut best);
     let exchanged = problem.exchanged(best);
-    problem.leaves_nothing(&exchanged.0).then(|| problem.account(exchanged, &signals))
+    problem.leaves_nothing(&exchanged.best).then(|| problem.account(exchanged, &signals))
 }
 
 /// The equations with the best score.
@@ -128,7 +128,7 @@ fn searched(problem: &Problem<'_>, sample: &[Segment], signals: &Signals, steppi
     let in_part = Problem { segments: sample, spent: &spent, ..*problem };
     let of_part = smooth(sample, problem.rates, problem.floor);
     let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
-    let begun = found.and_then(|(found, _, _)| {
+    let begun = found.and_then(|Searched { best: found, .. }| {
         let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
         problem.hypothesis(found.supports.clone(), found.flow.stepping(), start, 0..4)
     });
@@ -144,8 +144,16 @@ const RESERVE: f64 = 0.25;
 /// Steps of the part of long recordings in which terms are looked for first.
 const SAMPLE: usize = 400;
 
-/// The best hypothesis, the regressions along its path, and per equation terms that explain the data as well.
-pub(super) type Searched = (Hypothesis, Vec<Regression>, Vec<Rivals>);
+/// What a search found.
+pub(super) struct Searched {
+    pub(super) best: Hypothesis,
+    /// The regressions along its path.
+    pub(super) regressions: Vec<Regression>,
+    /// Per equation, other terms that explain the data as well.
+    pub(super) rivals: Vec<Rivals>,
+    /// Hypotheses about as good.
+    pub(super) others: Vec<Hypothesis>,
+}
 
 /// The path of the signals, as `stepping` has it between samples.
 pub(super) fn measured(signals: &Signals, stepping: Stepping) -> Path<'_> {
@@ -165,7 +173,7 @@ pub(super) fn followed(hypothesis: &Hypothesis) -> Path<'_> {
 }
 
 /// Other terms of an equation that explain the data as well.
-type Rivals = Vec<Vec<usize>>;
+pub(super) type Rivals = Vec<Vec<usize>>;
 
 /// What every term costs in the regressions that propose, as multiples of its penalty.
 pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
@@ -297,15 +305,15 @@ impl Problem<'_> {
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
     /// improves the score. Also the regressions of the last pass and, per equation, the terms that
     /// explain the data as well.
-    fn exchanged(&self, mut best: Hypothesis) -> (Hypothesis, Vec<Regression>, Vec<Rivals>) {
-        let mut regressions = Vec::new();
-        let mut rivals = Vec::new();
+    fn exchanged(&self, mut best: Hypothesis) -> Searched {
+        let (mut regressions, mut rivals, mut others) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..PASSES {
             // Where nothing is left, more terms explain nothing, and no more terms may explain it as well.
             let nothing_left = self.leaves_nothing(&best);
             let most = |i: usize| if nothing_left { best.supports[i].len() } else { usize::MAX };
             regressions = self.propose_near(&best, &most);
             rivals = vec![Rivals::new(); self.rates.len()];
+            others.clear();
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
@@ -325,6 +333,7 @@ impl Problem<'_> {
                     let Some(rival) = self.hypothesis(supports, stepping, hopeful.start(), 3..4) else { continue };
                     if rival.score < best.score + TOLD_APART {
                         rivals[i].push(proposal.support.clone());
+                        others.push(rival.clone());
                     }
                     if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
                         improved = Some(rival);
@@ -336,7 +345,7 @@ impl Problem<'_> {
                 None => break,
             }
         }
-        (best, regressions, rivals)
+        Searched { best, regressions, rivals, others }
     }
 
     /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that

@@ -8,6 +8,7 @@ use sindyna_core::FitError;
 use super::Identifier;
 use super::NoiseChoice;
 use super::in_motion::stays;
+use super::knowledge::Models;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
@@ -184,7 +185,9 @@ impl Identifier {
         }
         let model = written(&found, space, self.spec.dt).map_err(failed)?;
         let report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
-        Ok(Some((Identified { model, report }, found.leaves_nothing)))
+        let dt = self.spec.dt;
+        let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
+        Ok(Some((Identified { model, report, models }, found.leaves_nothing)))
     }
 }
 
@@ -238,7 +241,7 @@ impl Identifier {
         let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
         let model = written(&finished, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
         let report = Report::estimated(&self.names(), counts, &finished, self.spec.dt);
-        Ok(Some(Identified { model, report }))
+        Ok(Some(Identified { model, report, models: None }))
     }
 }
 

@@ -119,7 +119,7 @@ impl Identifier {
             &residuals,
             (&model, &errors),
         );
-        Ok(warned(Identified { model, report }))
+        Ok(warned(Identified { model, report, models: None }))
     }
 
     /// The samples of `runs`, and the smallest error of each state (n) that is believed.

@@ -2,19 +2,64 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Certainty, Channel, Kind, Knowledge, Spec};
+use sindyna_core::{Certainty, Channel, Dynamics, Kind, Knowledge, Rng, Spec};
 
 use super::report::{Identified, Noise};
-use crate::Model;
+use crate::estimate::{Doubt, Posterior};
+use crate::model::Model;
+use crate::motion::Stepping;
+use crate::regression::{Space, Summands, of_equations};
+
+/// Models that the data allow: each set of terms that explains them about as well as the best, by its odds, with coefficients drawn from
+/// their joint distribution.
+///
+/// The distribution is that of the fit to whole trajectories, linearised at the best coefficients: its covariance is the inverse of the Fisher
+/// information. It speaks of the candidate terms alone: that the true ones are not among them is no part of it.
+#[derive(Debug, Clone)]
+pub struct Models {
+    posterior: Posterior,
+    space: Space,
+    stepping: Stepping,
+    dt: f64,
+    /// The likeliest model.
+    best: Arc<Model>,
+}
+
+impl Models {
+    pub(super) fn new(posterior: Posterior, space: Space, stepping: Stepping, dt: f64, best: &Model) -> Self {
+        Self { posterior, space, stepping, dt, best: Arc::new(best.clone()) }
+    }
+
+    /// Draws a model; where the data do not determine its coefficients, the likeliest one.
+    pub fn draw(&self, rng: &mut Rng) -> Arc<Model> {
+        let model = self.posterior.draw(rng).and_then(|(terms, equations)| {
+            let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
+            of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()
+        });
+        model.map_or_else(|| self.best.clone(), Arc::new)
+    }
+}
+
+impl sindyna_core::Posterior for Models {
+    fn draw(&self, rng: &mut Rng) -> Arc<dyn Dynamics> {
+        self.draw(rng)
+    }
+}
 
 impl Identified {
     /// How well the equations explain the data.
     #[must_use]
     pub fn certainty(&self) -> Certainty {
-        match self.report.equations.iter().all(|e| e.reached_floor) {
-            false => Certainty::Doubted,
-            true if self.report.noise == Noise::Rounding => Certainty::Exact,
-            true => Certainty::Adequate,
+        let equations = &self.report.equations;
+        let ambiguous = |doubt: Option<Doubt>| doubt == Some(Doubt::OtherTerms);
+        if !equations.iter().all(|e| e.reached_floor || ambiguous(e.doubt)) {
+            Certainty::Doubted
+        } else if !equations.iter().all(|e| e.reached_floor) {
+            Certainty::Ambiguous
+        } else if self.report.noise == Noise::Rounding {
+            Certainty::Exact
+        } else {
+            Certainty::Adequate
         }
     }
 
@@ -37,6 +82,8 @@ impl Identified {
     #[must_use]
     pub fn knowledge(self, spec: &Spec) -> Knowledge<Model> {
         let (certainty, sensor_noise) = (self.certainty(), self.sensor_noise(spec));
-        Knowledge { model: Arc::new(self.model), certainty, posterior: None, sensor_noise }
+        let models = self.models.filter(|_| certainty < Certainty::Exact);
+        let posterior = models.map(|models| Arc::new(models) as Arc<dyn sindyna_core::Posterior>);
+        Knowledge { model: Arc::new(self.model), certainty, posterior, sensor_noise }
     }
 }

@@ -18,6 +18,7 @@ use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Knowledge,
 
 pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use constraints::{EquationConstraint, EquationConstraintError};
+pub use knowledge::Models;
 pub use recording::Recording;
 pub use report::{EquationReport, Identified, InsideParameter, Noise, Report};
 pub use signals::{Signals, SignalsError};
@@ -291,7 +292,7 @@ impl Identifier {
         let fits: Vec<Selected> = (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection(i))).collect();
         let model = self.model(&terms, &fits).map_err(failed)?;
         let report = Report::new(self.names(), &terms, &rows, &triangle, fits);
-        Ok(Identified { model, report })
+        Ok(Identified { model, report, models: None })
     }
 
     pub(super) fn check(&self, data: &Dataset) -> Result<(), FitError> {

@@ -1,5 +1,6 @@
 //! What was found, and how much to believe it.
 
+use super::knowledge::Models;
 use super::rows::Rows;
 use crate::Triangle;
 use crate::estimate::{Doubt, Estimate};
@@ -15,6 +16,8 @@ pub struct Identified {
     pub model: Model,
     /// The account.
     pub report: Report,
+    /// The models that the data allow, where the noise was estimated.
+    pub models: Option<Models>,
 }
 
 /// The account of an identification.
