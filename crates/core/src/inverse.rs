@@ -37,6 +37,12 @@ impl Inverse {
         Ok(Self { sources: spec.state.iter().enumerate().map(source).collect::<Result<_, _>>()? })
     }
 
+    /// Number of states n.
+    #[must_use]
+    pub fn n_states(&self) -> usize {
+        self.sources.len()
+    }
+
     /// Writes the state `x` (n) that `o` (m) shows; angles put together are as near to those of `near` (n) as whole turns allow.
     pub fn state(&self, o: &[f64], near: &[f64], x: &mut [f64]) {
         for ((x, source), near) in x.iter_mut().zip(&self.sources).zip(near) {

@@ -14,6 +14,7 @@ use crate::imagine::{Counts, Dreamer, Imagination, Trial};
 use crate::optimality::Trials;
 use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm, explore, remember};
+use crate::surprise::is_surprised;
 use crate::{Refit, Rollouts, Schedule};
 
 /// What a [`Loop`] does next.
@@ -68,6 +69,10 @@ pub struct Loop<'a, L: DynamicsLearner, A: Agent> {
     optimal: bool,
     updates: u64,
     counts: Counts,
+    /// Rollouts that the model was fitted to.
+    fitted: usize,
+    /// Whether the model before predicted as well what came in after it.
+    is_tested: bool,
     /// Whether the agent has learned nothing yet.
     is_beginner: bool,
     /// Times imagination began anew.
@@ -101,6 +106,8 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             optimal: false,
             updates: 0,
             counts: Counts::default(),
+            fitted: 0,
+            is_tested: false,
             is_beginner: true,
             turns: 0,
             failure: None,
@@ -173,7 +180,12 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         let Dyna { task, sensors, learner, schedule, seed } = *self.parts;
         let previous = self.knowledge.as_ref().map(|k| &*k.model);
         let refitted = previous.is_some();
+        if let (Some(model), Ok(inverse)) = (previous, Inverse::of(task.spec())) {
+            let mut rng = seed.stream("surprise", self.fitted as u64);
+            self.is_tested = !is_surprised(model, &inverse, &self.data, self.fitted, &mut rng);
+        }
         if !refitted || schedule.refit == Refit::AfterRollouts {
+            self.fitted = self.data.n_rollouts();
             match learner.fit(&self.data, previous, &mut self.fit_rng) {
                 Ok(Some(fitted)) => self.knowledge = Some(fitted),
                 Ok(None) if refitted => {}
@@ -218,12 +230,13 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         self.parts.schedule.max_real_steps.is_none_or(|most| self.data.n_steps() + steps <= most)
     }
 
-    /// Whether to collect as much data again before a policy is learned: something speaks against the model, and more data may tell what.
+    /// Whether to collect as much data again before a policy is learned: something speaks against the model, and it has not yet predicted data that it was
+    /// not fitted to as well as its own.
     fn wants_more(&self) -> bool {
         let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
         let asks = imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts;
         let steps = self.data.n_steps();
-        asks && self.certainty() == Certainty::Doubted && 2 * steps <= ENOUGH && self.may_ask(steps)
+        asks && self.certainty() == Certainty::Doubted && !self.is_tested && 2 * steps <= ENOUGH && self.may_ask(steps)
     }
 
     /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with

@@ -18,6 +18,7 @@ mod optimality;
 mod predict;
 mod real;
 mod schedule;
+mod surprise;
 
 pub use algorithm::{Dyna, DynaError, Learned};
 pub use cycle::{Loop, Phase};

@@ -284,7 +284,8 @@ fn an_exact_model_is_believed_and_its_prediction_holds() {
 fn doubts_are_met_with_as_much_data_again_and_an_episode_that_confirms() {
     let learned = run(&Doubting { model: EXACT, enough: 100 }, &auto(), Student::default(), &|| false);
     let steps = learned.data.n_steps();
-    assert!((120..=140).contains(&steps), "30, 60, 120, and an episode of 20 at most: {steps}");
+    // The model predicts the new data as well as the first ones: no more are collected, though it is still doubted.
+    assert!((60..=80).contains(&steps), "30, 60, and an episode of 20 at most: {steps}");
     assert!(learned.confirmation.expect("it was not believed at once").is_kept());
 }
 

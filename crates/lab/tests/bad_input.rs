@@ -46,7 +46,10 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1"]);
     refuses(&["train", "pendulum", "--solver", "least-squares", "--ridge", "-1"], &["ridge", "-1"]);
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
-    refuses(&["train", "pendulum", "--refit"], &["--refit means nothing", "--imagined-rollouts"]);
+    refuses(
+        &["train", "pendulum", "--refit", "--imagined-rollouts", "inf"],
+        &["--refit means nothing", "--imagined-rollouts"],
+    );
     refuses(
         &["train", "pendulum", "--threshold", "0.1"],
         &["--threshold means nothing to the solver `best-subset`", "--solver stlsq"],
@@ -171,7 +174,18 @@ fn an_existing_run_is_never_overwritten() {
 fn a_model_that_diverges_in_imagination_is_counted() {
     let temp = tempfile::tempdir().unwrap();
     // Ten steps against 41 polynomial features, and no ridge to hold them: the model blows up away from the data.
-    let args = ["train", "inverted-pendulum", "--library", "paper", "--solver", "least-squares", "--ridge", "0"];
+    let args = [
+        "train",
+        "inverted-pendulum",
+        "--library",
+        "paper",
+        "--solver",
+        "least-squares",
+        "--ridge",
+        "0",
+        "--imagined-rollouts",
+        "inf",
+    ];
     let args = [&args[..], &["--real-steps", "10", "--max-updates", "1000", "--out", "wild", "--quiet"]].concat();
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert!(code == 0 || code == 1, "{stdout}{stderr}");

@@ -96,9 +96,8 @@ unsafe impl Lanes for Plain {
     }
     #[inline(always)]
     unsafe fn fma(a: [f32; 4], b: [f32; 4], c: [f32; 4]) -> [f32; 4] {
-        // Where there is no such instruction, `mul_add` is a call of a library.
-        let fused = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
-        std::array::from_fn(|i| if fused { a[i].mul_add(b[i], c[i]) } else { a[i] * b[i] + c[i] })
+        // Never fused: the same bits on every machine, whatever it is compiled for.
+        std::array::from_fn(|i| a[i] * b[i] + c[i])
     }
     #[inline(always)]
     unsafe fn relu(v: [f32; 4]) -> [f32; 4] {

@@ -67,7 +67,9 @@ pub(super) unsafe fn product<S: Lanes>(job: &Job) {
                 } else if job.rows > FEW_ROWS && job.right.stride > width && inner > 8 {
                     copy::<S>(job, from, inner, column, taken, &mut panel, across * S::N)
                 } else {
-                    Right { data: job.right.data.add(from * job.right.stride + column), stride: job.right.stride }
+                    // Without inner indices nothing of it is read.
+                    let first = from * job.right.stride + column;
+                    Right { data: job.right.data.wrapping_add(first), stride: job.right.stride }
                 }
             };
             let part = Part { job, from, inner, right, out, column, taken, start, end };

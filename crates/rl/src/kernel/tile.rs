@@ -115,9 +115,10 @@ pub(super) unsafe fn tile<S: Lanes, const ROWS: usize, const ACROSS: usize, cons
                     sums[i][v] = S::fma(x, columns[v], sums[i][v]);
                 }
             }
-            b = b.add(right.stride);
+            // After the last index they may point anywhere, and are not read.
+            b = b.wrapping_add(right.stride);
             if TALL {
-                a = a.add(left.column_stride);
+                a = a.wrapping_add(left.column_stride);
             }
         }
 
