@@ -34,7 +34,7 @@ impl Lqr {
         costs: &Costs,
         rng: &mut Rng,
     ) -> Result<Self, ControlError> {
-        let linear = Linear::around(dynamics, spec, (x, u), rng)?;
+        let linear = Linear::around(dynamics, (x, u), rng)?;
         Self::new(regulate(&linear, costs)?, spec, (x, u))
     }
 

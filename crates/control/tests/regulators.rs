@@ -172,7 +172,7 @@ fn differences_are_slopes_and_hidden_states_are_named() {
         }
     }
     let mut spec = pole(Space::Box { low: vec![-1.0], high: vec![1.0] });
-    let linear = Linear::around(&Known, &spec, (&[0.5, 3.0], &[0.1]), &mut Seed::new(0).numpy()).expect("finite");
+    let linear = Linear::around(&Known, (&[0.5, 3.0], &[0.1]), &mut Seed::new(0).numpy()).expect("finite");
     close(&linear.a, &array![[0.5_f64.exp(), 0.0], [3.0, 0.5]], 1e-8);
     close(&linear.b, &array![[2.0], [-1.0]], 1e-8);
 

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use ndarray::Array2;
+
 use crate::Rng;
 
 /// A step that left the finite numbers.
@@ -32,17 +34,65 @@ pub trait Dynamics: Send + Sync {
     /// # Errors
     /// [`Diverged`] if a state is not finite afterwards.
     fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged>;
+
+    /// ∂F/∂x (n, n) and ∂F/∂u (n, k) at `x` (n), `u` (k): by central differences of one step, unless the dynamics know better. For stochastic
+    /// systems this is no more than a draw.
+    ///
+    /// # Errors
+    /// [`Diverged`] if a step near the point is not finite.
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        differences(&|z, rng, next| self.step(&z[..x.len()], &z[x.len()..], rng, next), (x, u), rng)
+    }
+}
+
+/// ∂F/∂x (n, n) and ∂F/∂u (n, k).
+pub type Jacobians = (Array2<f64>, Array2<f64>);
+
+/// Step of the differences, as a part of a value's magnitude, or of 1 for smaller ones: their own error is then about 1e-10 of the third
+/// derivative, that of rounding 1e-11.
+const STEP: f64 = 1e-5;
+
+/// z = (x; u) to the next state (n).
+type Stepped<'a> = &'a dyn Fn(&[f64], &mut Rng, &mut [f64]) -> Result<(), Diverged>;
+
+/// The Jacobians of `step` by central differences.
+fn differences(step: Stepped<'_>, (x, u): (&[f64], &[f64]), rng: &mut Rng) -> Result<Jacobians, Diverged> {
+    let (n, k) = (x.len(), u.len());
+    let mut jacobians = (Array2::zeros((n, n)), Array2::zeros((n, k)));
+    let mut z = [x, u].concat();
+    let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
+    for j in 0..n + k {
+        let (middle, h) = (z[j], STEP * z[j].abs().max(1.0));
+        z[j] = middle + h;
+        step(&z, rng, &mut ahead)?;
+        z[j] = middle - h;
+        step(&z, rng, &mut behind)?;
+        z[j] = middle;
+        let mut column = if j < n { jacobians.0.column_mut(j) } else { jacobians.1.column_mut(j - n) };
+        for (slope, (ahead, behind)) in column.iter_mut().zip(ahead.iter().zip(&behind)) {
+            *slope = (ahead - behind) / (2.0 * h);
+        }
+    }
+    Ok(jacobians)
 }
 
 impl<D: Dynamics + ?Sized> Dynamics for &D {
     fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
         (**self).step(x, u, rng, next)
     }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        (**self).linearize(x, u, rng)
+    }
 }
 
 impl<D: Dynamics + ?Sized> Dynamics for Arc<D> {
     fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
         (**self).step(x, u, rng, next)
+    }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        (**self).linearize(x, u, rng)
     }
 }
 

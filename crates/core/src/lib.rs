@@ -29,7 +29,7 @@ mod task;
 
 pub use bounds::Bounded;
 pub use dataset::{Dataset, DatasetError, End, Rollout};
-pub use dynamics::{Diverged, Dynamics, Held, Scheme, VectorField};
+pub use dynamics::{Diverged, Dynamics, Held, Jacobians, Scheme, VectorField};
 pub use environment::{EnvError, Environment, Outcome};
 pub use event::{Event, Observer};
 pub use inverse::{Inverse, Unseen};

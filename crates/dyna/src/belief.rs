@@ -67,12 +67,12 @@ impl Stakes {
         let at =
             |share: f64| rewards.get((share * rewards.len().saturating_sub(1) as f64) as usize).map_or(0.0, |r| *r);
         let (least, most) = (at(0.0), at(1.0));
-        let capped = rewards.iter().filter(|r| **r == most).count() as f64 >= CAPPED * rewards.len() as f64;
+        let capped = rewards.iter().filter(|r| **r >= most).count() as f64 >= CAPPED * rewards.len() as f64;
         let spread = at(0.95) - at(0.05);
         Self {
             worst_value: least.min(0.0) / (1.0 - discount).max(f64::EPSILON),
             penalty: PENALTY * if spread > 0.0 { spread } else { most.abs().max(least.abs()) },
-            ceiling: (capped && most > 0.0).then(|| most * spec.max_steps as f64),
+            ceiling: (capped && most > 0.0).then_some(most * spec.max_steps as f64),
         }
     }
 }

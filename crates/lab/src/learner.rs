@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Knowledge, Rng};
+use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Jacobians, Knowledge, Rng};
 use sindyna_sindy::{Identified, Identifier, Watch};
 
 use crate::interrupt::Interrupt;
@@ -20,6 +20,10 @@ pub(crate) struct Fitted(pub(crate) Identified);
 impl Dynamics for Fitted {
     fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
         self.0.model.step(x, u, rng, next)
+    }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        self.0.model.linearize(x, u, rng)
     }
 }
 

@@ -85,6 +85,39 @@ fn noisy_arrays_become_equations_that_predict() {
 }
 
 #[test]
+fn steps_are_linearised_as_they_are_made() {
+    use sindyna_core::{Diverged, Dynamics, Rng, Seed};
+    use sindyna_sindy::Model;
+
+    /// A model of which only the steps are known.
+    struct Steps<'a>(&'a Model);
+    impl Dynamics for Steps<'_> {
+        fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+            self.0.step(x, u, rng, next)
+        }
+    }
+
+    let found = identifier().identify_recordings(&[pendulum(300, 0.005, 3)]).expect("equations");
+    let json = found.model.to_json();
+    let with = |form: &str, scheme: serde_json::Value| {
+        let mut document: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+        document["form"] = form.into();
+        document["scheme"] = scheme;
+        Model::from_json(&document.to_string()).expect("a model")
+    };
+    let mut models = vec![found.model.clone(), with("semi_implicit", serde_json::Value::Null)];
+    models.extend(["increment", "discrete"].map(|form| with(form, serde_json::Value::Null)));
+    for model in &models {
+        let (x, u, mut rng) = ([0.4, -1.0], [0.7], Seed::new(0).numpy());
+        let exact = model.linearize(&x, &u, &mut rng).expect("finite");
+        let differences = Steps(model).linearize(&x, &u, &mut rng).expect("finite");
+        for (a, b) in exact.0.iter().chain(&exact.1).zip(differences.0.iter().chain(&differences.1)) {
+            assert!((a - b).abs() < 1e-8, "{:?}: {exact:?} {differences:?}", model.form());
+        }
+    }
+}
+
+#[test]
 fn jacobians_are_those_of_differences() {
     let found = identifier().identify_recordings(&[pendulum(300, 0.005, 3)]).expect("equations");
     let (x, u) = ([0.4, -1.0], [0.7]);

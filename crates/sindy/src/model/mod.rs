@@ -4,6 +4,7 @@ mod analysis;
 mod document;
 mod equations;
 mod frame;
+mod linearize;
 mod right_side;
 mod step;
 

@@ -1,6 +1,6 @@
 //! A model as dynamics.
 
-use sindyna_core::{Diverged, Dynamics, Held, Rng, Scheme, VectorField};
+use sindyna_core::{Diverged, Dynamics, Held, Jacobians, Rng, Scheme, VectorField};
 
 use super::frame::back;
 use super::right_side::STACK;
@@ -79,6 +79,22 @@ impl Dynamics for Model {
         self.step_own(z, u, rng, z_next)?;
         back(readings, z_next, x, next);
         Diverged::check(next)
+    }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        match self.of_step(x, u) {
+            Some(exact) => Ok(exact),
+            None => Stepped(self).linearize(x, u, rng),
+        }
+    }
+}
+
+/// A model whose steps alone are known.
+struct Stepped<'a>(&'a Model);
+
+impl Dynamics for Stepped<'_> {
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        self.0.step(x, u, rng, next)
     }
 }
 
