@@ -1,14 +1,12 @@
-//! Where a learned model may be believed.
+//! The box in which models are compared with their systems.
 
 use rand::RngExt as _;
 
-use crate::{Channel, Dataset, Kind, Rng, Spec};
+use crate::{Channel, Kind, Rng, Spec};
 
-/// A box in state space: the declared bounds where a channel has them, else the larger of its typical magnitude and
-/// what the data reached. Angles without bounds are free.
+/// A box in state space: the declared bounds where a channel has them, else its declared typical magnitude. Angles without bounds are free.
 ///
-/// Imagined rollouts that leave it are ended, because a model is worth nothing where it was never compared with the
-/// system; and start states beyond the task's own are drawn from it.
+/// It is for judging models, over the same states whatever was learned from; learners know nothing of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Region {
     limits: Vec<(f64, f64)>,
@@ -16,9 +14,9 @@ pub struct Region {
 }
 
 impl Region {
-    /// The region of the system `spec` declares, around what was observed in `data`.
+    /// The box of the system `spec` declares.
     #[must_use]
-    pub fn around(spec: &Spec, data: &Dataset) -> Self {
+    pub fn of(spec: &Spec) -> Self {
         let limits = spec.state.iter().map(|channel| {
             if channel.is_bounded() {
                 return channel.bounds;
@@ -26,8 +24,7 @@ impl Region {
             if turns_freely(spec, channel) {
                 return (-std::f64::consts::PI, std::f64::consts::PI);
             }
-            let reach = reach(spec, data, &channel.name).max(channel.scale);
-            (channel.bounds.0.max(-reach), channel.bounds.1.min(reach))
+            (channel.bounds.0.max(-channel.scale), channel.bounds.1.min(channel.scale))
         });
         Self { limits: limits.collect(), free: spec.state.iter().map(|c| turns_freely(spec, c)).collect() }
     }
@@ -61,21 +58,14 @@ fn turns_freely(spec: &Spec, channel: &Channel) -> bool {
     channel.kind == Kind::Angle && !channel.is_bounded() && !shown
 }
 
-/// The largest magnitude observed on the channel `name`; 0 if it is not observed.
-fn reach(spec: &Spec, data: &Dataset, name: &str) -> f64 {
-    let Some(column) = spec.observation.iter().position(|o| o.name == name) else { return 0.0 };
-    let seen = data.rollouts().flat_map(|r| r.observations.column(column).to_vec());
-    seen.fold(0.0, |largest, v| largest.max(v.abs()))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{Precision, Seed, Space};
 
     #[test]
-    fn declared_bounds_win_and_data_widen_the_rest() {
-        let x = Channel::new("x", "m", Kind::Plain, 1.0);
+    fn declared_bounds_win_and_sizes_limit_the_rest() {
+        let x = Channel::new("x", "m", Kind::Plain, 2.5);
         let v = Channel::new("v", "m/s", Kind::RateOf(0), 1.0).within(-0.07, 0.07);
         let angle = Channel::new("θ", "rad", Kind::Angle, 1.0);
         let cosine = Channel::new("cos θ", "", Kind::CosOf(2), 1.0);
@@ -91,17 +81,10 @@ mod tests {
             max_steps: 10,
             solved_at: None,
         };
-        let mut data = Dataset::new(3, 0, 0, 0.1);
-        data.begin(&[-2.5, 5.0, 0.0]).expect("finite");
-        let region = Region::around(&spec, &data);
-        assert!(region.contains(&[2.4, 0.07, 40.0]), "2.5 m was visited and hidden angles are free");
-        assert!(!region.contains(&[2.6, 0.0, 0.0]));
-        assert!(!region.contains(&[0.0, 0.08, 0.0]));
-        let mut far = [-1e300, 0.5, 40.0];
-        region.clamp(&mut far);
-        assert_eq!(far, [-2.5, 0.07, 40.0]);
-        let mut drawn = [0.0; 3];
-        let mut rng = Seed::new(1).numpy();
+        let region = Region::of(&spec);
+        assert!(region.contains(&[2.4, 0.07, 40.0]), "hidden angles are free");
+        assert!(!region.contains(&[2.6, 0.0, 0.0]) && !region.contains(&[0.0, 0.08, 0.0]));
+        let (mut drawn, mut rng) = ([0.0; 3], Seed::new(1).numpy());
         for _ in 0..100 {
             region.sample(&mut rng, &mut drawn);
             assert!(region.contains(&drawn) && drawn[2].abs() <= std::f64::consts::PI);

@@ -94,7 +94,8 @@ pub struct Channel {
     pub kind: Kind,
     /// Declared range of the signal, infinite where none is declared.
     pub bounds: (f64, f64),
-    /// Typical magnitude, in the channel's unit; positive.
+    /// Typical magnitude, in the channel's unit; positive. Sensors' noise is declared in parts of it, and models are compared with their systems
+    /// within it; learners do not use it.
     pub scale: f64,
 }
 

@@ -20,8 +20,8 @@ use crate::{Schedule, ScheduleError};
 /// 1. Imagined rollouts run side by side and are shorter than an episode; some begin anywhere in and around the data
 ///    ([`Schedule`] says how many). The paper imagines whole episodes from the task's start states.
 /// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model. Where the model is not believed ([`crate::Rollouts`]), the policy
-///    that is optimal there has one real episode to keep what the model promises (within a tenth); else the model is fitted anew, with
-///    that episode among the data, and training goes on.
+///    that is optimal there has one real episode to keep what the models promise; else the model is fitted anew, with that episode among the
+///    data, and training begins anew.
 /// 3. Where a learner gives a posterior, every imagined system follows a model of its own, drawn from it.
 ///
 /// # References
@@ -46,8 +46,8 @@ pub struct Learned<M, P> {
     pub data: Dataset,
     /// The model fitted last; none for learners that make none.
     pub model: Option<Arc<M>>,
-    /// The policy that was best in the model, or of those that were tried on the real system the one that came nearest to its promise; none if
-    /// training never came to a trial.
+    /// The policy that was best in the model; of those that were tried on the real system the one that kept its promise, or that earned most if none
+    /// did; none if training never came to a trial.
     pub policy: Option<P>,
     /// What that policy scored in the model.
     pub model_return: Option<f64>,

@@ -63,7 +63,7 @@ pub struct Loop<'a, L: DynamicsLearner, A: Agent> {
     batch: Batch,
     trials: Trials,
     best: Option<Best<A::Frozen>>,
-    /// The policy that came nearest to what was promised on the real system, with its return in the model.
+    /// The policy to be handed over of those that were on the real system.
     tried: Option<(Best<A::Frozen>, Confirmation)>,
     prediction: Option<Prediction>,
     optimal: bool,
@@ -342,8 +342,8 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         }
         observer.on(&Event::Confirmed { real: confirmation.real, promised: confirmation.expected() })?;
         let kept = confirmation.is_kept();
-        // Training in a new model may make a policy worse: the one that came nearest to its promise is handed over.
-        if self.tried.as_ref().is_none_or(|(_, least)| kept || confirmation.shortfall() <= least.shortfall()) {
+        // Training in a new model may make a policy worse: of those that broke their promise the one that earned most is handed over.
+        if self.tried.as_ref().is_none_or(|(_, before)| kept || confirmation.real >= before.real) {
             self.tried = Some((best.clone(), confirmation));
         }
         let exhausted = self.updates >= self.parts.schedule.optimality.max_updates;

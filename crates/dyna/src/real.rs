@@ -17,8 +17,14 @@ pub struct Confirmation {
     pub scale: f64,
 }
 
-/// Share of the returns' magnitude by which reality may fall short of what was promised, and by which the models may differ.
-const TOLERANCE: f64 = 0.1;
+/// Share of the returns' magnitude by which reality may differ from what was promised.
+const TOLERANCE: f64 = 0.03;
+
+/// The same for what the models drawn promise, as a standard deviation.
+const DISAGREEMENT: f64 = 0.1;
+
+/// Standard deviations of these by which reality may differ from their mean.
+const LIKELY: f64 = 2.0;
 
 impl Confirmation {
     /// Mean return promised.
@@ -41,15 +47,12 @@ impl Confirmation {
         (squares / self.promised.len().max(1) as f64).sqrt()
     }
 
-    /// Whether a difference of returns matters no more.
-    pub(crate) fn is_near(&self, difference: f64) -> bool {
-        difference <= TOLERANCE * self.scale
-    }
-
-    /// Whether reality kept the promise, and the models agreed on it.
+    /// Whether the models agreed on a promise, and reality kept it. More than was promised is no better: the models are wrong then, too.
     #[must_use]
     pub fn is_kept(&self) -> bool {
-        self.is_near(self.shortfall()) && self.is_near(self.disagreement())
+        let disagreement = self.disagreement();
+        let likely = (LIKELY * disagreement).max(TOLERANCE * self.scale);
+        disagreement <= DISAGREEMENT * self.scale && self.shortfall().abs() <= likely
     }
 }
 

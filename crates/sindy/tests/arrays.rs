@@ -85,6 +85,41 @@ fn noisy_arrays_become_equations_that_predict() {
 }
 
 #[test]
+fn models_drawn_scatter_as_the_standard_errors_say() {
+    use sindyna_core::{Certainty, Dynamics as _};
+
+    const DRAWS: usize = 2_000;
+    let found = identifier().identify_recordings(&[pendulum(300, 0.01, 3)]).expect("equations");
+    assert!(found.certainty() >= Certainty::Ambiguous, "{found}");
+    let models = found.models.as_ref().expect("the noise was estimated");
+    let (best, errors) = (&found.report.equations[1], &found.report.equations[1].standard_errors);
+    let mut rng = Seed::new(0).numpy();
+    let mut drawn = Vec::new();
+    for _ in 0..DRAWS {
+        let model = models.draw(&mut rng);
+        let own: Vec<f64> = model.coefficients(1).iter().map(|e| e.coefficient).collect();
+        if model.terms() == found.model.terms() {
+            drawn.push(own);
+        }
+    }
+    assert!(drawn.len() > DRAWS / 20, "the likeliest terms are drawn often: {}", drawn.len());
+    let n = drawn.len() as f64;
+    for (j, (value, error)) in best.coefficients.iter().zip(errors).enumerate() {
+        let mean = drawn.iter().map(|d| d[j]).sum::<f64>() / n;
+        let deviation = (drawn.iter().map(|d| (d[j] - mean).powi(2)).sum::<f64>() / n).sqrt();
+        assert!((mean - value).abs() < 5.0 * error / n.sqrt(), "{mean} {value} ± {error}");
+        assert!((0.8..1.25).contains(&(deviation / error)), "{deviation} {error}");
+    }
+    // Seen as nothing but dynamics, every draw moves on its own.
+    let next = |rng: &mut _| {
+        let (mut next, model) = ([0.0; 2], (models as &dyn sindyna_core::Posterior).draw(rng));
+        model.step(&[1.0, 0.0], &[0.5], &mut Seed::new(0).numpy(), &mut next).expect("finite");
+        next
+    };
+    assert_ne!(next(&mut rng), next(&mut rng));
+}
+
+#[test]
 fn steps_are_linearised_as_they_are_made() {
     use sindyna_core::{Diverged, Dynamics, Rng, Seed};
     use sindyna_sindy::Model;

@@ -1,6 +1,6 @@
 //! The true rates over a system's box, and how far a model's are from them.
 
-use sindyna_core::{Dataset, Kind, Region, Seed, VectorField as _};
+use sindyna_core::{Kind, Region, Seed, VectorField as _};
 use sindyna_envs::System;
 use sindyna_sindy::Model;
 
@@ -30,8 +30,7 @@ impl Truth {
     #[must_use]
     pub fn of(system: &System, count: usize) -> Self {
         let spec = system.spec();
-        let nothing = Dataset::new(spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim(), spec.dt);
-        let (states, controls) = (Region::around(spec, &nothing), Region::around(&of_controls(spec), &nothing));
+        let (states, controls) = (Region::of(spec), Region::of(&of_controls(spec)));
         let (n, mut rng) = (spec.state_dim(), Seed::new(99).stream("box", 0));
         let (mut points, mut rates) = (Vec::with_capacity(count), Vec::with_capacity(count));
         let field = system.rates();

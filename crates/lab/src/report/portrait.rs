@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use sindyna_core::{Dataset, Dynamics, Kind, Region, Seed, Spec};
+use sindyna_core::{Dynamics, Kind, Region, Seed, Spec};
 use sindyna_envs::System;
 use sindyna_sindy::Model;
 
@@ -37,8 +37,7 @@ pub(crate) fn portrait(system: &System, model: &Model) -> Portrait {
 }
 
 fn of(spec: &Spec, truth: &dyn Dynamics, model: &dyn Dynamics) -> Portrait {
-    let nothing = Dataset::new(spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim(), spec.dt);
-    let region = Region::around(spec, &nothing);
+    let region = Region::of(spec);
     let mut rng = Seed::new(0).stream("portrait", 0);
     let mut draw = || {
         let mut x = vec![0.0; spec.state_dim()];
