@@ -11,6 +11,7 @@
 //! Not here: any physics, any regression, any network, any file, clock or terminal.
 
 mod bounds;
+mod contract;
 mod dataset;
 mod dynamics;
 mod environment;
@@ -28,6 +29,7 @@ mod support;
 mod task;
 
 pub use bounds::Bounded;
+pub use contract::{ContractError, check_agent, check_dynamics, check_environment, check_spec};
 pub use dataset::{Dataset, DatasetError, End, Rollout};
 pub use dynamics::{Diverged, Dynamics, Held, Jacobians, Scheme, VectorField};
 pub use environment::{EnvError, Environment, Outcome};

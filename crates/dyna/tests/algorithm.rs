@@ -261,6 +261,28 @@ fn auto() -> Schedule {
 }
 
 #[test]
+fn schedules_no_run_can_have_are_refused_by_name() {
+    let of = |change: fn(&mut Schedule)| {
+        let mut schedule = schedule();
+        change(&mut schedule);
+        schedule
+    };
+    assert_eq!(schedule().check(), Ok(()));
+    for (schedule, name) in [
+        (of(|s| s.worlds = 0), "worlds"),
+        (of(|s| s.optimality.trial_episodes = 0), "optimality.trial_episodes"),
+        (of(|s| s.optimality.trial_every = 0), "optimality.trial_every"),
+        (of(|s| s.discount = 1.0), "discount"),
+        (of(|s| s.scattered_starts = 1.5), "scattered_starts"),
+        (of(|s| s.scattered_starts = f64::NAN), "scattered_starts"),
+        (of(|s| s.imagined_rollouts = Rollouts::Count(0)), "imagined_rollouts"),
+        (of(|s| s.batch_size = 0), "batch_size"),
+    ] {
+        assert_eq!(schedule.check().expect_err(name).name, name);
+    }
+}
+
+#[test]
 fn an_exact_model_is_believed_and_its_prediction_holds() {
     let learned = run(&Given(EXACT), &auto(), Student::default(), &|| false);
     assert_eq!(learned.data.n_steps(), 30, "the warm-up alone");

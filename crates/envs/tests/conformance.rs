@@ -3,8 +3,7 @@
 #![allow(clippy::float_cmp, reason = "exact numbers are compared on purpose")]
 
 use sindyna_core::{
-    Channel, Dynamics as _, EnvError, Environment, Kind, Outcome, Precision, Seed, Space, Spec, Task as _,
-    VectorField as _,
+    Dynamics as _, Environment as _, Seed, Space, Spec, Task as _, VectorField as _, check_dynamics, check_environment,
 };
 
 /// A valid action that depends on the step number `t` only, up to half the control range.
@@ -16,106 +15,21 @@ fn action(space: &Space, t: usize) -> Vec<f64> {
     }
 }
 
-/// Observations, rewards and ends of `steps` steps, resetting where an episode ends.
-fn play(env: &mut dyn Environment, seed: u64, steps: usize) -> Vec<(Vec<f64>, Outcome)> {
-    let mut rng = Seed::new(seed).numpy();
-    env.reset(&mut rng).expect("a simulation resets");
-    let step = |t| {
-        let action = action(&env.spec().action_space, t);
-        let outcome = env.step(&action, &mut rng).expect("a valid action after a reset");
-        let seen = env.observation().to_vec();
-        if outcome.terminated || outcome.truncated {
-            env.reset(&mut rng).expect("a simulation resets");
-        }
-        (seen, outcome)
-    };
-    (0..steps).map(step).collect()
-}
-
-/// `make` gives a new environment; everything an environment promises must hold of it.
-fn check_environment<E: Environment>(make: impl Fn() -> E) {
-    let spec = make().spec().clone();
-    check_spec(&spec);
-    let name = &spec.name;
-    let mut rng = Seed::new(0).numpy();
-
-    let mut env = make();
-    assert_eq!(env.step(&action(&spec.action_space, 0), &mut rng), Err(EnvError::NeedsReset), "{name}: before a reset");
-
-    let steps = 3 * spec.max_steps;
-    let (first, second) = (play(&mut env, 5, steps), play(&mut make(), 5, steps));
-    assert_eq!(first, second, "{name}: one seed, one history");
-    assert_ne!(first[0], play(&mut env, 6, 1)[0], "{name}: another seed, another start");
-
-    let mut length = 0;
-    for (seen, outcome) in &first {
-        length += 1;
-        assert_eq!(seen.len(), spec.observation_dim(), "{name}");
-        assert_eq!(outcome.truncated, length == spec.max_steps, "{name}: truncated by the clock alone");
-        assert!(outcome.reward.is_finite(), "{name}");
-        for (value, channel) in seen.iter().zip(&spec.observation) {
-            let (low, high) = channel.bounds;
-            assert!((low..=high).contains(value), "{name}: {} = {value} is not in [{low}, {high}]", channel.name);
-            assert!(
-                spec.precision == Precision::F64 || f64::from(*value as f32).to_bits() == value.to_bits(),
-                "{name}: {} = {value} is no float32",
-                channel.name
-            );
-        }
-        if outcome.terminated || outcome.truncated {
-            length = 0;
-        }
-    }
-
-    env.reset(&mut rng).expect("a simulation resets");
-    for bad in [f64::NAN, f64::INFINITY] {
-        let refused = env.step(&vec![bad; spec.action_space.action_dim()], &mut rng);
-        assert!(matches!(refused, Err(EnvError::NotAnAction { .. })), "{name}: {bad} is no action");
-    }
-    for t in 0.. {
-        let outcome = env.step(&action(&spec.action_space, t), &mut rng).expect("a valid action");
-        if outcome.terminated || outcome.truncated {
-            break;
-        }
-    }
-    assert_eq!(env.step(&action(&spec.action_space, 0), &mut rng), Err(EnvError::NeedsReset), "{name}: after the end");
-}
-
-fn check_spec(spec: &Spec) {
-    let name = &spec.name;
-    for channel in spec.state.iter().chain(&spec.observation).chain(&spec.control) {
-        let Channel { name: c, scale, bounds: (low, high), .. } = channel;
-        assert!(scale.is_finite() && *scale > 0.0, "{name}: scale of {c}");
-        assert!(low < high, "{name}: bounds of {c}");
-        match channel.kind {
-            Kind::RateOf(i) | Kind::CosOf(i) | Kind::SinOf(i) => assert!(i < spec.state_dim(), "{name}: {c}"),
-            Kind::Plain | Kind::Angle => {}
-        }
-    }
-    assert_eq!(spec.action_space.control_dim(), spec.control_dim(), "{name}");
-    match &spec.action_space {
-        Space::Box { low, high } => {
-            for ((c, lo), hi) in spec.control.iter().zip(low).zip(high) {
-                assert_eq!(c.bounds, (*lo, *hi), "{name}: the range of {}", c.name);
-            }
-        }
-        Space::Discrete { controls } => {
-            for row in controls.rows() {
-                for (c, u) in spec.control.iter().zip(row) {
-                    assert!((c.bounds.0..=c.bounds.1).contains(u), "{name}: the range of {}", c.name);
-                }
-            }
-        }
-    }
-    assert!(spec.dt > 0.0 && spec.max_steps > 0, "{name}");
-}
-
 #[test]
 fn every_system_keeps_the_promises_of_an_environment() {
     let systems = sindyna_envs::systems();
     assert_eq!(systems.len(), 5);
     for system in systems.into_iter().chain(sindyna_envs::fields()) {
-        check_environment(|| system.environment());
+        let steps = 3 * system.spec().max_steps.min(1_000);
+        check_environment(|| system.environment(), steps).expect("every promise is kept");
+        let (mut rng, task) = (Seed::new(0).numpy(), system.task());
+        let mut start = || {
+            let mut x = vec![0.0; system.spec().state_dim()];
+            task.initial(&mut rng, &mut x);
+            x
+        };
+        let starts: Vec<Vec<f64>> = (0..10).map(|_| start()).collect();
+        check_dynamics(&*system.dynamics(), system.spec(), &starts).expect("every promise is kept");
     }
 }
 

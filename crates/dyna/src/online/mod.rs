@@ -90,7 +90,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
     /// Learns on the real system `env`; checks are on `judges`, systems of the same kind.
     ///
     /// # Errors
-    /// [`DynaError`] if a system fails or a model cannot be fitted.
+    /// [`DynaError`] if no run can have the schedule, a system fails or a model cannot be fitted.
     pub fn run<A: Agent, E: Environment>(
         &self,
         env: &mut dyn Environment,
@@ -99,6 +99,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
         mut agent: A,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Practised<L::Model, A::Frozen>, DynaError> {
+        self.schedule.check()?;
         let spec = self.task.spec();
         let schedule = self.schedule;
         let inverse = schedule.branches.as_ref().map(|_| Inverse::of(spec)).transpose()?;

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::ScheduleError;
+
 /// The hyper-parameters of learning on the real system, with a model's help or without.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OnlineSchedule {
@@ -21,6 +23,32 @@ pub struct OnlineSchedule {
     pub branches: Option<Branches>,
     /// When the policy is looked at.
     pub checks: Checks,
+}
+
+impl OnlineSchedule {
+    /// Refuses what would hang, panic or give no numbers.
+    ///
+    /// # Errors
+    /// [`ScheduleError`] with the first setting that is out of its range.
+    pub fn check(&self) -> Result<(), ScheduleError> {
+        let own = [
+            ("batch_size", self.batch_size),
+            ("replay_capacity", self.replay_capacity),
+            ("checks.every", self.checks.every),
+            ("checks.episodes", self.checks.episodes),
+        ];
+        let branches = self.branches.iter().flat_map(|b| {
+            let Branches { every, length, rounds_kept, .. } = *b;
+            [("branches.every", every), ("branches.length", length), ("branches.rounds_kept", rounds_kept)]
+        });
+        if let Some((name, _)) = own.into_iter().chain(branches).find(|(_, count)| *count == 0) {
+            return Err(ScheduleError { name, value: 0.0, wanted: "at least 1" });
+        }
+        match self.branches.as_ref().map(|b| b.real_share).filter(|share| !(0.0..=1.0).contains(share)) {
+            Some(value) => Err(ScheduleError { name: "branches.real_share", value, wanted: "in 0..=1" }),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Short rollouts in a model, branched off from real states (Janner et al. 2019).

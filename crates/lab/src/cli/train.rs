@@ -125,6 +125,9 @@ impl Plan {
     }
 }
 
+/// Width of the interval, as a part of the return, from which there is something to be told about it.
+const WIDE: f64 = 0.2;
+
 /// Probability of the interval in which the return is predicted to be.
 const LEVEL: f64 = 0.9;
 
@@ -273,6 +276,9 @@ impl Run<'_> {
             text += &format!(
                 "predicted return on the real system: {mean:.1} ({percent:.0} % interval {low:.1} to {high:.1})\n"
             );
+            if high - low > WIDE * mean.abs() && learned.confirmation.is_some() {
+                text += "the models that the data allow differ in that: more real steps to begin with (--real-steps) tell them apart\n";
+            }
         }
         if let Some(failure) = &summary.training.failure {
             text += &format!("training stopped short: {failure}\n");
