@@ -368,7 +368,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
     }
 
     fn predict(&mut self) -> Result<Phase, DynaError> {
-        let misfit = self.tried.as_ref().map_or(0.0, |(_, confirmation)| confirmation.shortfall().abs());
+        let misfit = self.tried.as_ref().map_or(0.0, |(_, confirmation)| confirmation.misfit());
         if let Some((best, _)) = &self.tried {
             self.best = Some(best.clone());
         }

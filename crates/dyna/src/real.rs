@@ -47,6 +47,11 @@ impl Confirmation {
         (squares / self.promised.len().max(1) as f64).sqrt()
     }
 
+    /// What real and promised returns differ by beyond what the models and the noise tell, as a standard deviation.
+    pub(crate) fn misfit(&self) -> f64 {
+        (self.shortfall().powi(2) - self.disagreement().powi(2)).max(0.0).sqrt()
+    }
+
     /// Whether the models agreed on a promise, and reality kept it. More than was promised is no better: the models are wrong then, too.
     #[must_use]
     pub fn is_kept(&self) -> bool {

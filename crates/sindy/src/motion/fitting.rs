@@ -33,6 +33,10 @@ impl Search<'_> {
         let errors = self.errors_of_terms(model, found.stepping, true);
         let theta = self.averages_of(found, model);
         let explained = |(i, fit): (usize, &Selected)| {
+            // Equations that blow up along the data are followed so badly that any residual is within their own errors.
+            if residuals[i].1 > self.signal(i) {
+                return false;
+            }
             if residuals[i].0 <= FLOOR_FACTOR * ROUNDING * residuals[i].1 {
                 return true;
             }
@@ -46,6 +50,16 @@ impl Search<'_> {
         };
         let fitted = |(i, fit): (usize, &Selected)| self.system.rates[i].is_some() || explained((i, fit));
         found.fits.iter().enumerate().map(fitted).collect()
+    }
+
+    /// RMS of Δx/Δt of state `i`; infinite for a state that stands still, of which there is nothing to explain.
+    fn signal(&self, i: usize) -> f64 {
+        let moves = |run: &Run| -> f64 {
+            (0..run.len()).map(|t| ((run.x[[t + 1, i]] - run.x[[t, i]]) / self.system.dt).powi(2)).sum()
+        };
+        let rows = self.runs.iter().map(Run::len).sum::<usize>().max(1) as f64;
+        let rms = (self.runs.iter().map(moves).sum::<f64>() / rows).sqrt();
+        if rms > 0.0 { rms } else { f64::INFINITY }
     }
 
     /// One round: averages along the way of `along`, then the terms and coefficients of each equation. Rows weigh as much as
