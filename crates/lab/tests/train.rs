@@ -178,6 +178,39 @@ fn for_finite_n_real_rollouts_are_counted() {
 }
 
 #[test]
+fn ten_noisy_steps_are_explained_by_nothing() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "inverted-pendulum", "--noise", "0.01", "--max-real-steps", "10", "--max-updates", "250"];
+    for seed in 4..9 {
+        let run = format!("run-{seed}");
+        let args = [&args[..], &["--seed", &seed.to_string(), "--out", &run, "--quiet"]].concat();
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code == 0 || code == 1, "{stdout}{stderr}");
+        let summary = json(&temp.path().join(run).join("summary.json"));
+        assert_eq!(summary["real_steps"], 10, "no more were allowed");
+        // With seed 6, eleven terms that blow up between the samples were once called exact.
+        assert_eq!(summary["identification"]["explained"], false, "{stdout}");
+        assert!(stdout.contains("not exact"), "{stdout}");
+    }
+}
+
+#[test]
+fn noise_is_met_with_more_data_and_an_episode_that_confirms() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "pendulum", "--noise", "0.01", "--out", "run", "--quiet"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let summary = json(&temp.path().join("run/summary.json"));
+    let (steps, training) = (summary["real_steps"].as_u64().unwrap(), &summary["training"]);
+    assert!((210..2_000).contains(&steps), "ten steps, more of them, and an episode of 200: {steps}");
+    assert_eq!(training["confirmation"]["kept"], true, "{training}");
+    let (low, high) = (&training["prediction"]["low"], &training["prediction"]["high"]);
+    assert!(low.as_f64() < high.as_f64() && stdout.contains("90 % interval"), "{stdout}");
+    let events = fs::read_to_string(temp.path().join("run/events.jsonl")).unwrap();
+    assert!(events.contains("\"confirmed\"") && events.matches("\"fitted\"").count() > 1, "{events}");
+}
+
+#[test]
 fn equations_that_are_not_exact_are_called_so() {
     let temp = tempfile::tempdir().unwrap();
     // As many terms as the paper has, thresholded: they pass through ten steps, which says nothing about the next.
