@@ -1,20 +1,17 @@
 #!/usr/bin/env python3
-"""What sensor noise costs: equations, coefficients, controllers.
+"""What sensor noise costs: equations, coefficients, regulators. Controllers trained in the equations are in scripts/loop.py.
 
 For every task, noise level, number of real steps and seed, the program `noise` of crates/studies identifies the equations (and
-lets linear-quadratic regulators act, where the task is to balance), without being told how noisy the sensors are and again told so, and
-`sindyna train` trains inside them, which is told nothing. Writes
+lets linear-quadratic regulators act, where the task is to balance), without being told how noisy the sensors are and again told so. Writes
 results/noise.json, docs/noise.md and docs/noise.svg. What was run before is taken from runs/noise; delete that folder after a
-change of the identifier or the trainer.
+change of the identifier.
 
-Usage: scripts/noise.py [--seeds 0-19] [--jobs 1] [--tasks cart-pole] [--noises 0.01] [--steps 100] [--no-train] [--train-all]
-                        [-- OPTIONS OF train]
+Usage: scripts/noise.py [--seeds 0-19] [--jobs 1] [--tasks cart-pole] [--noises 0.01] [--steps 100]
 Needs: cargo, nothing else.
 """
 import argparse
 import json
 import math
-import subprocess
 import sys
 
 from figure import panels
@@ -22,46 +19,11 @@ from study import ROOT, TASKS, build, commit, each, lines, middle, number, parse
 
 NOISES = [0.001, 0.01, 0.05]
 STEPS = [100, 300, 1000]
-# Where controllers are trained: real steps for each noise.
-TRAINED = {0.001: 100, 0.01: 300, 0.05: 1000}
-# Real steps without noise, to compare with.
-CLEAN_STEPS = 10
 BALANCED = ["cart-pole", "inverted-pendulum"]
 RUNS = ROOT / "runs" / "noise"
-# A return may fall short of the same seed's clean one by this part of it.
-SHORTFALL = 0.05
 
 
-def train(program, task, noise, steps, seed, jobs, options):
-    """Return and verdict of a training run; from its record if it was run before."""
-    out = RUNS / "train" / f"{task}-{noise:g}-{steps}-{seed}"
-    if not (out / "summary.json").exists():
-        threads = ["--threads", "1"] if jobs > 1 else []
-        command = [program, "train", task, "--noise", f"{noise:g}", "--real-steps", steps, "--seed", seed, "--out", out,
-                   "--quiet", *threads, *options]
-        done = subprocess.run(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        print(f"{out.name}: exit code {done.returncode}", file=sys.stderr, flush=True)
-        if done.returncode not in (0, 1):
-            # A refusal is an outcome; it is not stored, so that the next call tries again.
-            return {"refused": done.stderr.strip().splitlines()[0] if done.stderr.strip() else "no reason was given"}
-    record = json.loads((out / "summary.json").read_text())
-    evaluation = record["evaluation"] or {"mean_return": None}
-    seconds = json.loads((out / "timing.json").read_text())["wall_seconds"]
-    return {"return": evaluation["mean_return"], "solved": bool(record["solved"]), "real_steps": record["real_steps"],
-            "seconds": seconds}
-
-
-def succeeded(task, run, clean):
-    """Balanced, or nearly as good as without noise."""
-    if "return" not in run or run["return"] is None:
-        return False
-    if task in BALANCED:
-        return run["solved"]
-    reference = clean.get("return")
-    return reference is not None and run["return"] >= reference - SHORTFALL * abs(reference)
-
-
-def summary(rows, told, runs, cleans):
+def summary(rows, told):
     """What the seeds of one task, noise level and number of steps come to; `told` are those of an identifier told the noise."""
     fitted = [r for r in rows if "refused" not in r]
     first = rows[0]
@@ -94,15 +56,6 @@ def summary(rows, told, runs, cleans):
             name: {"median_return": kept(middle(number_or_zero(r["regulators"][name]) for r in rows)),
                    "lowest_return": kept(min(number_or_zero(r["regulators"][name]) for r in rows)),
                    "none": sum(r["regulators"][name] is None for r in rows)} for name in names}
-    if runs:
-        returns = [r["return"] for r in runs if r.get("return") is not None]
-        group["trained"] = {
-            "succeeded": sum(succeeded(first["system"], r, c) for r, c in zip(runs, cleans)),
-            "refused": sum("refused" in r for r in runs), "solved": sum(r.get("solved", False) for r in runs),
-            "median_return": kept(middle(returns)), "lowest_return": kept(min(returns, default=math.inf)),
-            "median_seconds": rounded(middle(r["seconds"] for r in runs if "seconds" in r)),
-            "most_real_steps": max((r["real_steps"] for r in runs if "real_steps" in r), default=None),
-        }
     return group
 
 
@@ -128,22 +81,6 @@ def page(groups, command, stem):
         " Noise is Gaussian, independent from step to step, on every observation of the real system, in training and in"
         " evaluation; its standard deviation is the given part of each channel's scale. Real steps are those of the default warm-up.",
     ]
-    trained = [g for g in groups if "trained" in g]
-    if trained:
-        text += [
-            "", "## Controllers trained in the model", "",
-            *table([*head, "as good as clean", "return, median (lowest)", "over the task's mark", "refused", "seconds, median"],
-                   [[*key(g), f"{g['trained']['succeeded']} of {g['seeds']}",
-                     f"{plain(g['trained']['median_return'])} ({plain(g['trained']['lowest_return'])})",
-                     g["trained"]["solved"], g["trained"]["refused"], short(g["trained"]["median_seconds"])] for g in trained]),
-            "", "`sindyna train TASK --noise F --real-steps R`. *As good as clean*: the task's mark is reached on the tasks to"
-            f" balance, and on the others the return is at most {100 * SHORTFALL:g} % below that of the same seed"
-            f" without noise from {CLEAN_STEPS} steps.",
-            "",
-            "Under noise the simplest equations that explain what is left win. Where terms matter little on the data (the pole's"
-            " centrifugal force on the cart) others may take their place: errors of accelerations then stop falling with more steps,"
-            " although controllers hardly notice.",
-        ]
     text += [
         "", "## Equations", "",
         f"![Error of the accelerations against real steps]({stem}.svg)", "",
@@ -195,12 +132,9 @@ def main():
     parser.add_argument("--tasks", nargs="+", default=TASKS)
     parser.add_argument("--noises", nargs="+", type=float, default=NOISES)
     parser.add_argument("--steps", nargs="+", type=int, default=STEPS)
-    parser.add_argument("--no-train", action="store_true", help="equations and regulators only")
-    parser.add_argument("--train-all", action="store_true", help="controllers for every noise and number of steps")
     parser.add_argument("--out", default="noise", help="stem of the files in results and docs")
-    parser.add_argument("options", nargs="*", help="options passed on to `sindyna train`, after --")
     args = parser.parse_args()
-    folder = build("sindyna-studies", "sindyna-lab")
+    folder = build("sindyna-studies")
 
     def identified(task, noise, steps, seed):
         arguments = [task, f"{noise:g}", steps, seed, seed, *(["--regulate"] if task in BALANCED else [])]
@@ -210,27 +144,17 @@ def main():
         arguments = [task, f"{noise:g}", steps, seed, seed, "--declared"]
         return lines(folder / "noise", arguments, RUNS / "told" / f"{task}-{noise:g}-{steps}-{seed}.jsonl")[0]
 
-    def trained(task, noise, steps, seed):
-        return train(folder / "sindyna", task, noise, steps, seed, args.jobs, args.options)
-
     cases = [(t, f, r, s) for t in args.tasks for f in args.noises for r in args.steps for s in args.seeds]
     found = dict(zip(cases, each(args.jobs, identified, cases)))
     told = dict(zip(cases, each(args.jobs, identified_told, cases)))
-    runs = {}
-    if not args.no_train:
-        # Without noise only where the comparison needs it.
-        clean = [(t, 0.0, CLEAN_STEPS, s) for t in args.tasks if t not in BALANCED for s in args.seeds]
-        noisy = [(t, f, r, s) for t, f, r, s in cases if args.train_all or TRAINED.get(f, r) == r]
-        runs = dict(zip(clean + noisy, each(args.jobs, trained, clean + noisy)))
     groups = []
     for t in args.tasks:
         for f in args.noises:
             for r in args.steps:
                 of = lambda records, *key: [records[t, *key, s] for s in args.seeds if (t, *key, s) in records]
-                cleans = of(runs, 0.0, CLEAN_STEPS) or [{}] * len(args.seeds)
-                groups.append(summary(of(found, f, r), of(told, f, r), of(runs, f, r), cleans))
+                groups.append(summary(of(found, f, r), of(told, f, r)))
     command = " ".join(["scripts/noise.py", *sys.argv[1:]])
-    document = {"command": command, "commit": commit(), "options": args.options, "groups": groups}
+    document = {"command": command, "commit": commit(), "groups": groups}
     (ROOT / "results" / f"{args.out}.json").write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     (ROOT / "docs" / f"{args.out}.md").write_text(page(groups, command, args.out))
     (ROOT / "docs" / f"{args.out}.svg").write_text(chart(groups, args.noises, args.steps))
