@@ -95,7 +95,7 @@ pub struct Channel {
     /// Declared range of the signal, infinite where none is declared.
     pub bounds: (f64, f64),
     /// Typical magnitude, in the channel's unit; positive. Sensors' noise is declared in parts of it, and models are compared with their systems
-    /// within it; learners do not use it.
+    /// within it; learners do not use it, but for the target `increment`, which tells equally good equations apart over it.
     pub scale: f64,
 }
 

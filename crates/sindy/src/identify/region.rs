@@ -11,11 +11,12 @@ use crate::library::{Input, Role};
 const POINTS: usize = 256;
 
 /// Points z = (x; u) (points, n + k) spread evenly over the region where equations for `spec` will be used: within the
-/// declared range of each channel what the data `z` reached, a whole turn of angles that go round, and the controls an agent may choose.
+/// declared range of each channel its typical magnitude or what the data `z` reached, a whole turn of angles that go
+/// round, and the controls an agent may choose.
 pub(super) fn points(spec: &Spec, channels: &[Channel], inputs: &[Input], z: &Array2<f64>) -> Array2<f64> {
     let n = channels.len();
     let range = |(i, (channel, input)): (usize, (&Channel, &Input))| {
-        let reach = z.column(i).iter().fold(0.0, |largest: f64, v| largest.max(v.abs()));
+        let reach = z.column(i).iter().fold(channel.scale, |largest: f64, v| largest.max(v.abs()));
         if input.role == Role::Turning {
             (-PI, PI)
         } else {
