@@ -245,9 +245,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         match self.parts.schedule.imagined_rollouts {
             Rollouts::Unlimited => false,
             Rollouts::Count(_) => true,
-            Rollouts::Auto => {
-                self.certainty() < Certainty::Exact || self.trials.is_far(&self.parts.schedule.optimality)
-            }
+            Rollouts::Auto => self.certainty() < Certainty::Exact || self.trials.is_far(),
         }
     }
 
@@ -317,7 +315,8 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         let mean = |values: f64| values / returns.len().max(1) as f64;
         let charged = mean(worlds.iter().map(Trial::charged).sum());
         let model_return = mean(returns.iter().sum()) + charged;
-        if self.trials.note(rule, (&returns, charged), belief.stakes.ceiling) {
+        let far = mean(worlds.iter().map(Trial::far).sum());
+        if self.trials.note(rule, (&returns, far), belief.stakes.ceiling) {
             self.best = Some(Best { policy, model_return });
         }
         let best_return = self.best.as_ref().map_or(model_return, |best| best.model_return);
@@ -335,24 +334,29 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             return Ok(Phase::Predict);
         };
         let inverse = Inverse::of(self.parts.task.spec())?;
-        let view = (belief, &inverse, best.model_return.abs());
+        // Returns near 0 are no measure of what matters.
+        let scale = best.model_return.abs().max(self.trials.difference());
+        let view = (belief, &inverse, scale);
         let confirmation = confirm(env, &best.policy, view, &mut self.data, &mut self.real_rng, interrupted)?;
         if interrupted() {
             return Ok(Phase::Confirm);
         }
         observer.on(&Event::Confirmed { real: confirmation.real, promised: confirmation.expected() })?;
-        let kept = confirmation.is_kept();
+        let (kept, rule, best_return) = (confirmation.is_kept(), &self.parts.schedule.optimality, best.model_return);
+        let shown = self.tried.as_ref().filter(|(_, before)| before.is_kept()).map(|(before, _)| before.model_return);
         // Training in a new model may make a policy worse: of those that broke their promise the one that earned most is handed over.
         if self.tried.as_ref().is_none_or(|(_, before)| kept || confirmation.real >= before.real) {
             self.tried = Some((best.clone(), confirmation));
         }
-        let exhausted = self.updates >= self.parts.schedule.optimality.max_updates;
+        let exhausted = self.updates >= rule.max_updates;
         let next = self.collected(observer)?;
-        if kept || exhausted {
+        // A policy that works far from the data has widened their support: there may be more to gain beyond.
+        let earlier = shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
+        if exhausted || (kept && !(self.trials.is_far() && earlier)) {
             return Ok(Phase::Predict);
         }
         if self.parts.schedule.refit == Refit::AfterRollouts {
-            // What was learned in a model that broke its promise stands in the way of learning in the next.
+            // What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
             self.agent = self.beginner.clone();
             self.is_beginner = true;
         }

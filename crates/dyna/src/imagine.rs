@@ -23,8 +23,10 @@ pub(crate) struct Imagined<'a> {
     inner: Simulated<Bounded<Arc<dyn Dynamics>>, &'a dyn Task, Arc<Sensors>>,
     belief: Belief<'a>,
     left: bool,
-    /// What was charged since the last reset.
+    /// What was charged since the last reset, and the sum of e / (1 + e) over the steps.
     charged: f64,
+    away: f64,
+    steps: f64,
     before: Vec<f64>,
 }
 
@@ -35,7 +37,7 @@ impl<'a> Imagined<'a> {
         let bounded = Bounded::new(belief.model(i), &spec.state);
         let before = vec![0.0; spec.state_dim()];
         let inner = Simulated::new(bounded, belief.task, belief.sensors.clone());
-        Self { inner, belief: belief.clone(), left: false, charged: 0.0, before }
+        Self { inner, belief: belief.clone(), left: false, charged: 0.0, away: 0.0, steps: 0.0, before }
     }
 
     /// Whether the last step went beyond all that a model is followed to.
@@ -43,9 +45,14 @@ impl<'a> Imagined<'a> {
         self.left
     }
 
+    fn forget(&mut self) {
+        self.left = false;
+        (self.charged, self.away, self.steps) = (0.0, 0.0, 0.0);
+    }
+
     /// Begins an episode in state `x` (n).
     pub(crate) fn reset_to(&mut self, x: &[f64], rng: &mut Rng) {
-        (self.left, self.charged) = (false, 0.0);
+        self.forget();
         self.inner.reset_to(x, rng);
     }
 
@@ -75,7 +82,7 @@ impl Environment for Imagined<'_> {
     }
 
     fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
-        (self.left, self.charged) = (false, 0.0);
+        self.forget();
         self.inner.reset(rng)
     }
 
@@ -86,8 +93,11 @@ impl Environment for Imagined<'_> {
         let (support, stakes) = (&self.belief.support, self.belief.stakes);
         if support.contains(self.inner.state()) {
             let excess = support.excess(self.inner.state());
-            let charge = stakes.penalty * excess / (1.0 + excess);
+            let away = excess / (1.0 + excess);
+            let charge = stakes.penalty * away;
             self.charged += charge;
+            self.away += away;
+            self.steps += 1.0;
             return Ok(Outcome { reward: outcome.reward - charge, ..outcome });
         }
         let mut border = self.inner.state().to_vec();
@@ -113,6 +123,11 @@ impl<'a> Trial<'a> {
     /// Begins an episode in state `x` (n).
     pub(crate) fn reset_to(&mut self, x: &[f64], rng: &mut Rng) {
         self.0.reset_to(x, rng);
+    }
+
+    /// Mean of e / (1 + e) over the steps since the last reset.
+    pub(crate) fn far(&self) -> f64 {
+        self.0.away / self.0.steps.max(1.0)
     }
 
     /// What was charged for going far from the data since the last reset.

@@ -1,8 +1,8 @@
 //! When to stop improving: the rule behind "while π is not optimal" of Algorithm 1.
 
 /// A policy is optimal in the model when
-/// - `settled` trials in a row came within `tolerance` of the best so far, and that is better than what one action held all the time earns: the policy has
-///   learned something, does not change any more, and stays where the model was compared with the system; or
+/// - `settled` trials in a row came within `tolerance` of the best so far, the last of them was not the best of all, and the best is better than what one
+///   action held all the time earns: the policy has learned something, learns no more, and stays where the model was compared with the system; or
 /// - `patience` trials in a row gained less than `gain` over the best so far; or
 /// - every episode of a trial came within `gain` of the highest return there can be, where that is known.
 ///
@@ -18,11 +18,11 @@ pub struct Optimality {
     pub trial_episodes: usize,
     /// Trials in a row near the best that end training.
     pub settled: usize,
-    /// What counts as near, as a share of the best return's magnitude.
+    /// What counts as near, as a share of the best return's magnitude, or of what it is above that of one action held all the time.
     pub tolerance: f64,
     /// Trials without gain that end training, whatever they return.
     pub patience: usize,
-    /// What counts as a gain, as a share of the best return's magnitude.
+    /// What counts as a gain, as a share of the same.
     pub gain: f64,
     /// Updates after which training ends.
     pub max_updates: u64,
@@ -42,14 +42,17 @@ impl Default for Optimality {
     }
 }
 
+/// Mean distance from the data, as e / (1 + e) with e in half widths of their support, from which a policy is far: a tenth of the time far outside.
+const FAR: f64 = 0.1;
+
 /// The trials so far and what they say.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Trials {
     best: Option<f64>,
     /// Whether the best can hardly be exceeded.
     perfect: bool,
-    /// What the best was charged for going far from the data.
-    charged: f64,
+    /// How far from the data the best goes: 0 for nowhere, 1 for infinitely far all the time.
+    far: f64,
     /// The best when patience last began anew.
     reference: Option<f64>,
     without_gain: usize,
@@ -65,20 +68,20 @@ impl Trials {
         Self { held, ..Self::default() }
     }
 
-    /// Notes a trial's returns, what of them was `charged` on average for going far from the data already taken off; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer. No return can
+    /// Notes a trial's returns, and how `far` from the data it went; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer. No return can
     /// be above `ceiling`, where that is known.
-    pub(crate) fn note(&mut self, rule: &Optimality, (returns, charged): (&[f64], f64), ceiling: Option<f64>) -> bool {
+    pub(crate) fn note(&mut self, rule: &Optimality, (returns, far): (&[f64], f64), ceiling: Option<f64>) -> bool {
         let mean_return = returns.iter().sum::<f64>() / returns.len().max(1) as f64;
         // A return that is NaN is no gain.
         let mean_return = if mean_return.is_nan() { f64::NEG_INFINITY } else { mean_return };
         self.means.push(mean_return);
         let is_best = self.best.is_none_or(|best| mean_return >= best);
         if is_best {
-            (self.best, self.charged) = (Some(mean_return), charged);
+            (self.best, self.far) = (Some(mean_return), far);
             let enough = |ceiling: f64| returns.iter().all(|r| *r >= ceiling - rule.gain * ceiling.abs());
             self.perfect = ceiling.is_some_and(enough);
         }
-        let gains = self.reference.is_none_or(|r| mean_return - r > rule.gain * r.abs());
+        let gains = self.reference.is_none_or(|r| mean_return - r > rule.gain * self.unit(r));
         if gains {
             self.reference = Some(mean_return);
             self.without_gain = 0;
@@ -93,18 +96,32 @@ impl Trials {
         self.without_gain = 0;
     }
 
-    /// Whether the best policy goes far from the data, as far as `rule` is concerned.
-    pub(crate) fn is_far(&self, rule: &Optimality) -> bool {
-        self.best.is_some_and(|best| self.charged > rule.tolerance * best.abs())
+    /// The difference that the policy made so far: by how much its best return differs from that of one action held all the time.
+    pub(crate) fn difference(&self) -> f64 {
+        self.best.zip(self.held).map_or(0.0, |(best, held)| (best - held).abs())
+    }
+
+    /// What differences of returns are measured by, near the return `at`: its magnitude, or if that is less what it is above that of one action held all the
+    /// time. A large constant in the rewards is no measure.
+    fn unit(&self, at: f64) -> f64 {
+        self.held.map_or(f64::INFINITY, |held| (at - held).abs()).min(at.abs())
+    }
+
+    /// Whether the best policy goes far from the data.
+    pub(crate) fn is_far(&self) -> bool {
+        self.far > FAR
     }
 
     /// Whether `rule` calls the best policy optimal.
     pub(crate) fn optimal(&self, rule: &Optimality) -> bool {
         let Some(best) = self.best else { return false };
-        let near = |mean: &f64| *mean >= best - rule.tolerance * best.abs();
-        let settled = self.means.len() >= rule.settled && self.means.iter().rev().take(rule.settled).all(near);
+        let near = |mean: &f64| *mean >= best - rule.tolerance * self.unit(best);
+        // Slow gains too are gains: who was best just now is still learning.
+        let gains = self.means.last().is_some_and(|last| *last >= best);
+        let settled =
+            !gains && self.means.len() >= rule.settled && self.means.iter().rev().take(rule.settled).all(near);
         let learned = self.held.is_none_or(|held| best > held + rule.tolerance * held.abs());
-        self.perfect || (settled && learned && !self.is_far(rule)) || self.without_gain >= rule.patience
+        self.perfect || (settled && learned && !self.is_far()) || self.without_gain >= rule.patience
     }
 }
 
@@ -147,7 +164,9 @@ mod tests {
     fn a_policy_that_does_not_change_any_more_needs_less_patience_if_it_has_learned_something() {
         let rule = Optimality { patience: 100, ..rule() };
         let (mut idle, mut trials) = (Trials::beside(Some(99.0)), Trials::beside(Some(20.0)));
-        for (mean, settled) in [(100.0, false), (40.0, false), (98.0, false), (99.0, false), (97.5, true)] {
+        for (mean, settled) in
+            [(100.0, false), (40.0, false), (98.0, false), (99.0, false), (98.0, true), (101.0, false)]
+        {
             trials.note(&rule, (&[mean], 0.0), None);
             idle.note(&rule, (&[mean], 0.0), None);
             assert_eq!(trials.optimal(&rule), settled, "{mean}");

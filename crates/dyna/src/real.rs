@@ -13,6 +13,8 @@ pub struct Confirmation {
     pub real: f64,
     /// Return of the same policy from the same start in each of the models drawn.
     pub promised: Vec<f64>,
+    /// Standard deviation of the same with the same noise of the sensors in all models: what they disagree by.
+    pub disagreement: f64,
     /// Magnitude of the returns of the task, against which differences are measured.
     pub scale: f64,
 }
@@ -23,8 +25,18 @@ const TOLERANCE: f64 = 0.03;
 /// The same for what the models drawn promise, as a standard deviation.
 const DISAGREEMENT: f64 = 0.1;
 
-/// Standard deviations of these by which reality may differ from their mean.
+/// Episodes promised where there are fewer models: noise alone makes returns differ.
+const PROMISES: usize = 8;
+
+/// Standard deviations of what is promised by which reality may differ from their mean.
 const LIKELY: f64 = 2.0;
+
+/// Standard deviation of `values`.
+fn deviation(values: &[f64]) -> f64 {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt()
+}
 
 impl Confirmation {
     /// Mean return promised.
@@ -39,25 +51,22 @@ impl Confirmation {
         self.expected() - self.real
     }
 
-    /// Standard deviation of what the models promise.
+    /// Standard deviation of what the models promise, each with noise of its own.
     #[must_use]
-    pub fn disagreement(&self) -> f64 {
-        let mean = self.expected();
-        let squares: f64 = self.promised.iter().map(|p| (p - mean).powi(2)).sum();
-        (squares / self.promised.len().max(1) as f64).sqrt()
+    pub fn spread(&self) -> f64 {
+        deviation(&self.promised)
     }
 
     /// What real and promised returns differ by beyond what the models and the noise tell, as a standard deviation.
     pub(crate) fn misfit(&self) -> f64 {
-        (self.shortfall().powi(2) - self.disagreement().powi(2)).max(0.0).sqrt()
+        (self.shortfall().powi(2) - self.spread().powi(2)).max(0.0).sqrt()
     }
 
     /// Whether the models agreed on a promise, and reality kept it. More than was promised is no better: the models are wrong then, too.
     #[must_use]
     pub fn is_kept(&self) -> bool {
-        let disagreement = self.disagreement();
-        let likely = (LIKELY * disagreement).max(TOLERANCE * self.scale);
-        disagreement <= DISAGREEMENT * self.scale && self.shortfall().abs() <= likely
+        let likely = (LIKELY * self.spread()).max(TOLERANCE * self.scale);
+        self.disagreement <= DISAGREEMENT * self.scale && self.shortfall().abs() <= likely
     }
 }
 
@@ -84,14 +93,17 @@ pub(crate) fn confirm(
 ) -> Result<Confirmation, CollectError> {
     collect(env, Actor::Policy(policy, Mode::Exploit), Amount::Episode, data, rng, interrupted)?;
     let Some(rollout) = data.rollouts().last() else {
-        return Ok(Confirmation { real: 0.0, promised: Vec::new(), scale });
+        return Ok(Confirmation { real: 0.0, promised: Vec::new(), disagreement: 0.0, scale });
     };
     let first = rollout.observations.row(0).to_vec();
     let mut start = vec![0.0; env.spec().state_dim()];
     inverse.state(&first, &vec![0.0; start.len()], &mut start);
-    let promised = (0..belief.models.len()).map(|i| promise(belief, i, policy, &start, rng));
+    let common = rng.clone();
+    let alike = (0..belief.models.len()).map(|i| promise(belief, i, policy, &start, &mut common.clone()));
+    let disagreement = deviation(&alike.collect::<Result<Vec<f64>, _>>()?);
+    let promised = (0..belief.models.len().max(PROMISES)).map(|i| promise(belief, i, policy, &start, rng));
     let promised = promised.collect::<Result<_, _>>()?;
-    Ok(Confirmation { real: rollout.rewards.sum(), promised, scale })
+    Ok(Confirmation { real: rollout.rewards.sum(), promised, disagreement, scale })
 }
 
 /// Return of `policy` in model `i`, from the state `start` (n).

@@ -53,12 +53,22 @@ fn run<L: DynamicsLearner>(
     agent: Student,
     interrupted: &dyn Fn() -> bool,
 ) -> Learned<L::Model, Student> {
+    run_seeded(0, learner, schedule, agent, interrupted)
+}
+
+fn run_seeded<L: DynamicsLearner>(
+    seed: u64,
+    learner: &L,
+    schedule: &Schedule,
+    agent: Student,
+    interrupted: &dyn Fn() -> bool,
+) -> Learned<L::Model, Student> {
     let task = Line::new(20);
     let sensors = Sensors::new(&task.0).expect("the observation names the state");
     let truth = Push { gain: 1.0, breaks_at: f64::INFINITY };
     let mut real = Simulated::new(truth, &task, sensors.clone());
     let mut explorer = Uniform::new(&task.0);
-    let dyna = Dyna { task: &task, sensors: &sensors, learner, schedule, seed: Seed::new(0) };
+    let dyna = Dyna { task: &task, sensors: &sensors, learner, schedule, seed: Seed::new(seed) };
     dyna.run(&mut real, &mut explorer, agent, &mut Silent, interrupted).expect("nothing fails here")
 }
 
@@ -76,8 +86,8 @@ fn every_real_step_and_reset_is_counted() {
 fn training_stops_when_trials_no_longer_gain_and_keeps_the_best() {
     let learned = run(&Given(EXACT), &schedule(), Student::default(), &|| false);
     assert!(learned.optimal_in_model);
-    // The gain is 1 after 10 updates; the trial at 20 is as good.
-    assert_eq!(learned.updates, 20);
+    // The gain is 1 after 10 updates; the trials at 20 and 30 gain nothing.
+    assert_eq!(learned.updates, 30);
     assert!(learned.policy.expect("there were trials").gain > 0.99);
     let best = learned.model_return.expect("there were trials");
     assert!(best <= 0.0 && best > -0.02, "only the start state costs anything: {best}");
@@ -328,10 +338,18 @@ fn what_reality_did_not_keep_widens_what_is_predicted() {
     let mut schedule = auto();
     schedule.optimality.max_updates = 60;
     let agent = Student { eager: true, ..Student::default() };
+    // In the model the goal is reached in one step, in truth it is overshot for ever.
     let wrong = Doubting { model: Push { gain: 0.5, ..EXACT }, enough: 0 };
-    let learned = run(&wrong, &schedule, agent, &|| false);
-    let confirmation = learned.confirmation.expect("it was tried");
-    assert!(!confirmation.is_kept());
-    let (low, high) = learned.prediction.expect("there is a policy").interval(0.9, 100);
-    assert!(high - low > confirmation.shortfall(), "{low} to {high}");
+    let mut broken = 0;
+    for seed in 0..10 {
+        let learned = run_seeded(seed, &wrong, &schedule, agent.clone(), &|| false);
+        let confirmation = learned.confirmation.expect("it was tried");
+        // An episode that begins next to the goal tells little.
+        if !confirmation.is_kept() {
+            broken += 1;
+            let (low, high) = learned.prediction.expect("there is a policy").interval(0.9, 100);
+            assert!(high - low > confirmation.shortfall(), "{low} to {high}");
+        }
+    }
+    assert!(broken > 3, "{broken} of 10");
 }

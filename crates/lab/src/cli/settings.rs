@@ -35,7 +35,8 @@ pub(crate) struct Settings {
     /// fraction of the channel's scale, 0 to 1 [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
-    /// Real steps before anything is learned, over all warm-up rollouts [default: 10]
+    /// Real steps before anything is learned, over all warm-up rollouts; more follow where the equations are not certain
+    /// (--imagined-rollouts auto) [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
     /// N_e: rollouts on the real system before anything is learned [default: 1]
@@ -64,7 +65,7 @@ pub(crate) struct Settings {
     /// Whether to fit the model anew after every real rollout [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
     refit: Option<bool>,
-    /// Real steps at most in all, warm-up included [default: as many as it takes]
+    /// Real steps at most in all, warm-up included; an episode that might go beyond is not begun [default: as many as it takes]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     max_real_steps: Option<usize>,
     /// Updates after which training stops, optimal or not [default: 60000]

@@ -5,7 +5,7 @@ mod recorder;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Event, Explorer, Observer, Seed, Spec};
+use sindyna_core::{Certainty, Event, Explorer, Observer, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
 use sindyna_rl::{Isa, SavedPolicy};
 
@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::identification::Account;
 use crate::interrupt::Interrupt;
 use crate::learner::{Fitted, Learner};
+use crate::number::significant;
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::real::Real;
@@ -30,8 +31,9 @@ use recorder::{Clock, Recorder};
 /// Learns a system from one short real rollout and trains a controller for it
 ///
 /// Collects a few real steps, finds the equations of motion in them by sparse regression, trains soft actor-critic
-/// inside those equations, and evaluates the policy on the real system. Leaves a run directory with the data, the
-/// equations, the policy and the results.
+/// inside those equations, predicts the return as an interval, and evaluates the policy on the real system. Where the
+/// equations are not certain it collects more steps, and lets the policy have a real episode first. Leaves a run directory
+/// with the data, the equations, the policy and the results.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
@@ -124,9 +126,6 @@ impl Plan {
         })
     }
 }
-
-/// Width of the interval, as a part of the return, from which there is something to be told about it.
-const WIDE: f64 = 0.2;
 
 /// Probability of the interval in which the return is predicted to be.
 const LEVEL: f64 = 0.9;
@@ -259,25 +258,39 @@ impl Run<'_> {
             text += &Account::new(&fitted.0, self.problem.spec()).verdict();
         }
         text += &format!(
-            "\nreal steps: {} in {} episode{}\n",
+            "\nreal steps: {} in {} episode{}",
             summary.real_steps,
             summary.real_episodes,
             if summary.real_episodes == 1 { "" } else { "s" },
         );
+        text += &match summary.identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
+            Some(rows) if rows < summary.real_steps => format!("; the equations were fitted to {rows} of them\n"),
+            _ => "\n".into(),
+        };
         if let Some(model_return) = summary.training.model_return {
             text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
-            text += if summary.training.optimal_in_model { "\n" } else { " (not optimal by the stop rule)\n" };
+            text += if summary.training.optimal_in_model {
+                "\n"
+            } else {
+                " (it was still improving when the updates were used up)\n"
+            };
         }
         if let Some(confirmation) = &summary.training.confirmation {
             text += &confirmed(confirmation);
         }
         if let Some(Prediction { mean, level, low, high }) = &summary.training.prediction {
             let percent = 100.0 * level;
+            let episodes = self.config.evaluation_episodes;
             text += &format!(
-                "predicted return on the real system: {mean:.1} ({percent:.0} % interval {low:.1} to {high:.1})\n"
+                "predicted mean return of {episodes} episodes on the real system: {} ({percent:.0} % interval {} to {})\n",
+                significant(*mean, 4),
+                significant(*low, 4),
+                significant(*high, 4)
             );
-            if high - low > WIDE * mean.abs() && learned.confirmation.is_some() {
-                text += "the models that the data allow differ in that: more real steps to begin with (--real-steps) tell them apart\n";
+            if learned.confirmation.is_none()
+                && learned.model.as_ref().is_some_and(|m| m.0.certainty() < Certainty::Exact)
+            {
+                text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
             }
         }
         if let Some(failure) = &summary.training.failure {
@@ -301,12 +314,12 @@ impl Run<'_> {
 
 /// What came of the policy's real episode.
 fn confirmed(confirmation: &Confirmation) -> String {
-    let Confirmation { real, promised, disagreement, kept } = confirmation;
+    let Confirmation { real, promised, spread, kept, .. } = confirmation;
     let mut text = format!(
-        "real episode before the evaluation: return {real:.1}, the model expected {promised:.1} ± {disagreement:.1}\n"
+        "real episode before the evaluation: return {real:.1}, the models expected {promised:.1} ± {spread:.1}\n"
     );
     if !kept {
-        text += "warning: that is less than the model promised, or the models that the data allow do not agree on it: the policy may fail\n";
+        text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";
     }
     text
 }
@@ -378,7 +391,8 @@ fn summary(
             confirmation: learned.confirmation.as_ref().map(|c| Confirmation {
                 real: c.real,
                 promised: c.expected(),
-                disagreement: c.disagreement(),
+                spread: c.spread(),
+                disagreement: c.disagreement,
                 kept: c.is_kept(),
             }),
             failure: learned.failure.as_ref().map(ToString::to_string),

@@ -43,6 +43,12 @@ impl TrainConfig {
             ))
             .hint("the equations are there after a few dozen"));
         }
+        if let Some(most) = self.imagination.max_real_steps.filter(|most| *most < real_steps) {
+            return Err(Failure::new(format!(
+                "--max-real-steps {most} is less than the {real_steps} real steps of the warm-up"
+            ))
+            .hint("--real-steps sets these"));
+        }
         within("--batch-size", self.sac.batch_size, MOST_IN_BATCH)?;
         within("number of sac.hidden layers", self.sac.hidden.len().max(1), MOST_LAYERS)?;
         self.sac.hidden.iter().try_for_each(|width| within("width of a sac.hidden layer", *width, MOST_UNITS))?;

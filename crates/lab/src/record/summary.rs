@@ -125,6 +125,8 @@ pub(crate) struct Confirmation {
     pub(crate) real: f64,
     pub(crate) promised: f64,
     /// Standard deviation of what the models drawn promise.
+    pub(crate) spread: f64,
+    /// The same with the same noise in all of them.
     pub(crate) disagreement: f64,
     pub(crate) kept: bool,
 }
