@@ -182,8 +182,8 @@ fn ten_noisy_steps_are_explained_by_nothing() {
     let temp = tempfile::tempdir().unwrap();
     let args = ["train", "inverted-pendulum", "--noise", "0.01", "--max-real-steps", "10", "--max-updates", "250"];
     for seed in 4..9 {
-        let run = format!("run-{seed}");
-        let args = [&args[..], &["--seed", &seed.to_string(), "--out", &run, "--quiet"]].concat();
+        let (run, seed) = (format!("run-{seed}"), seed.to_string());
+        let args = [&args[..], &["--seed", &seed, "--out", &run, "--quiet"]].concat();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
         assert!(code == 0 || code == 1, "{stdout}{stderr}");
         let summary = json(&temp.path().join(run).join("summary.json"));
