@@ -43,8 +43,8 @@ fn the_example_is_solved_and_its_record_stands_alone() {
 
     let run = temp.path().join("runs/cart-on-a-rail-seed0");
     let summary = json(&run.join("summary.json"));
-    // The equations are an approximation in continuous time: as many steps again test them, and an episode confirms.
-    assert!(summary["real_steps"].as_u64().unwrap() <= 120, "{}", summary["real_steps"]);
+    // The equations are an approximation in continuous time: as many steps again test them, and an episode or two confirm.
+    assert!(summary["real_steps"].as_u64().unwrap() <= 400, "{}", summary["real_steps"]);
     assert_eq!(summary["training"]["confirmation"]["kept"], true);
     // MuJoCo's damping is implicit: v' = q (v + h u) five times over, with h = 0.01 s and q = 1/(1 + 0.3 h). In continuous time
     // that is v̇ = (ln q / h) (v − u/0.3); MuJoCo's x follows v by new rates, so that the two together are a little off it.

@@ -272,7 +272,7 @@ impl Run<'_> {
             text += if summary.training.optimal_in_model {
                 "\n"
             } else {
-                " (it was still improving when the updates were used up)\n"
+                " (the updates were used up before it settled)\n"
             };
         }
         if let Some(confirmation) = &summary.training.confirmation {
