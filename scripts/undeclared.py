@@ -105,7 +105,7 @@ def page(document):
     if FUNCTIONS.exists():
         other = json.loads(FUNCTIONS.read_text())
         text += ["", "## Terms with parameters inside", "",
-                 f"Saturation, growth, reaction: systems looked at for the first time when this table was made, by `{other['command']}` with the"
+                 f"Saturation, growth, reaction: systems not used in development before the first version of this table, by `{other['command']}` with the"
                  f" identifier of commit {other['commit']}. A term is right if its parameter is within 30 %; of {other['groups'][0]['seeds']}.",
                  "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
     for title, path in PEERS.items():

@@ -53,7 +53,7 @@ impl Region {
 }
 
 /// An angle without bounds that is seen only through its cosine and sine: one turn of it is all there is.
-fn turns_freely(spec: &Spec, channel: &Channel) -> bool {
+pub(crate) fn turns_freely(spec: &Spec, channel: &Channel) -> bool {
     let shown = spec.observation.iter().any(|o| o.name == channel.name);
     channel.kind == Kind::Angle && !channel.is_bounded() && !shown
 }

@@ -2,7 +2,8 @@
 
 use rand::RngExt as _;
 
-use crate::{Channel, Dataset, Kind, Rng, Spec};
+use crate::region::turns_freely;
+use crate::{Channel, Dataset, Rng, Spec};
 
 /// What the data say of one state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +44,7 @@ impl Support {
             let column = spec.observation.iter().position(|o| o.name == channel.name);
             match column {
                 _ if channel.is_bounded() => Extent::Bounded { low, high },
-                None if channel.kind == Kind::Angle => Extent::Turning,
+                _ if turns_freely(spec, channel) => Extent::Turning,
                 _ => {
                     let shown = column
                         .into_iter()
@@ -112,7 +113,7 @@ impl Support {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Precision, Seed, Space};
+    use crate::{Kind, Precision, Seed, Space};
 
     fn spec() -> Spec {
         let height = Channel::new("h", "m", Kind::Plain, 1.0);

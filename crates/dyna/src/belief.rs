@@ -122,7 +122,7 @@ impl<'a> Belief<'a> {
 const STARTS: usize = 100;
 
 /// The support of `data` and of the start states of `task`.
-pub(crate) fn support(task: &dyn Task, data: &Dataset, rng: &mut Rng) -> Support {
+fn support(task: &dyn Task, data: &Dataset, rng: &mut Rng) -> Support {
     let start = |_| {
         let mut x = vec![0.0; task.spec().state_dim()];
         task.initial(rng, &mut x);

@@ -2,7 +2,7 @@
 
 use sindyna_core::{
     Agent, AgentError, Batch, Certainty, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError,
-    Inverse, Knowledge, Losses, Observer, Replay, Rng, Seed,
+    Inverse, Knowledge, Losses, Mode, Observer, Replay, Rng, Seed,
 };
 
 use crate::algorithm::{Dyna, DynaError, Learned};
@@ -13,7 +13,7 @@ use crate::explore::Holding;
 use crate::imagine::{Counts, Dreamer, Imagination, Trial};
 use crate::optimality::Trials;
 use crate::predict::Prediction;
-use crate::real::{Confirmation, confirm, explore, remember};
+use crate::real::{Confirmation, confirm, remember};
 use crate::surprise::is_surprised;
 use crate::{Refit, Rollouts, Schedule};
 
@@ -151,7 +151,8 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             Phase::Improve => self.improve(observer, interrupted)?,
             Phase::Confirm => self.confirm(env, observer, interrupted)?,
             Phase::Explore => {
-                explore(env, &self.agent, &mut self.data, &mut self.real_rng, interrupted)?;
+                let actor = Actor::Policy(&self.agent, Mode::Explore);
+                collect(env, actor, Amount::Episode, &mut self.data, &mut self.real_rng, interrupted)?;
                 self.collected(observer)?
             }
             Phase::Predict => self.predict()?,
@@ -180,11 +181,12 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         let Dyna { task, sensors, learner, schedule, seed } = *self.parts;
         let previous = self.knowledge.as_ref().map(|k| &*k.model);
         let refitted = previous.is_some();
+        let fits = !refitted || schedule.refit == Refit::AfterRollouts;
         if let (Some(model), Ok(inverse)) = (previous, Inverse::of(task.spec())) {
             let mut rng = seed.stream("surprise", self.fitted as u64);
             self.is_tested = !is_surprised(model, &inverse, &self.data, self.fitted, &mut rng);
         }
-        if !refitted || schedule.refit == Refit::AfterRollouts {
+        if fits {
             self.fitted = self.data.n_rollouts();
             match learner.fit(&self.data, previous, &mut self.fit_rng) {
                 Ok(Some(fitted)) => self.knowledge = Some(fitted),
@@ -210,7 +212,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         let Some(knowledge) = &self.knowledge else { return Ok(Phase::Done) };
         let mut rng = seed.stream("belief", self.turns);
         let belief = Belief::of(knowledge, task, sensors, &self.data, schedule.discount, &mut rng);
-        if !refitted || schedule.refit == Refit::AfterRollouts {
+        if fits {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
             self.trials = Trials::beside(held(&belief, episodes, seed).map_err(DynaError::Trial)?);

@@ -1,6 +1,6 @@
 //! Real episodes between imagined ones: what they teach, and whether they keep what the model promised.
 
-use sindyna_core::{Agent, Dataset, End, EnvError, Environment, Inverse, Mode, Policy, Replay, Rng, Transition};
+use sindyna_core::{Dataset, End, EnvError, Environment, Inverse, Mode, Policy, Replay, Rng, Transition};
 
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount, CollectError, collect};
@@ -68,17 +68,6 @@ impl Confirmation {
         let likely = (LIKELY * self.spread()).max(TOLERANCE * self.scale);
         self.disagreement <= DISAGREEMENT * self.scale && self.shortfall().abs() <= likely
     }
-}
-
-/// One real episode of the policy being trained, added to the data.
-pub(crate) fn explore<A: Agent>(
-    env: &mut dyn Environment,
-    agent: &A,
-    data: &mut Dataset,
-    rng: &mut Rng,
-    interrupted: &dyn Fn() -> bool,
-) -> Result<(), CollectError> {
-    collect(env, Actor::Policy(agent, Mode::Explore), Amount::Episode, data, rng, interrupted)
 }
 
 /// One real episode of `policy` at its best, added to the data, beside the same in each of the models believed in. `inverse` tells in which state it

@@ -160,7 +160,7 @@ fn a_missed_target_is_a_result_with_exit_code_1() {
     let args = ["train", "mountain-car", "--max-updates", "250", "--out", "short"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 1, "{stdout}{stderr}");
-    assert!(stdout.contains("not solved") && stdout.contains("used up before it settled"), "{stdout}");
+    assert!(stdout.contains("not solved") && stdout.contains("training had not settled"), "{stdout}");
     assert_eq!(json(&temp.path().join("short/summary.json"))["solved"], false);
 }
 

@@ -269,11 +269,7 @@ impl Run<'_> {
         };
         if let Some(model_return) = summary.training.model_return {
             text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
-            text += if summary.training.optimal_in_model {
-                "\n"
-            } else {
-                " (the updates were used up before it settled)\n"
-            };
+            text += if summary.training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
         }
         if let Some(confirmation) = &summary.training.confirmation {
             text += &confirmed(confirmation);
