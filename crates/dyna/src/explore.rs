@@ -41,6 +41,34 @@ impl Policy for Uniform {
     }
 }
 
+/// Small random actions around the middle of the action space, as a linear model of a system near its equilibrium wants them. Numbered actions
+/// are drawn uniformly: there is no small one.
+#[derive(Debug, Clone)]
+pub struct Gentle {
+    space: Space,
+    share: f64,
+}
+
+impl Gentle {
+    /// Explores the action space of `spec` within a `share` (0 to 1) of its range.
+    #[must_use]
+    pub fn new(spec: &Spec, share: f64) -> Self {
+        Self { space: spec.action_space.clone(), share: share.clamp(0.0, 1.0) }
+    }
+}
+
+impl Explorer for Gentle {
+    fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
+        uniform_action(&self.space, rng, action);
+        if let Space::Box { low, high } = &self.space {
+            for ((a, low), high) in action.iter_mut().zip(low).zip(high) {
+                let middle = 0.5 * (low + high);
+                *a = middle + self.share * (*a - middle);
+            }
+        }
+    }
+}
+
 /// One action, always.
 #[derive(Debug, Clone)]
 pub(crate) struct Holding(Vec<f64>);

@@ -23,7 +23,7 @@ mod surprise;
 pub use algorithm::{Dyna, DynaError, Learned};
 pub use cycle::{Loop, Phase};
 pub use evaluate::evaluate;
-pub use explore::{Alternating, Swings, Uniform};
+pub use explore::{Alternating, Gentle, Swings, Uniform};
 pub use online::{Branches, Check, Checks, Online, OnlineSchedule, Practised};
 pub use optimality::Optimality;
 pub use predict::Prediction;

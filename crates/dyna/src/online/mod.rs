@@ -78,8 +78,8 @@ pub struct Practised<M, P> {
     pub diverged: u64,
     /// The learning curve.
     pub checks: Vec<Check>,
-    /// Whether so many checks in a row reached the mark that the run ended.
-    pub enough: bool,
+    /// Whether a check reached what the run was to go on until.
+    pub reached: bool,
     /// Why learning stopped short, if it did.
     pub failure: Option<AgentError>,
     /// Whether somebody stopped it before it was done.
@@ -127,7 +127,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
             model_steps: 0,
             diverged: 0,
             checks: Vec::new(),
-            enough: false,
+            reached: false,
             failure: None,
             interrupted: false,
         };
@@ -179,7 +179,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
             if left.real_steps.is_multiple_of(schedule.checks.every) {
                 left.policy = agent.frozen();
                 self.check(judges, &mut left)?;
-                if left.enough {
+                if left.reached {
                     break;
                 }
             }
@@ -204,14 +204,12 @@ impl<L: DynamicsLearner> Online<'_, L> {
         left: &mut Practised<M, P>,
     ) -> Result<(), DynaError> {
         let checks = &self.schedule.checks;
+        let stream = format!("check {}", left.checks.len());
         let returns =
-            evaluate(judges, &left.policy, checks.episodes, self.seed, "check").map_err(CollectError::from)?;
-        left.checks.push(Check { real_steps: left.real_steps, updates: left.updates, returns });
-        let solved = |check: &Check| checks.mark.is_some_and(|mark| check.mean() >= mark);
-        let last = left.checks.iter().rev().take(checks.enough);
-        left.enough = checks.enough > 0
-            && left.checks.len() >= checks.enough
-            && last.filter(|c| solved(c)).count() == checks.enough;
+            evaluate(judges, &left.policy, checks.episodes, self.seed, &stream).map_err(CollectError::from)?;
+        let check = Check { real_steps: left.real_steps, updates: left.updates, returns };
+        left.reached = checks.until.is_some_and(|wanted| check.mean() >= wanted);
+        left.checks.push(check);
         Ok(())
     }
 }

@@ -72,10 +72,8 @@ pub struct Branches {
 pub struct Checks {
     /// Real steps between two checks.
     pub every: usize,
-    /// Episodes of a check.
+    /// Episodes of a check, from start states drawn anew for each.
     pub episodes: usize,
-    /// Mean return that solves the task; without one, a run takes all its steps.
-    pub mark: Option<f64>,
-    /// Checks in a row that reach the mark before a run ends; 0 for none that does.
-    pub enough: usize,
+    /// Mean return of a check at which a run ends; without one, a run takes all its steps.
+    pub until: Option<f64>,
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Job, Method, Outcome, Pace, Store, is_anchor};
+use crate::compare::{Job, Method, Outcome, Pace, Store, first_check, is_anchor};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::progress::Progress;
@@ -32,7 +32,7 @@ pub(crate) struct Args {
         value_name = "NAMES",
         value_delimiter = ',',
         value_parser = name,
-        default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum"
+        default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum,cart-pole-swing-up"
     )]
     tasks: Vec<String>,
     /// Methods, those below
@@ -50,6 +50,9 @@ pub(crate) struct Args {
     /// Real steps at most, for those who learn on the real system [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
+    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = noise)]
+    noise: f64,
     /// Go on after a task is solved, up to the last of the real steps: what methods reach in the end
     #[arg(long)]
     whole_budget: bool,
@@ -62,15 +65,19 @@ pub(crate) struct Args {
 
 const METHODS: &str = "\
 Methods:
-  sindy       equations from ten real steps, soft actor-critic inside them: `sindyna train`
-  mbpo        soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
-  mbpo-paper  the same with the ensemble whose size the SINDy paper gives
-  sac         soft actor-critic on the real system, one update a step
-  sac20       the same with twenty updates a step
-  truth       soft actor-critic inside the true equations: what the best of models could give
-  lqr         least squares on the data of sindy, and a linear-quadratic regulator (tasks to balance)
-  hand        a controller written by somebody who knows the equations
-  random      uniformly random actions";
+  sindy          equations from ten real steps on, soft actor-critic inside them: `sindyna train`
+  least-squares  the same loop with a linear model, fitted by least squares
+  ensemble       the same loop with an ensemble of neural networks (Janner's)
+  mbpo           soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
+  mbpo-paper     the same with the ensemble whose size the SINDy paper gives
+  sindy-mbpo     mbpo with identified equations instead of the ensemble
+  sac            soft actor-critic on the real system, one update a step
+  sac20          the same with twenty updates a step
+  truth          soft actor-critic inside the true equations: what the best of models could give
+  lqr            least squares on six real episodes of five small random actions, and a linear-quadratic regulator (tasks to balance)
+  sindy-lqr      a linear-quadratic regulator of the equations identified from ten real steps (tasks to balance)
+  hand           a controller written by somebody who knows the equations
+  random         uniformly random actions";
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let interrupt = Interrupt::listen()?;
@@ -119,6 +126,14 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     Ok(Verdict::Done)
 }
 
+/// A fraction of the sensors' scales.
+fn noise(text: &str) -> Result<f64, &'static str> {
+    text.parse()
+        .ok()
+        .filter(|value| (0.0..=1.0).contains(value))
+        .ok_or("it must be a number between 0 and 1, such as 0.01")
+}
+
 /// A name in a list.
 fn name(text: &str) -> Result<String, &'static str> {
     if text.is_empty() { Err("a name in the list is empty") } else { Ok(text.to_owned()) }
@@ -131,7 +146,8 @@ impl Args {
         let mut tasks = self.tasks.clone();
         unique(&mut methods);
         unique(&mut tasks);
-        let systems = tasks.iter().map(|task| registry::system(task)).collect::<Result<Vec<_>, _>>()?;
+        let system = |task: &String| Ok::<_, Failure>(registry::system(task)?.with_noise(self.noise));
+        let systems = tasks.iter().map(system).collect::<Result<Vec<_>, _>>()?;
         let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
         for seed in 0..self.seeds {
@@ -146,15 +162,17 @@ impl Args {
                 progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }
         }
-        let learners = jobs.iter().filter_map(|job| job.steps_to_be_solved());
+        let learners = jobs.iter().filter_map(|job| first_check(job.method, job.system.spec()));
         if let (Some(budget), Some(least)) = (budget, learners.max())
             && budget < least
         {
-            progress.say(&format!("note: within {budget} real steps nothing can count as solved; checks take {least}"));
+            progress.say(&format!(
+                "note: within {budget} real steps some can solve nothing: their first check is after {least}"
+            ));
         }
         if jobs.is_empty() {
             return Err(Failure::new("none of these methods fits any of these tasks")
-                .hint("`lqr` is for tasks to balance, `hand` for those that somebody has written a controller for"));
+                .hint("`lqr` and `sindy-lqr` are for tasks to balance, `hand` for those that somebody has written a controller for"));
         }
         Ok(jobs)
     }
@@ -179,8 +197,14 @@ struct Settings {
     isa: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     budget: Option<u64>,
+    #[serde(skip_serializing_if = "is_zero")]
+    noise: f64,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     whole_budget: bool,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn settings(args: &Args) -> Result<String, Failure> {
@@ -189,6 +213,7 @@ fn settings(args: &Args) -> Result<String, Failure> {
         commit: env!("SINDYNA_COMMIT"),
         isa: Isa::widest().name(),
         budget: args.budget,
+        noise: args.noise,
         whole_budget: args.whole_budget,
     };
     Ok(toml::to_string(&settings)?)

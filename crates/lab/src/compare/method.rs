@@ -8,6 +8,10 @@ use crate::registry::unknown;
 pub(crate) enum Method {
     /// What `sindyna train` does.
     Sindy,
+    /// The same loop with a linear model, fitted by least squares.
+    LeastSquares,
+    /// The same loop with an ensemble of neural networks, Janner's.
+    Ensemble,
     /// Soft actor-critic on the real system, one update a step.
     Sac,
     /// The same with twenty.
@@ -16,10 +20,14 @@ pub(crate) enum Method {
     Mbpo,
     /// The same with the ensemble whose size the paper gives.
     MbpoPaper,
+    /// MBPO with identified equations instead of the ensemble.
+    SindyMbpo,
     /// Soft actor-critic inside the true equations, known beforehand: what the best of models could give.
     Truth,
-    /// A linear-quadratic regulator of a linear model, fitted by least squares to the data that `sindy` has.
+    /// A linear-quadratic regulator of a linear model, fitted by least squares to six times five steps of small random pushes.
     Lqr,
+    /// A linear-quadratic regulator of the equations that `sindy` identifies from its first steps.
+    SindyLqr,
     /// A controller that somebody wrote who knows the equations.
     Hand,
     /// Uniformly random actions.
@@ -27,13 +35,17 @@ pub(crate) enum Method {
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 9] = [
+    pub(crate) const ALL: [Self; 13] = [
         Self::Sindy,
+        Self::LeastSquares,
+        Self::Ensemble,
+        Self::SindyMbpo,
         Self::Mbpo,
         Self::MbpoPaper,
         Self::Sac,
         Self::Sac20,
         Self::Truth,
+        Self::SindyLqr,
         Self::Lqr,
         Self::Hand,
         Self::Random,
@@ -43,11 +55,15 @@ impl Method {
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Sindy => "sindy",
+            Self::LeastSquares => "least-squares",
+            Self::Ensemble => "ensemble",
+            Self::SindyMbpo => "sindy-mbpo",
             Self::Mbpo => "mbpo",
             Self::MbpoPaper => "mbpo-paper",
             Self::Sac => "sac",
             Self::Sac20 => "sac20",
             Self::Truth => "truth",
+            Self::SindyLqr => "sindy-lqr",
             Self::Lqr => "lqr",
             Self::Hand => "hand",
             Self::Random => "random",
@@ -64,7 +80,7 @@ impl Method {
     /// has written a controller for everything.
     pub(crate) fn fits(self, task: &str) -> bool {
         match self {
-            Self::Lqr => ["cart-pole", "inverted-pendulum"].contains(&task),
+            Self::Lqr | Self::SindyLqr => ["cart-pole", "inverted-pendulum"].contains(&task),
             Self::Hand => sindyna_control::ByHand::new(task).is_some(),
             _ => true,
         }
@@ -78,5 +94,5 @@ pub(crate) fn is_anchor(name: &str) -> bool {
 
 /// Whether the method called `name` goes on acting on the real system until its budget is spent.
 pub(crate) fn learns_on_the_real_system(name: &str) -> bool {
-    [Method::Sac, Method::Sac20, Method::Mbpo, Method::MbpoPaper].iter().any(|m| m.name() == name)
+    [Method::Sac, Method::Sac20, Method::Mbpo, Method::MbpoPaper, Method::SindyMbpo].iter().any(|m| m.name() == name)
 }

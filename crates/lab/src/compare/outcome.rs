@@ -9,7 +9,7 @@ pub(crate) struct Outcome {
     pub(crate) task: String,
     pub(crate) method: String,
     pub(crate) seed: u64,
-    /// Real steps after which the policy solved the task, in this and the checks that followed at once; none if it never did.
+    /// Real steps at the first check that reached the task's threshold; none if none did.
     pub(crate) solved_after: Option<usize>,
     /// Real steps and resets, all of them but for checks and the last evaluation.
     pub(crate) real_steps: usize,

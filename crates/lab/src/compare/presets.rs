@@ -5,6 +5,8 @@ use sindyna_core::Spec;
 use sindyna_dyna::{Branches, Checks, OnlineSchedule};
 use sindyna_rl::{EnsembleConfig, SacConfig};
 
+use super::Method;
+
 /// What one run on the real system is put together from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Preset {
@@ -15,11 +17,32 @@ pub(crate) struct Preset {
     pub(crate) ensemble: Option<EnsembleConfig>,
 }
 
-/// Episodes of a check, as in the paper.
-const EPISODES: usize = 10;
+/// Start states from which a policy is judged, at every check and at the end: a task is solved where their mean return reaches its threshold.
+pub(crate) const EPISODES: usize = 100;
 
-/// Checks in a row that have to reach the mark before a task counts as solved, and a run ends.
-pub(crate) const ENOUGH: usize = 3;
+/// What those learn with who learn on the real system; none for the others.
+pub(crate) fn of(method: Method, spec: &Spec) -> Option<Preset> {
+    Some(match method {
+        Method::Sac => sac(spec, 1),
+        Method::Sac20 => sac(spec, 20),
+        Method::Mbpo => mbpo(spec, Some(ensemble(EnsembleConfig::janner()))),
+        Method::MbpoPaper => mbpo(spec, Some(ensemble(EnsembleConfig::paper()))),
+        Method::SindyMbpo => mbpo(spec, None),
+        _ => return None,
+    })
+}
+
+/// Real steps at the first check of a policy that has learned something: nothing can be solved before.
+pub(crate) fn first_check(method: Method, spec: &Spec) -> Option<usize> {
+    let OnlineSchedule { first_steps, checks, .. } = of(method, spec)?.schedule;
+    Some((first_steps / checks.every + 1) * checks.every)
+}
+
+/// The ensemble with a limit for its fits: 600 steps, which are 600 epochs of the first 250 rows and 10 of 20,000. On a system without noise the networks
+/// improve for ever, by the rule to stop that its authors have.
+pub(crate) fn ensemble(config: EnsembleConfig) -> EnsembleConfig {
+    EnsembleConfig { max_steps: Some(600), ..config }
+}
 
 /// Soft actor-critic on the real system with so many updates a step.
 ///
@@ -28,7 +51,7 @@ pub(crate) const ENOUGH: usize = 3;
 /// longer than elsewhere, since single pushes never leave the valley (the zoo has state-dependent noise for that). Cart-pole's actions are numbered, for
 /// which neither has settings: networks are as small as Christodoulou's, and what else differs solved it with the fewest steps of what
 /// was tried on other seeds than those of a comparison (docs/notes/2026-11-21-baselines.md). The budgets are the paper's.
-pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
+fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
     let (real_steps, every) = budget(&spec.name);
     let mut sac = SacConfig { hidden: vec![256, 256], ..SacConfig::default() };
     let (mut first_steps, mut held_steps) = (100, 1);
@@ -61,27 +84,26 @@ pub(crate) fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
         batch_size: sac.batch_size,
         replay_capacity: 1_000_000,
         branches: None,
-        checks: Checks { every, episodes: EPISODES, mark: spec.solved_at, enough: ENOUGH },
+        checks: Checks { every, episodes: EPISODES, until: spec.solved_at },
     };
     Preset { schedule, sac, ensemble: None }
 }
 
-/// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of `ensemble`
+/// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of `ensemble`, or of identified equations,
 /// from states the real system was in, newly imagined after every 250 real steps.
 ///
 /// These are Janner's settings for the inverted pendulum, but for a quarter of his 400 rollouts a step and 250 random steps instead
-/// of 500, since with 10 updates a step and batches of 256 the rest would hardly be drawn. A fit ends after 600 steps, which are 600 epochs
-/// of the first 250 rows and 10 of 20,000: on a system without noise the networks improve for ever, by his rule to stop.
-pub(crate) fn mbpo(spec: &Spec, ensemble: EnsembleConfig) -> Preset {
+/// of 500, since with 10 updates a step and batches of 256 the rest would hardly be drawn.
+fn mbpo(spec: &Spec, ensemble: Option<EnsembleConfig>) -> Preset {
     let Preset { schedule, sac, .. } = sac(spec, 10);
     let branches = Branches { every: 250, per_step: 100, length: 1, rounds_kept: 1, real_share: 0.05 };
     let first_steps = schedule.first_steps.max(250);
     let schedule = OnlineSchedule { first_steps, branches: Some(branches), ..schedule };
-    Preset { schedule, sac, ensemble: Some(EnsembleConfig { max_steps: Some(600), ..ensemble }) }
+    Preset { schedule, sac, ensemble }
 }
 
 /// Real steps at most (Arora et al. 2022), and from check to check.
-pub(crate) fn budget(task: &str) -> (usize, usize) {
+fn budget(task: &str) -> (usize, usize) {
     match task {
         "cart-pole" | "pendulum" => (5_000, 250),
         "mountain-car" | "inverted-pendulum" => (20_000, 500),

@@ -2,22 +2,34 @@
 
 use std::sync::Arc;
 
+use serde::Serialize;
 use sindyna_control::{ByHand, Costs, Lqr};
-use sindyna_core::{Dataset, Dynamics, DynamicsLearner, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed};
-use sindyna_dyna::{Dyna, Learned, Online, Practised, Uniform, evaluate};
+use sindyna_core::{
+    Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
+};
+use sindyna_dyna::{Dyna, Gentle, Learned, Online, Practised, Schedule, Uniform, evaluate};
 use sindyna_envs::System;
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
 use sindyna_sindy::{Identifier, Model, NoiseChoice};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
-use super::presets::{ENOUGH, Preset, mbpo, sac};
+use super::presets::{self, EPISODES, Preset};
 use crate::config::{AnyAgent, TrainConfig, agent};
 use crate::failure::Failure;
 use crate::registry;
 
-/// Episodes of the last evaluation.
-const EPISODES: usize = 100;
+/// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
+const PUSHES: Pushes = Pushes { episodes: 6, steps: 5, share: 0.1 };
+
+#[derive(Serialize)]
+struct Pushes {
+    episodes: usize,
+    /// Real steps of each.
+    steps: usize,
+    /// Part of the range of the actions.
+    share: f64,
+}
 
 /// What has to be done.
 #[derive(Clone)]
@@ -49,22 +61,22 @@ impl Job {
     fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
         let spec = self.system.spec();
         match self.method {
-            Method::Sindy => self.inside(
-                &Identifier::new(spec).with_noise(NoiseChoice::Estimated),
-                outcome,
-                interrupted,
-                |model: &Model, outcome| {
-                    outcome.model_parameters = Some(model.nonzero());
-                    outcome.equations = model.equations();
-                    outcome.model = serde_json::from_str(&model.to_json()).ok();
-                },
-            ),
+            Method::Sindy => self.inside(&self.identifier(), outcome, interrupted, tell),
+            Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, interrupted, |model, outcome| {
+                outcome.model_parameters = Some(model.nonzero());
+            }),
+            Method::Ensemble => {
+                let learner = EnsembleLearner::new(presets::ensemble(EnsembleConfig::janner()), spec)?;
+                outcome.model_parameters = Some(learner.n_parameters());
+                self.inside(&learner, outcome, interrupted, |_, _| {})
+            }
             Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
-            Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper => {
+            Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper | Method::SindyMbpo => {
                 let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
                 self.outside(&preset, outcome, interrupted)
             }
-            Method::Lqr => self.regulate(outcome),
+            Method::Lqr => self.regulate_linear(outcome),
+            Method::SindyLqr => self.regulate_identified(outcome),
             Method::Hand => {
                 let law = ByHand::new(self.system.name());
                 let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
@@ -81,35 +93,24 @@ impl Job {
     /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
     pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
         Ok(match self.method {
-            Method::Sindy | Method::Truth | Method::Lqr => {
+            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth | Method::SindyLqr => {
                 Some(TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
             }
+            Method::Lqr => Some(toml::to_string(&PUSHES)?),
             _ => self.preset().as_ref().map(toml::to_string).transpose()?,
         })
     }
 
-    /// Real steps before which no run of those who learn on the real system can count as solved.
-    pub(crate) fn steps_to_be_solved(&self) -> Option<usize> {
-        Some(Self { budget: None, ..self.clone() }.preset()?.schedule.checks.every * ENOUGH)
-    }
-
     /// What those learn with who learn on the real system.
     fn preset(&self) -> Option<Preset> {
-        let spec = self.system.spec();
-        let mut preset = match self.method {
-            Method::Sac => sac(spec, 1),
-            Method::Sac20 => sac(spec, 20),
-            Method::Mbpo => mbpo(spec, EnsembleConfig::janner()),
-            Method::MbpoPaper => mbpo(spec, EnsembleConfig::paper()),
-            _ => return None,
-        };
+        let mut preset = presets::of(self.method, self.system.spec())?;
         if let Some(budget) = self.budget {
             preset.schedule.real_steps = budget;
             // Who may not go so far is looked at where the steps end.
             preset.schedule.checks.every = preset.schedule.checks.every.min(budget);
         }
         if self.whole_budget {
-            preset.schedule.checks.enough = 0;
+            preset.schedule.checks.until = None;
         }
         Some(preset)
     }
@@ -129,7 +130,8 @@ impl Job {
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let config = self.inner_settings();
-        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule()?);
+        // How noisy the sensors are is told to nobody.
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule()?);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment();
         let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
@@ -153,14 +155,13 @@ impl Job {
         outcome.failure = learned.failure.as_ref().map(ToString::to_string);
         if let Some(policy) = &learned.policy {
             self.judge(policy, outcome)?;
-            // The paper's protocol looks at ten episodes; they are of the same start states as the checks of the others.
-            let returns = self.returns(policy, 10, "check")?;
-            outcome.curve.push(Point { real_steps: outcome.real_steps, updates: outcome.updates, returns });
+            let (real_steps, updates, returns) = (outcome.real_steps, outcome.updates, outcome.returns.clone());
+            outcome.curve.push(Point { real_steps, updates, returns });
         }
         Ok(Ended::Whole)
     }
 
-    /// Learning on the real system, with what the ensemble of `preset` makes of its data, if it has one.
+    /// Learning on the real system, with what the ensemble of `preset` or identified equations make of its data, if it has them.
     fn outside(
         &self,
         preset: &Preset,
@@ -168,7 +169,10 @@ impl Job {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Ended, Failure> {
         let Some(ensemble) = preset.ensemble.clone() else {
-            return self.online(&NoModel, preset, outcome, interrupted);
+            return match preset.schedule.branches {
+                Some(_) => self.online(&self.identifier(), preset, outcome, interrupted),
+                None => self.online(&NoModel, preset, outcome, interrupted),
+            };
         };
         let learner = EnsembleLearner::new(ensemble, self.system.spec())?;
         outcome.model_parameters = Some(learner.n_parameters());
@@ -183,7 +187,7 @@ impl Job {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
-        let (task, sensors) = (self.system.task(), self.system.sensors());
+        let (task, sensors) = (self.system.task(), self.system.sensors().with_noise(&[]));
         let online = Online { task: &*task, sensors: &sensors, learner, schedule: &preset.schedule, seed };
         let mut env = self.system.environment();
         let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
@@ -211,41 +215,63 @@ impl Job {
         outcome.curve =
             points.map(|c| Point { real_steps: c.real_steps, updates: c.updates, returns: c.returns }).collect();
         self.judge(&left.policy, outcome)?;
-        // A task is solved where the first of so many checks in a row began that all reach the mark.
-        let reaches = |point: &Point| self.system.spec().solved_at.is_some_and(|mark| mean(&point.returns) >= mark);
-        let solved = outcome.curve.windows(ENOUGH).find(|checks| checks.iter().all(reaches));
-        outcome.solved_after = solved.map(|checks| checks[0].real_steps);
+        // The last evaluation is for what a run ends with; what counts as solved is the first check that reaches the mark.
+        let reaches = |point: &&Point| self.system.spec().solved_at.is_some_and(|mark| mean(&point.returns) >= mark);
+        outcome.solved_after = outcome.curve.iter().find(reaches).map(|check| check.real_steps);
         Ok(Ended::Whole)
     }
 
-    /// A regulator of a linear model of the warm-up's data.
-    fn regulate(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
+    /// A regulator of a linear model, fitted to small random pushes of its own.
+    fn regulate_linear(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
         let spec = self.system.spec();
-        let data = self.warm_up()?;
-        (outcome.real_steps, outcome.real_episodes) = (data.n_steps(), data.n_rollouts());
+        let data = self.warm_up(&mut Gentle::new(spec, PUSHES.share), (PUSHES.episodes, PUSHES.steps))?;
         let model = Identifier::linear(spec)?.identify(&data)?.model;
+        self.regulate(&model, &data, outcome)
+    }
+
+    /// A regulator of the equations identified from the data that `sindy` begins with.
+    fn regulate_identified(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let (spec, config) = (self.system.spec(), self.inner_settings());
+        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+        let data = self.warm_up(&mut *explorer, (1, config.schedule()?.rollout_len))?;
+        let model = self.identifier().identify(&data)?.model;
+        tell(&model, outcome);
+        self.regulate(&model, &data, outcome)
+    }
+
+    /// A regulator of `model`, which `data` was needed for, around the origin.
+    fn regulate(&self, model: &Model, data: &Dataset, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        (outcome.real_steps, outcome.real_episodes) = (data.n_steps(), data.n_rollouts());
         outcome.model_parameters = Some(model.nonzero());
         let (x, u) = (vec![0.0; spec.state_dim()], vec![0.0; spec.control_dim()]);
         let mut rng = Seed::new(self.seed).stream("differences", 0);
-        let lqr = Lqr::around(&model, spec, (&x, &u), &Costs::of_scales(spec), &mut rng)?;
+        let lqr = Lqr::around(model, spec, (&x, &u), &Costs::of_scales(spec), &mut rng)?;
         self.judge(&lqr, outcome)?;
         Ok(Ended::Whole)
     }
 
-    /// The real data that `sindyna train` begins with, for the same seed.
-    fn warm_up(&self) -> Result<Dataset, Failure> {
-        let spec = self.system.spec();
+    /// Who finds the equations, as `sindyna train` does.
+    fn identifier(&self) -> Identifier {
+        Identifier::new(self.system.spec()).with_noise(NoiseChoice::Estimated)
+    }
+
+    /// The first real steps, so many times so many, by `explorer`.
+    fn warm_up(
+        &self,
+        explorer: &mut dyn Explorer,
+        (warmup_rollouts, rollout_len): (usize, usize),
+    ) -> Result<Dataset, Failure> {
         let config = self.inner_settings();
-        let (task, sensors, schedule) = (self.system.task(), self.system.sensors(), config.schedule()?);
-        let seed = Seed::new(self.seed);
+        let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule()? };
+        let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
-        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
         let mut env = self.system.environment();
         let none = || false;
         Ok(match self.agent(config.sac)? {
-            AnyAgent::Sac(sac) => dyna.run(&mut env, &mut *explorer, sac, &mut Silent, &none)?.data,
-            AnyAgent::SacDiscrete(sac) => dyna.run(&mut env, &mut *explorer, sac, &mut Silent, &none)?.data,
+            AnyAgent::Sac(sac) => dyna.run(&mut env, explorer, sac, &mut Silent, &none)?.data,
+            AnyAgent::SacDiscrete(sac) => dyna.run(&mut env, explorer, sac, &mut Silent, &none)?.data,
         })
     }
 
@@ -256,16 +282,19 @@ impl Job {
 
     /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.
     fn judge(&self, policy: &dyn Policy, outcome: &mut Outcome) -> Result<(), Failure> {
-        outcome.returns = self.returns(policy, EPISODES, "evaluation")?;
+        let mut envs: Vec<_> = (0..EPISODES).map(|_| self.system.environment()).collect();
+        outcome.returns = evaluate(&mut envs, policy, EPISODES, Seed::new(self.seed), "evaluation")?;
         let solved = self.system.spec().solved_at.is_some_and(|mark| mean(&outcome.returns) >= mark);
         outcome.solved_after = solved.then_some(outcome.real_steps);
         Ok(())
     }
+}
 
-    fn returns(&self, policy: &dyn Policy, episodes: usize, stream: &str) -> Result<Vec<f64>, Failure> {
-        let mut envs: Vec<_> = (0..episodes).map(|_| self.system.environment()).collect();
-        Ok(evaluate(&mut envs, policy, episodes, Seed::new(self.seed), stream)?)
-    }
+/// What is told of identified equations.
+fn tell(model: &Model, outcome: &mut Outcome) {
+    outcome.model_parameters = Some(model.nonzero());
+    outcome.equations = model.equations();
+    outcome.model = serde_json::from_str(&model.to_json()).ok();
 }
 
 /// Whether a run came to its end.

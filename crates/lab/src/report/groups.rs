@@ -5,7 +5,7 @@ use sindyna_core::Spec;
 
 use super::digest::Digest;
 use super::stats::{Interval, interquartile_mean, interval, mean, median};
-use crate::compare::{is_anchor, learns_on_the_real_system};
+use crate::compare::{Method, first_check, is_anchor, learns_on_the_real_system};
 use crate::registry;
 
 /// All seeds of one method on one task.
@@ -21,8 +21,6 @@ pub(crate) struct Group {
     pub(crate) steps: Option<Steps>,
     /// Returns at the end, of the runs that came to an evaluation.
     pub(crate) returns: Option<Returns>,
-    /// What the paper would report: mean over seeds and standard deviation of the last check.
-    pub(crate) last_check: Option<(f64, f64)>,
     pub(crate) updates_median: Option<f64>,
     pub(crate) model_steps_median: Option<f64>,
     pub(crate) parameters_median: Option<f64>,
@@ -36,6 +34,8 @@ pub(crate) struct Steps {
     pub(crate) interval: Option<Interval>,
     /// Least and most of those that solved it.
     pub(crate) range: Option<(usize, usize)>,
+    /// Real steps before which nothing can be solved: those of the first check of a policy that has learned something.
+    pub(crate) first_check: Option<usize>,
     /// Median over the median of `sindy`.
     pub(crate) over_sindy: Option<Ratio>,
 }
@@ -46,8 +46,8 @@ pub(crate) struct Ratio {
     pub(crate) value: f64,
     /// Both medians are drawn anew.
     pub(crate) interval: Option<Interval>,
-    /// What the ratio is at least, where it is infinite: runs that did not solve the task count as if they had done so as soon as
-    /// can be after the budget was spent.
+    /// What the ratio is at least, where it is infinite: runs that did not solve the task count as if they had done so when the
+    /// budget was spent.
     pub(crate) at_least: Option<f64>,
 }
 
@@ -84,7 +84,6 @@ pub(crate) fn spec(name: &str) -> Option<Spec> {
 fn group(digest: &Digest, task: &str, method: &str) -> Group {
     let runs = || digest.of(task, method);
     let numbers = |of: &dyn Fn(&super::digest::Run) -> Option<f64>| runs().filter_map(of).collect::<Vec<f64>>();
-    let finals = last_checks(digest, task, method);
     Group {
         task: task.into(),
         method: method.into(),
@@ -93,7 +92,6 @@ fn group(digest: &Digest, task: &str, method: &str) -> Group {
         real_steps: runs().map(|run| run.real_steps).max().unwrap_or(0),
         steps: if is_anchor(method) { None } else { steps(digest, task, method) },
         returns: returns(digest, task, method),
-        last_check: mean(&finals).map(|middle| (middle, deviation(&finals, middle))),
         updates_median: median(&numbers(&|run| Some(run.updates as f64))),
         model_steps_median: median(&numbers(&|run| Some(run.model_steps as f64))),
         parameters_median: median(&numbers(&|run| run.parameters.map(|count| count as f64))),
@@ -113,6 +111,7 @@ fn steps(digest: &Digest, task: &str, method: &str) -> Option<Steps> {
         median: median(&until)?,
         interval: interval(&[&until], |sample| median(&sample[0])),
         range: solved().min().zip(solved().max()),
+        first_check: Method::named(method).ok().zip(spec(task)).and_then(|(method, spec)| first_check(method, &spec)),
         over_sindy: ratio(digest, task, method),
     })
 }
@@ -124,22 +123,11 @@ fn ratio(digest: &Digest, task: &str, method: &str) -> Option<Ratio> {
         (ours > 0.0 && ours.is_finite()).then(|| theirs / ours)
     };
     let value = over(&theirs, &ours)?;
-    let bounds: Vec<f64> = digest.of(task, method).map(|run| earliest(digest, run) as f64).collect();
+    let bounds: Vec<f64> =
+        digest.of(task, method).map(|run| run.solved_after.unwrap_or(run.real_steps) as f64).collect();
     let at_least = || learns_on_the_real_system(method).then(|| over(&bounds, &ours))?;
     let interval = if method == "sindy" { None } else { interval(&[&theirs, &ours], |s| over(&s[0], &s[1])) };
     Some(Ratio { value, interval, at_least: if value.is_finite() { None } else { at_least() } })
-}
-
-/// Real steps after which the run solved its task, or if it did not, those before which it certainly has not: where the checks
-/// in a row began that all reached the mark when its budget was spent, or else that budget.
-fn earliest(digest: &Digest, run: &super::digest::Run) -> usize {
-    if let Some(steps) = run.solved_after {
-        return steps;
-    }
-    let mark = spec(&run.task).and_then(|spec| spec.solved_at).unwrap_or(f64::INFINITY);
-    let of_run = |c: &&super::digest::Check| c.task == run.task && c.method == run.method && c.seed == run.seed;
-    let last = digest.checks.iter().filter(of_run).rev().take_while(|check| check.mean_return >= mark);
-    last.last().map_or(run.real_steps, |check| check.real_steps)
 }
 
 /// Mean returns of the seeds that came to an evaluation.
@@ -165,26 +153,10 @@ fn returns(digest: &Digest, task: &str, method: &str) -> Option<Returns> {
     })
 }
 
-/// The score of every seed's last check.
-fn last_checks(digest: &Digest, task: &str, method: &str) -> Vec<f64> {
-    let last = |seed: u64| {
-        let mut checks = digest.checks.iter().rev();
-        checks.find(|c| c.task == task && c.method == method && c.seed == seed).map(|c| c.mean_return)
-    };
-    digest.of(task, method).filter_map(|run| last(run.seed)).collect()
-}
-
-/// Standard deviation of a sample around its mean; 0 of one value.
-fn deviation(values: &[f64], mean: f64) -> f64 {
-    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
-    (squares / values.len().saturating_sub(1).max(1) as f64).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::compare::Outcome;
-    use crate::report::digest::Check;
 
     fn digest(runs: &[(&str, u64, Option<usize>, f64)]) -> Digest {
         let mut digest = Digest::default();
@@ -232,16 +204,7 @@ mod tests {
         assert_eq!((sac.value, sac.interval), (100.0, Some(Interval { low: 100.0, high: 100.0 })));
         let never = steps_of(&both, "mbpo").over_sindy.expect("both have medians");
         assert_eq!((never.value, never.at_least), (f64::INFINITY, Some(500.0)));
-        let mut nearly = both.clone();
-        for (seed, real_steps, mean_return) in
-            [(0, 4_500, 0.0), (0, 4_750, -100.0), (0, 5_000, -100.0), (1, 5_000, -999.0)]
-        {
-            let (task, method) = ("pendulum".into(), "mbpo".into());
-            nearly.checks.push(Check { task, method, seed, real_steps, updates: 0, mean_return });
-        }
-        nearly.checks[0].mean_return = -999.0;
-        let never = steps_of(&nearly, "mbpo").over_sindy.expect("both have medians");
-        assert_eq!(never.at_least, Some(487.5), "one of the two may have solved it after 4,750");
+        assert_eq!(steps_of(&both, "mbpo").first_check, Some(500), "250 random steps, and a check every 250");
         let unsolved = digest(&[("sindy", 0, None, 0.0), ("sac", 0, Some(1_000), 0.0)]);
         assert_eq!(steps_of(&unsolved, "sac").over_sindy, None);
     }

@@ -96,18 +96,18 @@ impl Identifier {
         }
     }
 
-    /// The linear one: increments regressed on states and inputs by least squares, with no constant and nothing left out. What a
+    /// The linear one: increments regressed on a constant, states and inputs by least squares, with nothing left out. What a
     /// regulator is made from where nobody looks for equations.
     ///
     /// # Errors
     /// [`LibraryError`] if the names of states and inputs cannot be terms.
     pub fn linear(spec: &Spec) -> Result<Self, LibraryError> {
         let identifier = Self::new(spec);
-        let variables = identifier.inputs().into_iter().map(|input| input.name).collect();
+        let variables = identifier.inputs().into_iter().map(|input| input.name);
         identifier
             .with_target(Target::Increment)
             .with_solver(SolverChoice::LeastSquares { ridge: 0.0 })
-            .with_library(LibraryChoice::Terms(variables))
+            .with_library(LibraryChoice::Terms([String::from("1")].into_iter().chain(variables).collect()))
     }
 
     /// The same with other candidate terms.

@@ -18,7 +18,6 @@ pub(super) fn returns(digest: &Digest, groups: &[Group]) -> Vec<Block> {
             or_none(returns.map(|r| with_interval(r.interquartile_mean, r.interval, one))),
             or_none(returns.and_then(|r| r.beside_sindy.as_ref()).map(|d| with_interval(d.value, d.interval, one))),
             or_none(returns.map(|r| one(r.lowest))),
-            or_none(group.last_check.map(|(mean, deviation)| format!("{} ± {}", one(mean), one(deviation)))),
         ]
     };
     let head = [
@@ -28,14 +27,12 @@ pub(super) fn returns(digest: &Digest, groups: &[Group]) -> Vec<Block> {
         "100 starts: interquartile mean",
         "minus sindy's, seed by seed",
         "lowest seed",
-        "10 episodes: mean ± s.d.",
     ];
     let mut blocks = vec![
         Block::Section("Returns at the end".into()),
         Block::text(
-            "The stricter protocol: the policy that a run ends with, from 100 start states that are the same for every method with the same \
-             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds. Beside it the paper's: ten episodes \
-             of the last check, mean and standard deviation over seeds. Methods that learn on the real system have spent the real \
+            "The policy that a run ends with, from 100 start states that are the same for every method with the same \
+             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds. Methods that learn on the real system have spent the real \
              steps of the third column by then; “minus sindy's” is how much better or worse they are in the end.",
         ),
         Block::table(2, head, groups.iter().map(row).collect()),

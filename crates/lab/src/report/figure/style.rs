@@ -5,13 +5,17 @@ use std::fmt::Write as _;
 use super::{Figure, HEIGHT, WIDTH};
 
 /// Colours of the methods in their usual order, on light and on dark ground: each at least 4.5 : 1 against it.
-const METHODS: [(&str, &str); 9] = [
+const METHODS: [(&str, &str); 13] = [
     ("#0b5fa5", "#5cb3f0"),
+    ("#9c2f2f", "#f09090"),
+    ("#2f7d0b", "#8fd46a"),
+    ("#00707a", "#4cc8d4"),
     ("#b0480a", "#ff9a5c"),
     ("#7d6400", "#e3c24a"),
     ("#06785a", "#41cfa0"),
     ("#a3338a", "#ee93d5"),
     ("#2b2b2b", "#e8e8e8"),
+    ("#8b2fc9", "#cf9bf5"),
     ("#5b4fc4", "#aaa1ff"),
     ("#7a4a2a", "#d6ae8c"),
     ("#6a6a6a", "#a9a9a9"),
