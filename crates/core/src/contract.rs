@@ -209,12 +209,12 @@ pub fn check_dynamics(dynamics: &dyn Dynamics, spec: &Spec, starts: &[Vec<f64>])
 const BATCH: usize = 64;
 
 /// Checks an `agent` for the observations and actions of `spec`: that its actions are of the space in both modes, that its best action draws no random
-/// number and is the same for an observation alone and among others, that the frozen policy does as much, and that an update on random transitions
-/// keeps all that.
+/// number and is the same for an observation alone and among others, that the policy it hands over does as much and is the same from its bytes, that an
+/// update on random transitions keeps all that, and that an agent restored learns and acts as it did.
 ///
 /// # Errors
 /// [`ContractError`] with the first promise that is not kept.
-pub fn check_agent<A: Agent>(agent: &mut A, spec: &Spec) -> Result<(), ContractError> {
+pub fn check_agent(agent: &mut dyn Agent, spec: &Spec) -> Result<(), ContractError> {
     let subject = Subject(&spec.name);
     let (m, k) = (spec.observation_dim(), spec.action_space.action_dim());
     let mut rng = Seed::new(0).numpy();
@@ -231,13 +231,36 @@ pub fn check_agent<A: Agent>(agent: &mut A, spec: &Spec) -> Result<(), ContractE
     }
     for updated in [false, true] {
         if updated {
-            let done = agent.update(&batch, &mut rng);
+            let done = agent.learn(&batch, &mut rng);
             subject.holds(done.is_ok(), || format!("an update on random transitions fails: {done:?}"))?;
         }
-        check_policy(&subject, agent, spec, &batch.observations)?;
-        check_policy(&subject, &agent.frozen(), spec, &batch.observations)?;
+        check_policy(&subject, agent as &dyn Policy, spec, &batch.observations)?;
+        let policy = agent.policy();
+        check_policy(&subject, &*policy, spec, &batch.observations)?;
+        let read = agent.read_policy(&policy.to_bytes());
+        let read = read.map_err(|e| ContractError { subject: spec.name.clone(), what: format!("its policy: {e}") })?;
+        let alike = best(&*read, spec, &batch.observations) == best(&*policy, spec, &batch.observations);
+        subject.holds(alike, || "the policy from its bytes acts otherwise".into())?;
     }
-    Ok(())
+    let saved = agent.save();
+    let mut learned = || -> Result<_, ContractError> {
+        let fails = |what: String| ContractError { subject: spec.name.clone(), what };
+        agent.restore(&saved).map_err(|e| fails(format!("it does not take on its own state: {e}")))?;
+        let mut rng = rng.clone();
+        agent
+            .learn(&batch, &mut rng)
+            .map_err(|e| fails(format!("an update after its state was restored fails: {e}")))?;
+        Ok((best(agent as &dyn Policy, spec, &batch.observations), agent.policy().to_bytes()))
+    };
+    let (first, second) = (learned()?, learned()?);
+    subject.holds(first == second && agent.save() != saved, || "restored, it does not learn as it did".into())
+}
+
+/// The best actions of `policy` for `observations`.
+fn best(policy: &dyn Policy, spec: &Spec, observations: &Array2<f64>) -> Array2<f64> {
+    let mut actions = Array2::zeros((observations.nrows(), spec.action_space.action_dim()));
+    policy.act_batch(observations.view(), Mode::Exploit, &mut Seed::new(2).numpy(), actions.view_mut());
+    actions
 }
 
 fn check_policy(

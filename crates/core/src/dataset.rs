@@ -1,9 +1,12 @@
 //! Recorded rollouts as contiguous rows with borders.
 
 use ndarray::{ArrayView1, ArrayView2};
+use serde::{Deserialize, Serialize};
+
+use crate::CheckpointError;
 
 /// How a rollout ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum End {
     /// The task ended for good.
     Terminated,
@@ -42,7 +45,7 @@ pub enum DatasetError {
     NotBegun,
 }
 
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct Border {
     first_observation: usize,
     first_step: usize,
@@ -50,7 +53,7 @@ struct Border {
 }
 
 /// Rollouts of one system: T steps each, with T + 1 observations. Nothing is ever computed across a border.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Dataset {
     observation_dim: usize,
     control_dim: usize,
@@ -93,6 +96,42 @@ impl Dataset {
             rewards: Vec::new(),
             borders: Vec::new(),
         }
+    }
+
+    /// The first `rollouts` of it.
+    #[must_use]
+    pub fn first(&self, rollouts: usize) -> Self {
+        let mut part = self.clone();
+        if let Some(Border { first_observation, first_step, .. }) = self.borders.get(rollouts) {
+            part.borders.truncate(rollouts);
+            part.observations.truncate(first_observation * self.observation_dim);
+            part.controls.truncate(first_step * self.control_dim);
+            part.actions.truncate(first_step * self.action_dim);
+            part.rewards.truncate(*first_step);
+        }
+        part
+    }
+
+    /// Refuses to stand for `other` unless its rows are as wide, and complete.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] with what differs.
+    pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
+        let (steps, rollouts) = (self.rewards.len(), self.borders.len());
+        for (what, expected, got, rows, values) in [
+            ("observed values", other.observation_dim, self.observation_dim, steps + rollouts, &self.observations),
+            ("controls", other.control_dim, self.control_dim, steps, &self.controls),
+            ("action values", other.action_dim, self.action_dim, steps, &self.actions),
+        ] {
+            CheckpointError::expect_len(what, expected, got)?;
+            CheckpointError::expect_len(what, rows * got, values.len())?;
+        }
+        let borders = self.borders.iter().enumerate();
+        let fits = |(i, b): (usize, &Border)| b.first_step <= steps && b.first_observation == b.first_step + i;
+        if borders.clone().all(fits) && self.borders.is_sorted_by_key(|b| b.first_step) {
+            return Ok(());
+        }
+        Err(CheckpointError::new("rollouts that overlap"))
     }
 
     /// Begins a rollout at `observation` (m).

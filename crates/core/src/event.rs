@@ -2,7 +2,7 @@
 
 use std::io;
 
-use crate::{Dataset, Losses};
+use crate::Dataset;
 
 /// A fact about a run, as it happens.
 #[derive(Debug, Clone, Copy)]
@@ -32,8 +32,8 @@ pub enum Event<'a> {
         diverged: u64,
         /// Imagined rollouts ended because they left the region the model is trusted in.
         left_region: u64,
-        /// Losses of the last update.
-        losses: Losses,
+        /// What the agent tells of the last update, by name.
+        metrics: &'a [(&'static str, f64)],
     },
     /// The policy was tried in the model.
     Imagined {

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 use std::fmt;
 use std::sync::Arc;
 
-use crate::{Dataset, Diverged, Dynamics, Rng};
+use crate::{CheckpointError, Dataset, Diverged, Dynamics, Rng};
 
 /// Why no model could be made from the data.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -100,6 +100,11 @@ pub trait DynamicsLearner: Send + Sync {
     /// What is learned: a [`Dynamics`] over the task's state.
     type Model: Dynamics + 'static;
 
+    /// Whether a fit goes on from the model before, and depends on it.
+    fn goes_on(&self) -> bool {
+        false
+    }
+
     /// Fits a model to `data`; `None` for learners that have none. `previous` is the model before the new data came.
     ///
     /// # Errors
@@ -110,6 +115,19 @@ pub trait DynamicsLearner: Send + Sync {
         previous: Option<&Self::Model>,
         rng: &mut Rng,
     ) -> Result<Option<Knowledge<Self::Model>>, FitError>;
+
+    /// Bytes from which [`Self::read`] has `knowledge` again; `None` for learners that fit again instead, from the same data and the same random numbers.
+    fn save(&self, _knowledge: &Knowledge<Self::Model>) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// What [`Self::save`] wrote, of a fit to the same kind of data.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if the bytes are something else.
+    fn read(&self, _saved: &[u8]) -> Result<Knowledge<Self::Model>, CheckpointError> {
+        Err(CheckpointError::new("this learner writes nothing down"))
+    }
 
     /// Steps of `data` that went into `model`; all of them unless the learner leaves some out.
     fn rows(&self, _model: &Self::Model, data: &Dataset) -> usize {

@@ -11,6 +11,7 @@
 //! Not here: any physics, any regression, any network, any file, clock or terminal.
 
 mod bounds;
+mod checkpoint;
 mod contract;
 mod dataset;
 mod dynamics;
@@ -29,6 +30,7 @@ mod support;
 mod task;
 
 pub use bounds::Bounded;
+pub use checkpoint::{Checkpoint, CheckpointError, decode, encode};
 pub use contract::{ContractError, check_agent, check_dynamics, check_environment, check_spec};
 pub use dataset::{Dataset, DatasetError, End, Rollout};
 pub use dynamics::{Diverged, Dynamics, Held, Jacobians, Scheme, VectorField};
@@ -36,7 +38,7 @@ pub use environment::{EnvError, Environment, Outcome};
 pub use event::{Event, Observer};
 pub use inverse::{Inverse, Unseen};
 pub use learner::{Certainty, DynamicsLearner, FitError, Knowledge, NoModel, Posterior};
-pub use policy::{Agent, AgentError, Explorer, Losses, Mode, Policy};
+pub use policy::{Agent, AgentError, Explorer, Mode, Policy, TrainedPolicy};
 pub use region::Region;
 pub use replay::{Batch, Replay, Transition};
 pub use seed::{Rng, Seed};

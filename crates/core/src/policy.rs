@@ -1,8 +1,10 @@
 //! Who chooses actions, and who learns to.
 
+use std::sync::Arc;
+
 use ndarray::{ArrayView2, ArrayViewMut2};
 
-use crate::{Batch, Dataset, Rng};
+use crate::{Batch, Checkpoint, CheckpointError, Dataset, Rng};
 
 /// Whether to look for something new or to do what is best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,17 +29,10 @@ pub trait Policy: Send + Sync {
     }
 }
 
-/// What one update reports.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Losses {
-    /// Loss of the critics.
-    pub critic: f64,
-    /// Loss of the actor.
-    pub actor: f64,
-    /// Entropy weight after the update.
-    pub temperature: f64,
-    /// Mean entropy estimate −E\[log π\] over the batch \[nat\].
-    pub entropy: f64,
+/// A policy that was learned, and can be kept.
+pub trait TrainedPolicy: Policy {
+    /// The policy as a file in the format of its kind, with all that is needed to act.
+    fn to_bytes(&self) -> Vec<u8>;
 }
 
 /// Why an update was refused.
@@ -66,10 +61,10 @@ pub enum AgentError {
     },
 }
 
-/// A policy that improves from batches of transitions.
-pub trait Agent: Policy {
-    /// The policy alone, without what only learning needs.
-    type Frozen: Policy + Clone;
+/// A policy that improves from batches of transitions. Its [`Checkpoint`] holds all that it has learned and learns with.
+pub trait Agent: Policy + Checkpoint {
+    /// Name of the algorithm.
+    fn name(&self) -> &'static str;
 
     /// Told once, before the first update: mean and standard deviation of each observation (m) to be expected. Agents that do not scale what they
     /// see may ignore it.
@@ -79,14 +74,25 @@ pub trait Agent: Policy {
     ///
     /// # Errors
     /// [`AgentError`] if the batch does not fit, or a loss is not finite.
-    fn update(&mut self, batch: &Batch, rng: &mut Rng) -> Result<Losses, AgentError>;
+    fn learn(&mut self, batch: &Batch, rng: &mut Rng) -> Result<(), AgentError>;
 
-    /// A copy of the policy as it is now.
-    fn frozen(&self) -> Self::Frozen;
+    /// What the last update has to tell, by name: losses, say.
+    fn metrics(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// A copy of the policy as it is now, without what only learning needs.
+    fn policy(&self) -> Arc<dyn TrainedPolicy>;
+
+    /// The policy of such an agent, from [`TrainedPolicy::to_bytes`].
+    ///
+    /// # Errors
+    /// [`CheckpointError`] if the bytes are no such policy.
+    fn read_policy(&self, bytes: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError>;
 }
 
 /// Chooses the actions of the warm-up rollouts, before any policy is worth following.
-pub trait Explorer: Send {
+pub trait Explorer: Checkpoint + Send {
     /// Writes the next action, given all that was recorded so far.
     fn next(&mut self, so_far: &Dataset, rng: &mut Rng, action: &mut [f64]);
 }

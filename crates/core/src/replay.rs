@@ -4,8 +4,9 @@ use std::{hint::black_box, ops::Range};
 
 use ndarray::{Array1, Array2};
 use rand::RngExt as _;
+use serde::{Deserialize, Serialize};
 
-use crate::Rng;
+use crate::{CheckpointError, Rng};
 
 /// One step of experience, borrowed.
 #[derive(Debug, Clone, Copy)]
@@ -67,7 +68,7 @@ impl Batch {
 const AHEAD: usize = 32;
 
 /// A ring of the newest transitions, all of one width.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Replay {
     capacity: usize,
     observation_dim: usize,
@@ -99,6 +100,18 @@ impl Replay {
             }
         }
         self.pushed += 1;
+    }
+
+    /// Refuses to stand for `other` unless it has its room, for transitions as wide.
+    ///
+    /// # Errors
+    /// [`CheckpointError`] with what differs.
+    pub fn check(&self, other: &Self) -> Result<(), CheckpointError> {
+        CheckpointError::expect_len("transitions of room", other.capacity, self.capacity)?;
+        CheckpointError::expect_len("observed values", other.observation_dim, self.observation_dim)?;
+        CheckpointError::expect_len("action values", other.action_dim, self.action_dim)?;
+        CheckpointError::expect_len("values of transitions", self.len() * other.width, self.rows.len())?;
+        CheckpointError::expect_len("values of a transition", other.width, self.width)
     }
 
     /// Forgets all of them.

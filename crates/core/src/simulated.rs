@@ -1,6 +1,10 @@
 //! Dynamics, a task and sensors make an environment.
 
-use crate::{Dynamics, EnvError, Environment, Observe, Outcome, Rng, Spec, Task};
+use serde::{Deserialize, Serialize};
+
+use crate::{
+    Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Observe, Outcome, Rng, Spec, Task, decode, encode,
+};
 
 /// An [`Environment`] in the computer: the true system and the learned one are this same type.
 #[derive(Debug, Clone)]
@@ -96,6 +100,34 @@ impl<D: Dynamics, T: Task, H: Observe> Environment for Simulated<D, T, H> {
         let truncated = self.steps >= self.task.spec().max_steps;
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
+    }
+}
+
+/// What changes in a simulation from step to step.
+#[derive(Serialize, Deserialize)]
+struct Moment {
+    state: Vec<f64>,
+    control: Vec<f64>,
+    observation: Vec<f64>,
+    steps: usize,
+    running: bool,
+}
+
+impl<D, T, H> Checkpoint for Simulated<D, T, H> {
+    fn save(&self) -> Vec<u8> {
+        let Self { state, control, observation, steps, running, .. } = self;
+        let (state, control, observation) = (state.clone(), control.clone(), observation.clone());
+        encode(&Moment { state, control, observation, steps: *steps, running: *running })
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        let Moment { state, control, observation, steps, running } = decode(saved)?;
+        CheckpointError::expect_len("states", self.state.len(), state.len())?;
+        CheckpointError::expect_len("controls", self.control.len(), control.len())?;
+        CheckpointError::expect_len("observed values", self.observation.len(), observation.len())?;
+        (self.state, self.control, self.observation) = (state, control, observation);
+        (self.steps, self.running) = (steps, running);
+        Ok(())
     }
 }
 

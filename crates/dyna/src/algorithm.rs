@@ -4,8 +4,8 @@ use std::io;
 use std::sync::Arc;
 
 use sindyna_core::{
-    Agent, AgentError, Dataset, DynamicsLearner, EnvError, Environment, Explorer, FitError, Observer, Seed, Sensors,
-    Task, Unseen,
+    Agent, AgentError, CheckpointError, Dataset, DynamicsLearner, EnvError, Environment, Explorer, FitError, Observer,
+    Seed, Sensors, Task, TrainedPolicy, Unseen,
 };
 
 use crate::collect::CollectError;
@@ -26,7 +26,7 @@ use crate::{Schedule, ScheduleError};
 ///
 /// # References
 /// Arora, da Silva, Moss (2022), *Model-Based Reinforcement Learning with SINDy*, Algorithm 1.
-pub struct Dyna<'a, L> {
+pub struct Dyna<'a, L: ?Sized> {
     /// What is to be achieved.
     pub task: &'a dyn Task,
     /// What the agent sees of an imagined state.
@@ -40,15 +40,15 @@ pub struct Dyna<'a, L> {
 }
 
 /// What a run leaves.
-#[derive(Debug, Clone)]
-pub struct Learned<M, P> {
+#[derive(Clone)]
+pub struct Learned<M> {
     /// All real data, every step and reset.
     pub data: Dataset,
     /// The model fitted last; none for learners that make none.
     pub model: Option<Arc<M>>,
     /// The policy that was best in the model; of those that were tried on the real system the one that kept its promise, or that earned most if none
     /// did; none if training never came to a trial.
-    pub policy: Option<P>,
+    pub policy: Option<Arc<dyn TrainedPolicy>>,
     /// What that policy scored in the model.
     pub model_return: Option<f64>,
     /// What it will earn on the real system.
@@ -73,28 +73,6 @@ pub struct Learned<M, P> {
     pub interrupted: bool,
 }
 
-impl<M, P> Learned<M, P> {
-    /// The same with the policy wrapped by `wrap`.
-    pub fn map_policy<Q>(self, wrap: impl FnOnce(P) -> Q) -> Learned<M, Q> {
-        Learned {
-            policy: self.policy.map(wrap),
-            data: self.data,
-            model: self.model,
-            model_return: self.model_return,
-            prediction: self.prediction,
-            confirmation: self.confirmation,
-            optimal_in_model: self.optimal_in_model,
-            updates: self.updates,
-            model_steps: self.model_steps,
-            model_rollouts: self.model_rollouts,
-            diverged: self.diverged,
-            left_region: self.left_region,
-            failure: self.failure,
-            interrupted: self.interrupted,
-        }
-    }
-}
-
 /// Why a run ended without a result.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -114,6 +92,9 @@ pub enum DynaError {
     /// A trial in the model failed.
     #[error("a trial in the model failed")]
     Trial(#[source] EnvError),
+    /// Bytes are no checkpoint of such a run.
+    #[error(transparent)]
+    Checkpoint(#[from] CheckpointError),
     /// What was found could not be written down.
     #[error("recording failed")]
     Record(#[source] io::Error),
@@ -131,28 +112,44 @@ impl From<io::Error> for DynaError {
     }
 }
 
-impl<L: DynamicsLearner> Dyna<'_, L> {
+impl<L: DynamicsLearner + ?Sized> Dyna<'_, L> {
     /// Algorithm 1 with `agent`, to be advanced step by step.
     ///
     /// # Errors
     /// [`ScheduleError`] if no run can have the schedule.
-    pub fn begin<A: Agent + Clone>(&self, agent: A) -> Result<Loop<'_, L, A>, ScheduleError> {
+    pub fn begin(&self, agent: Box<dyn Agent>) -> Result<Loop<'_, L>, ScheduleError> {
         self.schedule.check()?;
         Ok(Loop::new(self, agent))
+    }
+
+    /// The loop that was `saved` by [`Loop::save`], with an agent and an explorer made as those were. It goes on with the same bits, if task, sensors,
+    /// learner, schedule and seed are the same; the last model is fitted again.
+    ///
+    /// # Errors
+    /// [`DynaError::Checkpoint`] if the bytes are of something else, [`DynaError::Fit`] if the fit was told to stop.
+    pub fn resume(
+        &self,
+        agent: Box<dyn Agent>,
+        explorer: &mut dyn Explorer,
+        saved: &[u8],
+    ) -> Result<Loop<'_, L>, DynaError> {
+        let mut begun = self.begin(agent)?;
+        begun.restore(explorer, saved)?;
+        Ok(begun)
     }
 
     /// Runs Algorithm 1 on the real system `env` with `agent`; `interrupted` is asked often whether to stop.
     ///
     /// # Errors
     /// [`DynaError`]; what `observer` was told before it happened.
-    pub fn run<A: Agent + Clone>(
+    pub fn run(
         &self,
         env: &mut dyn Environment,
         explorer: &mut dyn Explorer,
-        agent: A,
+        agent: Box<dyn Agent>,
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
-    ) -> Result<Learned<L::Model, A::Frozen>, DynaError> {
+    ) -> Result<Learned<L::Model>, DynaError> {
         let mut begun = self.begin(agent)?;
         while !begun.has_ended() {
             begun.advance(env, explorer, observer, interrupted)?;

@@ -1,8 +1,13 @@
 //! Algorithm 1 as a value that is advanced step by step.
 
+mod saved;
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
 use sindyna_core::{
     Agent, AgentError, Batch, Certainty, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError,
-    Inverse, Knowledge, Losses, Mode, Observer, Replay, Rng, Seed,
+    Inverse, Knowledge, Mode, Observer, Replay, Rng, Seed, TrainedPolicy,
 };
 
 use crate::algorithm::{Dyna, DynaError, Learned};
@@ -16,9 +21,10 @@ use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm, remember};
 use crate::surprise::is_surprised;
 use crate::{Refit, Rollouts, Schedule};
+use saved::Fit;
 
 /// What a [`Loop`] does next.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Phase {
     /// Collect the first real data.
     WarmUp,
@@ -42,29 +48,33 @@ pub enum Phase {
 const ENOUGH: usize = 2_000;
 
 /// The best policy so far.
-#[derive(Debug, Clone)]
-struct Best<P> {
-    policy: P,
+#[derive(Clone)]
+struct Best {
+    policy: Arc<dyn TrainedPolicy>,
     /// Mean return in the model.
     model_return: f64,
 }
 
 /// Algorithm 1 on its way, between two of its steps.
-pub struct Loop<'a, L: DynamicsLearner, A: Agent> {
+pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
     parts: &'a Dyna<'a, L>,
     phase: Phase,
-    agent: A,
-    /// The agent before it learned anything.
-    beginner: A,
+    agent: Box<dyn Agent>,
+    /// The agent's state before it learned anything.
+    beginner: Vec<u8>,
     data: Dataset,
     knowledge: Option<Knowledge<L::Model>>,
+    /// The fits that knowledge comes from.
+    fits: Vec<Fit>,
+    /// Rollouts that imagination goes by.
+    believed: usize,
     imagination: Option<Imagination<'a>>,
     replay: Replay,
     batch: Batch,
     trials: Trials,
-    best: Option<Best<A::Frozen>>,
+    best: Option<Best>,
     /// The policy to be handed over of those that were on the real system.
-    tried: Option<(Best<A::Frozen>, Confirmation)>,
+    tried: Option<(Best, Confirmation)>,
     prediction: Option<Prediction>,
     optimal: bool,
     updates: u64,
@@ -85,17 +95,19 @@ pub struct Loop<'a, L: DynamicsLearner, A: Agent> {
     rng: Rng,
 }
 
-impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
-    pub(crate) fn new(parts: &'a Dyna<'a, L>, agent: A) -> Self {
+impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
+    pub(crate) fn new(parts: &'a Dyna<'a, L>, agent: Box<dyn Agent>) -> Self {
         let (spec, schedule, seed) = (parts.task.spec(), parts.schedule, parts.seed);
         let (m, k) = (spec.observation_dim(), spec.action_space.action_dim());
         Self {
             parts,
             phase: Phase::WarmUp,
-            beginner: agent.clone(),
+            beginner: agent.save(),
             agent,
             data: Dataset::new(m, spec.control_dim(), k, spec.dt),
             knowledge: None,
+            fits: Vec::new(),
+            believed: 0,
             imagination: None,
             replay: Replay::new(schedule.replay_capacity, m, k),
             batch: Batch::zeros(schedule.batch_size, m, k),
@@ -151,7 +163,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             Phase::Improve => self.improve(observer, interrupted)?,
             Phase::Confirm => self.confirm(env, observer, interrupted)?,
             Phase::Explore => {
-                let actor = Actor::Policy(&self.agent, Mode::Explore);
+                let actor = Actor::Policy(&*self.agent, Mode::Explore);
                 collect(env, actor, Amount::Episode, &mut self.data, &mut self.real_rng, interrupted)?;
                 self.collected(observer)?
             }
@@ -178,7 +190,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
     }
 
     fn fit(&mut self, observer: &mut dyn Observer) -> Result<Phase, DynaError> {
-        let Dyna { task, sensors, learner, schedule, seed } = *self.parts;
+        let Dyna { task, learner, schedule, seed, .. } = *self.parts;
         let previous = self.knowledge.as_ref().map(|k| &*k.model);
         let refitted = previous.is_some();
         let fits = !refitted || schedule.refit == Refit::AfterRollouts;
@@ -188,8 +200,15 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         }
         if fits {
             self.fitted = self.data.n_rollouts();
+            let fit = Fit { rollouts: self.fitted, rng: self.fit_rng.clone() };
             match learner.fit(&self.data, previous, &mut self.fit_rng) {
-                Ok(Some(fitted)) => self.knowledge = Some(fitted),
+                Ok(Some(fitted)) => {
+                    self.knowledge = Some(fitted);
+                    if !learner.goes_on() {
+                        self.fits.clear();
+                    }
+                    self.fits.push(fit);
+                }
                 Ok(None) if refitted => {}
                 Ok(None) => return Ok(Phase::Done),
                 Err(FitError::Interrupted) => {
@@ -209,9 +228,8 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         if self.wants_more() {
             return Ok(Phase::CollectMore);
         }
-        let Some(knowledge) = &self.knowledge else { return Ok(Phase::Done) };
-        let mut rng = seed.stream("belief", self.turns);
-        let belief = Belief::of(knowledge, task, sensors, &self.data, schedule.discount, &mut rng);
+        self.believed = self.data.n_rollouts();
+        let Some(belief) = self.belief(self.turns) else { return Ok(Phase::Done) };
         if fits {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
@@ -220,6 +238,14 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         self.imagination = Some(Imagination::new(belief, schedule, seed, self.turns));
         self.turns += 1;
         Ok(Phase::Improve)
+    }
+
+    /// What imagination number `turn` goes by; `None` without a model.
+    fn belief(&self, turn: u64) -> Option<Belief<'a>> {
+        let Dyna { task, sensors, schedule, seed, .. } = *self.parts;
+        let data = self.data.first(self.believed);
+        let mut rng = seed.stream("belief", turn);
+        Some(Belief::of(self.knowledge.as_ref()?, task, sensors, &data, schedule.discount, &mut rng))
     }
 
     /// How well the model explains the data.
@@ -258,7 +284,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         let first_steps = schedule.random_steps.clamp(1, self.replay.capacity());
         if self.replay.len() < first_steps {
             // Only who has not learned anything yet acts at random.
-            let dreamer = if self.is_beginner { Dreamer::Random } else { Dreamer::Policy(&self.agent) };
+            let dreamer = if self.is_beginner { Dreamer::Random } else { Dreamer::Policy(&*self.agent) };
             imagination.turn(&dreamer, &mut self.replay, &mut self.counts);
             // Nothing can be learned in a model that blows up from nearly every state.
             let hopeless = imagination.diverged > schedule.random_steps as u64;
@@ -268,20 +294,17 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             }
             return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
         }
-        imagination.turn(&Dreamer::Policy(&self.agent), &mut self.replay, &mut self.counts);
+        imagination.turn(&Dreamer::Policy(&*self.agent), &mut self.replay, &mut self.counts);
         let left = rule.max_updates.saturating_sub(self.updates);
         for _ in 0..left.min(schedule.updates_per_turn as u64) {
             self.replay.sample_into(&mut self.batch, &mut self.rng);
-            let losses = match self.agent.update(&self.batch, &mut self.rng) {
-                Ok(losses) => losses,
-                Err(error) => {
-                    self.failure = Some(error);
-                    return Ok(Phase::Predict);
-                }
-            };
+            if let Err(error) = self.agent.learn(&self.batch, &mut self.rng) {
+                self.failure = Some(error);
+                return Ok(Phase::Predict);
+            }
             self.updates += 1;
             if self.updates.is_multiple_of(rule.trial_every) {
-                self.try_out(losses, observer)?;
+                self.try_out(observer)?;
             }
             // A turn may be as many updates as one likes.
             if interrupted() {
@@ -299,7 +322,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
     }
 
     /// Runs the deterministic policy in the model and keeps it if it is the best so far.
-    fn try_out(&mut self, losses: Losses, observer: &mut dyn Observer) -> Result<(), DynaError> {
+    fn try_out(&mut self, observer: &mut dyn Observer) -> Result<(), DynaError> {
         let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(()) };
         let rule = &self.parts.schedule.optimality;
         observer.on(&Event::Updated {
@@ -308,11 +331,11 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
             model_steps: self.counts.steps,
             diverged: self.counts.diverged,
             left_region: self.counts.left_region,
-            losses,
+            metrics: &self.agent.metrics(),
         })?;
-        let policy = self.agent.frozen();
+        let policy = self.agent.policy();
         let mut worlds: Vec<Trial<'_>> = (0..rule.trial_episodes).map(|i| Trial::new(belief, i)).collect();
-        let returns = evaluate(&mut worlds, &policy, rule.trial_episodes, self.parts.seed, "trial in the model")
+        let returns = evaluate(&mut worlds, &*policy, rule.trial_episodes, self.parts.seed, "trial in the model")
             .map_err(DynaError::Trial)?;
         let mean = |values: f64| values / returns.len().max(1) as f64;
         let charged = mean(worlds.iter().map(Trial::charged).sum());
@@ -339,7 +362,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         // Returns near 0 are no measure of what matters.
         let scale = best.model_return.abs().max(self.trials.difference());
         let view = (belief, &inverse, scale);
-        let confirmation = confirm(env, &best.policy, view, &mut self.data, &mut self.real_rng, interrupted)?;
+        let confirmation = confirm(env, &*best.policy, view, &mut self.data, &mut self.real_rng, interrupted)?;
         if interrupted() {
             return Ok(Phase::Confirm);
         }
@@ -359,7 +382,7 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         }
         if self.parts.schedule.refit == Refit::AfterRollouts {
             // What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
-            self.agent = self.beginner.clone();
+            self.agent.restore(&self.beginner)?;
             self.is_beginner = true;
         }
         self.trials.renew();
@@ -380,13 +403,13 @@ impl<'a, L: DynamicsLearner, A: Agent + Clone> Loop<'a, L, A> {
         }
         if let (Some(Imagination { belief, .. }), Some(best)) = (&self.imagination, &self.best) {
             let seed = self.parts.seed;
-            self.prediction = Some(Prediction::new(belief, &best.policy, misfit, seed).map_err(DynaError::Trial)?);
+            self.prediction = Some(Prediction::new(belief, &*best.policy, misfit, seed).map_err(DynaError::Trial)?);
         }
         Ok(Phase::Done)
     }
 
     /// What was learned so far.
-    pub fn finish(self) -> Learned<L::Model, A::Frozen> {
+    pub fn finish(self) -> Learned<L::Model> {
         let (model_return, policy) = self.best.map(|best| (best.model_return, best.policy)).unzip();
         Learned {
             interrupted: self.phase != Phase::Done,

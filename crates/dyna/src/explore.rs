@@ -2,7 +2,9 @@
 
 use ndarray::{ArrayView2, ArrayViewMut2};
 use rand::RngExt as _;
-use sindyna_core::{Dataset, End, Explorer, Mode, Policy, Rng, Space, Spec};
+use sindyna_core::{
+    Checkpoint, CheckpointError, Dataset, End, Explorer, Mode, Policy, Rng, Space, Spec, decode, encode,
+};
 
 /// Independent actions, uniform over the action space.
 #[derive(Debug, Clone)]
@@ -17,6 +19,8 @@ impl Uniform {
         Self { space: spec.action_space.clone() }
     }
 }
+
+impl Checkpoint for Uniform {}
 
 impl Explorer for Uniform {
     fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
@@ -56,6 +60,8 @@ impl Gentle {
         Self { space: spec.action_space.clone(), share: share.clamp(0.0, 1.0) }
     }
 }
+
+impl Checkpoint for Gentle {}
 
 impl Explorer for Gentle {
     fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
@@ -126,6 +132,17 @@ impl Alternating {
     }
 }
 
+impl Checkpoint for Alternating {
+    fn save(&self) -> Vec<u8> {
+        encode(&self.forward)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        self.forward = decode(saved)?;
+        Ok(())
+    }
+}
+
 impl Explorer for Alternating {
     fn next(&mut self, _so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
         self.forward = !self.forward;
@@ -174,6 +191,17 @@ const FIRST_NUMBERED: std::ops::RangeInclusive<usize> = 3..=5;
 
 /// Smallest push, as part of the largest.
 const LEAST_PUSH: f64 = 0.5;
+
+impl Checkpoint for Swings {
+    fn save(&self) -> Vec<u8> {
+        encode(&self.sides)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        self.sides = decode(saved)?;
+        Ok(())
+    }
+}
 
 impl Explorer for Swings {
     fn next(&mut self, so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {

@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use ndarray::{Array2, ArrayView1};
 use rand::RngExt as _;
+use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Bounded, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Replay, Rng, Seed, Sensors, Simulated, Spec, Task,
-    Transition,
+    Bounded, Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Replay, Rng, Seed,
+    Sensors, Simulated, Spec, Task, Transition, decode, encode,
 };
 
 use crate::Schedule;
@@ -69,6 +70,19 @@ impl<'a> Imagined<'a> {
         // Nearly every state there ends the task: begin where the task does.
         self.inner.task().initial(rng, &mut x);
         self.reset_to(&x, rng);
+    }
+}
+
+impl Checkpoint for Imagined<'_> {
+    fn save(&self) -> Vec<u8> {
+        encode(&(self.inner.save(), self.left, self.charged, self.away, self.steps))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        let (inner, left, charged, away, steps): (Vec<u8>, bool, f64, f64, f64) = decode(saved)?;
+        self.inner.restore(&inner)?;
+        (self.left, self.charged, self.away, self.steps) = (left, charged, away, steps);
+        Ok(())
     }
 }
 
@@ -160,7 +174,7 @@ impl Environment for Trial<'_> {
 }
 
 /// What imagination has done so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Counts {
     pub(crate) steps: u64,
     pub(crate) rollouts: u64,
@@ -179,6 +193,15 @@ struct World<'a> {
     rng: Rng,
     age: usize,
     before: Vec<f64>,
+}
+
+/// What changes in imagination from step to step.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    worlds: Vec<(Vec<u8>, Rng, usize)>,
+    rng: Rng,
+    rollouts: u64,
+    diverged: u64,
 }
 
 /// Many imagined systems side by side.
@@ -224,6 +247,25 @@ impl<'a> Imagination<'a> {
             world.age = age;
         }
         all
+    }
+
+    /// The worlds as they are, and what was counted.
+    pub(crate) fn save(&self) -> Vec<u8> {
+        let worlds = self.worlds.iter().map(|w| (w.env.save(), w.rng.clone(), w.age)).collect();
+        let Self { rng, rollouts, diverged, .. } = self;
+        encode(&Saved { worlds, rng: rng.clone(), rollouts: *rollouts, diverged: *diverged })
+    }
+
+    /// Makes one that has just begun the one that was saved.
+    pub(crate) fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        let Saved { worlds, rng, rollouts, diverged } = decode(saved)?;
+        CheckpointError::expect_len("imagined systems", self.worlds.len(), worlds.len())?;
+        for (world, (env, rng, age)) in self.worlds.iter_mut().zip(worlds) {
+            world.env.restore(&env)?;
+            (world.rng, world.age) = (rng, age);
+        }
+        (self.rng, self.rollouts, self.diverged) = (rng, rollouts, diverged);
+        Ok(())
     }
 
     /// Steps every world once, remembers what happened, and counts it.

@@ -1,5 +1,7 @@
 //! When to stop improving: the rule behind "while π is not optimal" of Algorithm 1.
 
+use serde::{Deserialize, Serialize};
+
 /// A policy is optimal in the model when
 /// - `settled` trials in a row came within `tolerance` of the best so far, the last of them was not the best of all, and the best is better than what one
 ///   action held all the time earns: the policy has learned something, learns no more, and stays where the model was compared with the system; or
@@ -46,7 +48,7 @@ impl Default for Optimality {
 const FAR: f64 = 0.1;
 
 /// The trials so far and what they say.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Trials {
     best: Option<f64>,
     /// Whether the best can hardly be exceeded.

@@ -1,5 +1,6 @@
 //! Real episodes between imagined ones: what they teach, and whether they keep what the model promised.
 
+use serde::{Deserialize, Serialize};
 use sindyna_core::{Dataset, End, EnvError, Environment, Inverse, Mode, Policy, Replay, Rng, Transition};
 
 use crate::belief::Belief;
@@ -7,7 +8,7 @@ use crate::collect::{Actor, Amount, CollectError, collect};
 use crate::imagine::Trial;
 
 /// One real episode of a policy beside what the models promised for it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Confirmation {
     /// Return of the real episode.
     pub real: f64,

@@ -3,56 +3,18 @@
 mod common;
 
 use std::cell::Cell;
-use std::io;
 use std::sync::Arc;
 
-use common::{Given, Line, Push, Student};
-use sindyna_core::{
-    Certainty, Dataset, DynamicsLearner, Event, FitError, Knowledge, NoModel, Observer, Rng, Seed, Sensors, Simulated,
-    Spec, Task,
-};
-use sindyna_dyna::{Dyna, Learned, Optimality, Refit, Rollouts, Schedule, Uniform, evaluate};
-
-struct Silent;
-impl Observer for Silent {
-    fn on(&mut self, _event: &Event<'_>) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-fn schedule() -> Schedule {
-    Schedule {
-        warmup_rollouts: 2,
-        rollout_len: 15,
-        imagined_rollouts: Rollouts::Unlimited,
-        refit: Refit::Never,
-        worlds: 4,
-        imagined_len: 10,
-        scattered_starts: 0.5,
-        random_steps: 40,
-        updates_per_turn: 1,
-        batch_size: 8,
-        replay_capacity: 500,
-        max_real_steps: None,
-        discount: 0.9,
-        optimality: Optimality {
-            trial_every: 10,
-            trial_episodes: 5,
-            settled: 2,
-            tolerance: 0.01,
-            patience: 2,
-            gain: 0.01,
-            max_updates: 200,
-        },
-    }
-}
+use common::{Doubting, EXACT, Given, Line, Push, Silent, Student, auto, schedule};
+use sindyna_core::{Checkpoint, DynamicsLearner, NoModel, Rng, Seed, Sensors, Simulated, Spec, Task};
+use sindyna_dyna::{Dyna, Learned, Refit, Rollouts, Schedule, Uniform, evaluate};
 
 fn run<L: DynamicsLearner>(
     learner: &L,
     schedule: &Schedule,
     agent: Student,
     interrupted: &dyn Fn() -> bool,
-) -> Learned<L::Model, Student> {
+) -> Learned<L::Model> {
     run_seeded(0, learner, schedule, agent, interrupted)
 }
 
@@ -62,17 +24,15 @@ fn run_seeded<L: DynamicsLearner>(
     schedule: &Schedule,
     agent: Student,
     interrupted: &dyn Fn() -> bool,
-) -> Learned<L::Model, Student> {
+) -> Learned<L::Model> {
     let task = Line::new(20);
     let sensors = Sensors::new(&task.0).expect("the observation names the state");
     let truth = Push { gain: 1.0, breaks_at: f64::INFINITY };
     let mut real = Simulated::new(truth, &task, sensors.clone());
     let mut explorer = Uniform::new(&task.0);
     let dyna = Dyna { task: &task, sensors: &sensors, learner, schedule, seed: Seed::new(seed) };
-    dyna.run(&mut real, &mut explorer, agent, &mut Silent, interrupted).expect("nothing fails here")
+    dyna.run(&mut real, &mut explorer, Box::new(agent), &mut Silent, interrupted).expect("nothing fails here")
 }
-
-const EXACT: Push = Push { gain: 1.0, breaks_at: f64::INFINITY };
 
 #[test]
 fn every_real_step_and_reset_is_counted() {
@@ -88,7 +48,9 @@ fn training_stops_when_trials_no_longer_gain_and_keeps_the_best() {
     assert!(learned.optimal_in_model);
     // The gain is 1 after 10 updates; the trials at 20 and 30 gain nothing.
     assert_eq!(learned.updates, 30);
-    assert!(learned.policy.expect("there were trials").gain > 0.99);
+    let mut kept = Student::default();
+    kept.restore(&learned.policy.expect("there were trials").to_bytes()).expect("it is a student's");
+    assert!(kept.gain > 0.99);
     let best = learned.model_return.expect("there were trials");
     assert!(best <= 0.0 && best > -0.02, "only the start state costs anything: {best}");
 }
@@ -153,7 +115,8 @@ fn leaving_the_trusted_region_is_an_end_that_costs() {
     let (schedule, learner, agent) = (schedule(), Given(Push { gain: 1000.0, ..EXACT }), Student::default());
     let shown = Arc::clone(&agent.shown);
     let dyna = Dyna { task: &task, sensors: &sensors, learner: &learner, schedule: &schedule, seed: Seed::new(1) };
-    let learned = dyna.run(&mut real, &mut explorer, agent, &mut Silent, &|| false).expect("nothing fails here");
+    let learned =
+        dyna.run(&mut real, &mut explorer, Box::new(agent), &mut Silent, &|| false).expect("nothing fails here");
     assert!(learned.left_region > 0);
     let worst = learned.data.rollouts().flat_map(|r| r.rewards.to_vec()).fold(0.0, f64::min) / (1.0 - 0.9);
     let shown = shown.lock().expect("one thread");
@@ -252,24 +215,6 @@ fn a_promise_reality_breaks_is_answered_with_more_training() {
     assert!(learned.updates > 30 && learned.policy.is_some());
 }
 
-/// Who doubts a model of fewer than `enough` steps, and thinks the others adequate.
-struct Doubting {
-    model: Push,
-    enough: usize,
-}
-
-impl DynamicsLearner for Doubting {
-    type Model = Push;
-    fn fit(&self, data: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
-        let certainty = if data.n_steps() < self.enough { Certainty::Doubted } else { Certainty::Adequate };
-        Ok(Some(Knowledge { certainty, ..Knowledge::certain(self.model.clone()) }))
-    }
-}
-
-fn auto() -> Schedule {
-    Schedule { imagined_rollouts: Rollouts::Auto, refit: Refit::AfterRollouts, ..schedule() }
-}
-
 #[test]
 fn schedules_no_run_can_have_are_refused_by_name() {
     let of = |change: fn(&mut Schedule)| {
@@ -303,7 +248,7 @@ fn an_exact_model_is_believed_and_its_prediction_holds() {
     let mut envs: Vec<_> = (0..100).map(|_| Simulated::new(EXACT, &task, sensors.clone())).collect();
     let policy = learned.policy.expect("there were trials");
     let mean = |seed: u64, envs: &mut Vec<_>| {
-        evaluate(envs, &policy, 100, Seed::new(seed), "evaluation").expect("nothing fails here").iter().sum::<f64>()
+        evaluate(envs, &*policy, 100, Seed::new(seed), "evaluation").expect("nothing fails here").iter().sum::<f64>()
             / 100.0
     };
     let (low, high) = prediction.interval(0.9, 100);

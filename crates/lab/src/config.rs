@@ -3,7 +3,7 @@
 mod check;
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Channel, Rng, Space, Spec};
+use sindyna_core::{Agent, Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Isa, IsaError, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, NoiseChoice};
@@ -95,31 +95,6 @@ fn never() -> usize {
 
 fn one_percent() -> f64 {
     0.01
-}
-
-/// An agent for whatever actions there are.
-#[expect(clippy::large_enum_variant, reason = "a run has one agent, and moves it a few times")]
-pub(crate) enum AnyAgent {
-    Sac(Sac),
-    SacDiscrete(SacDiscrete),
-}
-
-impl AnyAgent {
-    /// Name of the algorithm.
-    pub(crate) fn algorithm(&self) -> &'static str {
-        match self {
-            Self::Sac(_) => "sac",
-            Self::SacDiscrete(_) => "sac-discrete",
-        }
-    }
-
-    /// Instructions the updates run with.
-    pub(crate) fn isa(&self) -> Isa {
-        match self {
-            Self::Sac(sac) => sac.isa(),
-            Self::SacDiscrete(sac) => sac.isa(),
-        }
-    }
 }
 
 impl TrainConfig {
@@ -217,12 +192,12 @@ impl TrainConfig {
     }
 
     /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
-    pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<AnyAgent, Failure> {
+    pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<Box<dyn Agent>, Failure> {
         agent(self.sac.clone(), spec, self.isa()?, rng)
     }
 
     /// The instructions asked for, if there are such and this machine has them; else its widest.
-    fn isa(&self) -> Result<Isa, Failure> {
+    pub(crate) fn isa(&self) -> Result<Isa, Failure> {
         let Some(name) = &self.isa else { return Ok(Isa::widest()) };
         let unusable = |e: IsaError| {
             let widest = Isa::widest();
@@ -261,12 +236,12 @@ impl TrainConfig {
 }
 
 /// An agent of the kind the actions of `spec` ask for.
-pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -> Result<AnyAgent, Failure> {
+pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -> Result<Box<dyn Agent>, Failure> {
     let scaling = scaling(spec);
     Ok(match &spec.action_space {
-        Space::Box { low, high } => AnyAgent::Sac(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
+        Space::Box { low, high } => Box::new(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
         Space::Discrete { controls } => {
-            AnyAgent::SacDiscrete(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
+            Box::new(SacDiscrete::new(settings, scaling, controls.nrows(), rng)?.with_isa(isa)?)
         }
     })
 }

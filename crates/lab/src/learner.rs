@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Jacobians, Knowledge, Rng};
+use sindyna_core::{
+    CheckpointError, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Jacobians, Knowledge, Rng, decode, encode,
+};
 use sindyna_sindy::{Identified, Identifier, Watch};
 
 use crate::interrupt::Interrupt;
@@ -27,6 +29,13 @@ impl Dynamics for Fitted {
     }
 }
 
+impl Learner {
+    fn knowledge(&self, identified: Identified) -> Knowledge<Fitted> {
+        let Knowledge { certainty, posterior, sensor_noise, .. } = identified.clone().knowledge(self.identifier.spec());
+        Knowledge { model: Arc::new(Fitted(identified)), certainty, posterior, sensor_noise }
+    }
+}
+
 impl DynamicsLearner for Learner {
     type Model = Fitted;
 
@@ -37,9 +46,15 @@ impl DynamicsLearner for Learner {
         _rng: &mut Rng,
     ) -> Result<Option<Knowledge<Fitted>>, FitError> {
         let go_on = || !self.interrupt.pressed();
-        let identified = self.identifier.identify_watched(data, &Watch::going_on(&go_on))?;
-        let Knowledge { certainty, posterior, sensor_noise, .. } = identified.clone().knowledge(self.identifier.spec());
-        Ok(Some(Knowledge { model: Arc::new(Fitted(identified)), certainty, posterior, sensor_noise }))
+        Ok(Some(self.knowledge(self.identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
+    }
+
+    fn save(&self, knowledge: &Knowledge<Fitted>) -> Option<Vec<u8>> {
+        Some(encode(&knowledge.model.0))
+    }
+
+    fn read(&self, saved: &[u8]) -> Result<Knowledge<Fitted>, CheckpointError> {
+        decode(saved).map(|identified| self.knowledge(identified))
     }
 
     fn rows(&self, model: &Fitted, _data: &Dataset) -> usize {

@@ -6,8 +6,11 @@ mod common;
 
 use std::fs;
 use std::path::Path;
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::Duration;
 
-use common::{parts, sindyna};
+use common::{command, parts, sindyna};
 
 /// Begins a run with `options` in `directory` and lets it come to its end.
 fn run(directory: &Path, options: &[&str]) -> i32 {
@@ -119,5 +122,43 @@ fn a_command_killed_before_its_record_began_can_be_given_again() {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &[args, &["--out", "out"]].concat()));
         assert!(code == 2 && stderr.contains("out exists already"), "{stderr}");
         fs::remove_dir_all(at("out")).unwrap();
+    }
+}
+
+#[test]
+fn a_long_run_goes_on_from_its_checkpoint() {
+    let temp = tempfile::tempdir().unwrap();
+    let at = |name: &str| temp.path().join(name);
+    let options = ["cart-pole-swing-up", "--set", "sac.hidden=[256,256]", "--max-updates", "3000"];
+    let begin = |name| {
+        let args = [&["train", "--episodes", "5", "--quiet", "--out", name][..], &options].concat();
+        command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    };
+    let whole = begin("whole").wait().unwrap().code();
+    let mut killed = begin("killed");
+    // A checkpoint is written every second or so; however slow the machine, there is one before the end.
+    while !at("killed/checkpoint.bin").exists() {
+        assert!(killed.try_wait().unwrap().is_none(), "it has ended without a checkpoint");
+        sleep(Duration::from_millis(5));
+    }
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    let files: Vec<_> = fs::read_dir(at("killed")).unwrap().map(|e| e.unwrap().file_name()).collect();
+    let kept: Vec<&str> = files.iter().map(|name| name.to_str().unwrap()).collect();
+    let saved = fs::read(at("killed/checkpoint.bin")).unwrap();
+    let damaged = [&saved[..saved.len() / 2], &[!saved[saved.len() / 2]], &saved[saved.len() / 2 + 1..]].concat();
+    for (checkpoint, told) in
+        [(&saved[..], "going on after "), (&damaged, "checkpoint.bin is damaged, so the run begins anew")]
+    {
+        drop(fs::remove_dir_all(at("cut")));
+        fs::create_dir(at("cut")).unwrap();
+        for name in &kept {
+            fs::copy(at("killed").join(name), at("cut").join(name)).unwrap();
+        }
+        fs::write(at("cut/checkpoint.bin"), checkpoint).unwrap();
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "cut"]));
+        assert!(Some(code) == whole && stderr.contains(told), "{code} {stderr}");
+        same_record(temp.path(), told);
+        assert!(!at("cut/checkpoint.bin").exists(), "the run is over");
     }
 }

@@ -6,7 +6,7 @@
 
 use divan::Bencher;
 use ndarray::Array2;
-use sindyna_core::{Agent as _, Batch, Rng, Seed};
+use sindyna_core::{Batch, Rng, Seed};
 use sindyna_rl::{EnsembleConfig, EnsembleTrainer, Sac, SacConfig, Scaling};
 
 fn main() {

@@ -7,7 +7,7 @@
 
 use std::time::Instant;
 
-use sindyna_core::{Agent as _, Batch, Seed};
+use sindyna_core::{Batch, Seed};
 use sindyna_rl::{Sac, SacConfig, Scaling};
 
 /// Hidden width and batch: widths at one batch, then batches at one width.

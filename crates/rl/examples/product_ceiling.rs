@@ -9,7 +9,7 @@
 
 use std::time::Instant;
 
-use sindyna_core::{Agent as _, Batch, Seed};
+use sindyna_core::{Batch, Seed};
 use sindyna_rl::{Isa, Sac, SacConfig, Scaling};
 
 /// C (m, n) = A (m, k) B (k, n); `ta` and `tb` say which lies transposed in memory.

@@ -9,7 +9,7 @@
 use std::time::Instant;
 
 use rand::RngExt as _;
-use sindyna_core::{Agent as _, Batch, Environment as _, Mode, Policy as _, Replay, Seed, Transition};
+use sindyna_core::{Batch, Environment as _, Mode, Policy as _, Replay, Seed, Transition};
 use sindyna_dyna::evaluate;
 use sindyna_rl::{SacConfig, SacDiscrete, Scaling};
 

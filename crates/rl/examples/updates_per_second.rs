@@ -46,7 +46,7 @@ fn measure(
     for _ in 0..n_windows {
         let start = Instant::now();
         for _ in 0..window {
-            agent.update(batch, rng)?;
+            agent.learn(batch, rng)?;
         }
         let elapsed = start.elapsed();
         (update, all) = (update.min(elapsed), all + elapsed);

@@ -1,5 +1,7 @@
 //! Adam, with the target network's average taken along in the same pass.
 
+use serde::{Deserialize, Serialize};
+
 use crate::simd::vectorized;
 
 const DECAY_MEAN: f64 = 0.9;
@@ -17,7 +19,7 @@ const EPSILON: f64 = 1e-8;
 ///
 /// # References
 /// Kingma, Ba (2015), arXiv:1412.6980, Algorithm 1.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Adam {
     pub(crate) learning_rate: f64,
     pub(crate) step: u64,
@@ -121,7 +123,7 @@ fn bias_corrections(step: u64) -> (f64, f64) {
 }
 
 /// Adam for a single number, in double precision.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct ScalarAdam {
     pub(crate) learning_rate: f64,
     pub(crate) step: u64,

@@ -12,6 +12,27 @@ use crate::{
     temperature::Temperature,
 };
 
+/// What one update reports.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Losses {
+    /// Loss of the critics.
+    pub critic: f64,
+    /// Loss of the actor.
+    pub actor: f64,
+    /// Entropy weight after the update.
+    pub temperature: f64,
+    /// Mean entropy estimate −E\[log π\] over the batch \[nat\].
+    pub entropy: f64,
+}
+
+impl Losses {
+    /// The same by name.
+    pub(crate) fn named(self) -> Vec<(&'static str, f64)> {
+        let Self { critic, actor, temperature, entropy } = self;
+        vec![("critic_loss", critic), ("actor_loss", actor), ("temperature", temperature), ("entropy", entropy)]
+    }
+}
+
 /// Optimisers, twin critics, temperature and the memory of an update: all of an agent but its policy.
 #[derive(Debug, Clone)]
 pub(crate) struct Learner {
@@ -19,7 +40,7 @@ pub(crate) struct Learner {
     pub(crate) actor_adam: Adam,
     pub(crate) actor_gradients: Vec<f32>,
     /// Weights of the actor, averaged over updates.
-    average: Vec<f32>,
+    pub(crate) average: Vec<f32>,
     pub(crate) critics: [Critic; 2],
     pub(crate) temperature: Temperature,
     /// Soft Bellman targets (B).
@@ -28,6 +49,8 @@ pub(crate) struct Learner {
     pub(crate) deltas: Deltas,
     pub(crate) d_heads: Vec<f32>,
     pub(crate) updates: u64,
+    /// What the last update reported.
+    pub(crate) losses: Option<Losses>,
 }
 
 /// Widths of the networks at both ends; those between are the configuration's.
@@ -64,6 +87,7 @@ impl Learner {
             deltas: Deltas::default(),
             d_heads: Vec::new(),
             updates: 0,
+            losses: None,
         };
         Ok((ScaledNet { net, scaling }, learner))
     }
@@ -159,6 +183,13 @@ impl Learner {
             averaged.net.params.copy_from_slice(&self.average);
         }
         averaged
+    }
+
+    /// Counts an update, which has these `losses`.
+    pub(crate) fn count(&mut self, losses: Losses) -> Losses {
+        self.updates += 1;
+        self.losses = Some(losses);
+        losses
     }
 
     pub(crate) fn finite(&self, what: &'static str, value: f64) -> Result<(), AgentError> {

@@ -16,6 +16,7 @@ mod affine;
 mod buffer;
 mod categorical;
 mod categorical_policy;
+mod checkpoint;
 mod columns;
 mod config;
 mod critic;
@@ -48,6 +49,7 @@ pub use ensemble::{
 };
 pub use interface::Scaling;
 pub use isa::{Isa, IsaError};
+pub use learner::Losses;
 pub use policy::GaussianPolicy;
 pub use policy_file::PolicyFileError;
 pub use sac::Sac;

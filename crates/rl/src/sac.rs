@@ -1,15 +1,17 @@
 //! Soft actor-critic: the order of an update.
 
+use std::sync::Arc;
+
 use ndarray::{ArrayView2, ArrayViewMut2};
 use rand_distr::{Distribution as _, StandardNormal};
-use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
+use sindyna_core::{Agent, AgentError, Batch, Checkpoint, CheckpointError, Mode, Policy, Rng, TrainedPolicy};
 
 use crate::{
-    GaussianPolicy, Isa, IsaError, SacConfig, SacError, Scaling,
+    GaussianPolicy, Isa, IsaError, SacConfig, SacError, Scaling, checkpoint,
     columns::Columns,
     gaussian::Squashed,
     interface::ActionRange,
-    learner::{Learner, Widths, lesser, shape},
+    learner::{Learner, Losses, Widths, lesser, shape},
     temperature::Temperature,
 };
 
@@ -128,8 +130,8 @@ impl Sac {
         self.compute_targets(batch, temperature);
         let critic = self.improve_critics(batch)?;
         let actor = self.improve_actor(rows, temperature, mean_log_prob)?;
-        self.learner.updates += 1;
-        Ok(Losses { critic, actor, temperature: self.temperature(), entropy: -mean_log_prob })
+        let temperature = self.temperature();
+        Ok(self.learner.count(Losses { critic, actor, temperature, entropy: -mean_log_prob }))
     }
 
     /// The soft Bellman targets y (B) of step 2.
@@ -204,21 +206,13 @@ impl Policy for Sac {
     }
 }
 
-impl Agent for Sac {
-    type Frozen = GaussianPolicy;
-
-    fn expect(&mut self, observations: &[(f64, f64)]) {
-        if observations.len() == self.policy.observation_dim() {
-            self.policy.net.scaling = Scaling::standard(observations);
-        }
-    }
-
+impl Sac {
     /// One update; batches of any size fit.
     ///
     /// # Errors
     /// [`AgentError::Shape`] if the batch is empty or of other widths than the agent's, [`AgentError::NotFinite`]
     /// before a network takes a step on a loss that is no number.
-    fn update(&mut self, batch: &Batch, rng: &mut Rng) -> Result<Losses, AgentError> {
+    pub fn update(&mut self, batch: &Batch, rng: &mut Rng) -> Result<Losses, AgentError> {
         let mut noise = std::mem::take(&mut self.work.noise);
         noise.clear();
         let count = 2 * batch.len() * self.policy.action_dim();
@@ -228,8 +222,49 @@ impl Agent for Sac {
         losses
     }
 
-    fn frozen(&self) -> GaussianPolicy {
+    /// The policy with its weights averaged over updates, without what only learning needs.
+    #[must_use]
+    pub fn frozen(&self) -> GaussianPolicy {
         GaussianPolicy { net: self.learner.averaged(&self.policy.net), range: self.policy.range.clone() }
+    }
+}
+
+impl Checkpoint for Sac {
+    fn save(&self) -> Vec<u8> {
+        checkpoint::save(&self.learner, &self.policy.net)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        checkpoint::restore(&mut self.learner, &mut self.policy.net, saved)
+    }
+}
+
+impl Agent for Sac {
+    fn name(&self) -> &'static str {
+        "sac"
+    }
+
+    fn expect(&mut self, observations: &[(f64, f64)]) {
+        if observations.len() == self.policy.observation_dim() {
+            self.policy.net.scaling = Scaling::standard(observations);
+        }
+    }
+
+    fn learn(&mut self, batch: &Batch, rng: &mut Rng) -> Result<(), AgentError> {
+        self.update(batch, rng).map(|_| ())
+    }
+
+    fn metrics(&self) -> Vec<(&'static str, f64)> {
+        self.learner.losses.map_or_else(Vec::new, Losses::named)
+    }
+
+    fn policy(&self) -> Arc<dyn TrainedPolicy> {
+        Arc::new(self.frozen())
+    }
+
+    fn read_policy(&self, bytes: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError> {
+        let policy = GaussianPolicy::from_safetensors(bytes).map_err(|e| CheckpointError::new(e.to_string()))?;
+        Ok(Arc::new(policy))
     }
 }
 

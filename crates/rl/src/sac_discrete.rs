@@ -1,12 +1,15 @@
 //! Soft actor-critic for numbered actions: the order of an update.
 
+use std::sync::Arc;
+
 use ndarray::{ArrayView2, ArrayViewMut2};
-use sindyna_core::{Agent, AgentError, Batch, Losses, Mode, Policy, Rng};
+use sindyna_core::{Agent, AgentError, Batch, Checkpoint, CheckpointError, Mode, Policy, Rng, TrainedPolicy};
 
 use crate::{
     CategoricalPolicy, Isa, IsaError, SacConfig, SacError, Scaling,
     categorical::Categorical,
-    learner::{Learner, Widths, shape},
+    checkpoint,
+    learner::{Learner, Losses, Widths, shape},
     temperature::Temperature,
 };
 
@@ -157,21 +160,13 @@ impl Policy for SacDiscrete {
     }
 }
 
-impl Agent for SacDiscrete {
-    type Frozen = CategoricalPolicy;
-
-    fn expect(&mut self, observations: &[(f64, f64)]) {
-        if observations.len() == self.policy.observation_dim() {
-            self.policy.net.scaling = Scaling::standard(observations);
-        }
-    }
-
+impl SacDiscrete {
     /// One update; batches of any size fit. Draws no random number.
     ///
     /// # Errors
     /// [`AgentError::Shape`] if the batch is empty, of other widths than the agent's, or holds an action that is none;
     /// [`AgentError::NotFinite`] before a network takes a step on a loss that is no number.
-    fn update(&mut self, batch: &Batch, _rng: &mut Rng) -> Result<Losses, AgentError> {
+    pub fn update(&mut self, batch: &Batch, _rng: &mut Rng) -> Result<Losses, AgentError> {
         self.check(batch)?;
         let (rows, m, n) = (batch.len(), self.policy.observation_dim(), self.policy.n_actions());
         let heads = self.learner.heads(&self.policy.net, batch, &mut self.work.observations);
@@ -186,11 +181,52 @@ impl Agent for SacDiscrete {
         let observations = &self.work.observations[..rows * m];
         let critic = self.learner.improve_critics(observations, self.work.taken.iter().copied())?;
         let actor = self.improve_actor(rows, temperature)?;
-        self.learner.updates += 1;
-        Ok(Losses { critic, actor, temperature: self.temperature(), entropy })
+        let temperature = self.temperature();
+        Ok(self.learner.count(Losses { critic, actor, temperature, entropy }))
     }
 
-    fn frozen(&self) -> CategoricalPolicy {
+    /// The policy with its weights averaged over updates, without what only learning needs.
+    #[must_use]
+    pub fn frozen(&self) -> CategoricalPolicy {
         CategoricalPolicy { net: self.learner.averaged(&self.policy.net) }
+    }
+}
+
+impl Checkpoint for SacDiscrete {
+    fn save(&self) -> Vec<u8> {
+        checkpoint::save(&self.learner, &self.policy.net)
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        checkpoint::restore(&mut self.learner, &mut self.policy.net, saved)
+    }
+}
+
+impl Agent for SacDiscrete {
+    fn name(&self) -> &'static str {
+        "sac-discrete"
+    }
+
+    fn expect(&mut self, observations: &[(f64, f64)]) {
+        if observations.len() == self.policy.observation_dim() {
+            self.policy.net.scaling = Scaling::standard(observations);
+        }
+    }
+
+    fn learn(&mut self, batch: &Batch, rng: &mut Rng) -> Result<(), AgentError> {
+        self.update(batch, rng).map(|_| ())
+    }
+
+    fn metrics(&self) -> Vec<(&'static str, f64)> {
+        self.learner.losses.map_or_else(Vec::new, Losses::named)
+    }
+
+    fn policy(&self) -> Arc<dyn TrainedPolicy> {
+        Arc::new(self.frozen())
+    }
+
+    fn read_policy(&self, bytes: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError> {
+        let policy = CategoricalPolicy::from_safetensors(bytes).map_err(|e| CheckpointError::new(e.to_string()))?;
+        Ok(Arc::new(policy))
     }
 }

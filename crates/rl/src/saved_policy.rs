@@ -1,7 +1,7 @@
 //! A policy from a file, whichever kind it is of.
 
 use ndarray::{ArrayView2, ArrayViewMut2};
-use sindyna_core::{Mode, Policy, Rng};
+use sindyna_core::{Mode, Policy, Rng, TrainedPolicy};
 
 use crate::{
     CategoricalPolicy, GaussianPolicy, PolicyFileError, Scaling,
@@ -84,5 +84,23 @@ impl Policy for SavedPolicy {
             Self::Gaussian(policy) => policy.act_batch(observations, mode, rng, actions),
             Self::Categorical(policy) => policy.act_batch(observations, mode, rng, actions),
         }
+    }
+}
+
+impl TrainedPolicy for SavedPolicy {
+    fn to_bytes(&self) -> Vec<u8> {
+        self.to_safetensors()
+    }
+}
+
+impl TrainedPolicy for GaussianPolicy {
+    fn to_bytes(&self) -> Vec<u8> {
+        self.to_safetensors()
+    }
+}
+
+impl TrainedPolicy for CategoricalPolicy {
+    fn to_bytes(&self) -> Vec<u8> {
+        self.to_safetensors()
     }
 }

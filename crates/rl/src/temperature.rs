@@ -1,5 +1,7 @@
 //! The entropy weight, and how it is steered.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{SacConfig, adam::ScalarAdam};
 
 /// α, adjusted so that the policy's entropy follows its target.
@@ -9,7 +11,7 @@ use crate::{SacConfig, adam::ScalarAdam};
 ///
 /// # References
 /// Haarnoja et al. (2018), arXiv:1812.05905, equation 18.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Temperature {
     pub(crate) log_value: f64,
     pub(crate) target_entropy: f64,

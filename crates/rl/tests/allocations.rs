@@ -16,10 +16,10 @@ fn batch() -> Batch {
 
 fn check(mut agent: impl Agent, isa: Isa) {
     let (batch, mut rng) = (batch(), Seed::new(0).stream("allocations", 0));
-    agent.update(&batch, &mut rng).expect("finite losses");
+    agent.learn(&batch, &mut rng).expect("finite losses");
     let before = asked();
     for _ in 0..50 {
-        agent.update(&batch, &mut rng).expect("finite losses");
+        agent.learn(&batch, &mut rng).expect("finite losses");
     }
     assert_eq!(asked() - before, 0, "allocations in 50 updates with {isa}");
 }

@@ -1,8 +1,11 @@
 //! The agents keep what agents promise, and the check finds those that do not.
 
+use std::sync::Arc;
+
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
-    Agent, AgentError, Batch, Channel, Kind, Losses, Mode, Policy, Precision, Rng, Seed, Space, Spec, check_agent,
+    Agent, AgentError, Batch, Channel, Checkpoint, CheckpointError, Kind, Mode, Policy, Precision, Rng, Seed, Space,
+    Spec, TrainedPolicy, check_agent,
 };
 use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
 
@@ -46,13 +49,26 @@ impl Policy for Strong {
     }
 }
 
-impl Agent for Strong {
-    type Frozen = Self;
-    fn update(&mut self, _: &Batch, _: &mut Rng) -> Result<Losses, AgentError> {
-        Ok(Losses { critic: 0.0, actor: 0.0, temperature: 0.0, entropy: 0.0 })
+impl Checkpoint for Strong {}
+
+impl TrainedPolicy for Strong {
+    fn to_bytes(&self) -> Vec<u8> {
+        Vec::new()
     }
-    fn frozen(&self) -> Self {
-        Self
+}
+
+impl Agent for Strong {
+    fn name(&self) -> &'static str {
+        "strong"
+    }
+    fn learn(&mut self, _: &Batch, _: &mut Rng) -> Result<(), AgentError> {
+        Ok(())
+    }
+    fn policy(&self) -> Arc<dyn TrainedPolicy> {
+        Arc::new(Self)
+    }
+    fn read_policy(&self, _: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError> {
+        Ok(self.policy())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, ArrayView2};
 use rand::RngExt as _;
-use sindyna_core::{Agent as _, Batch, Mode, Policy, Replay, Rng, Seed, Transition};
+use sindyna_core::{Batch, Mode, Policy, Replay, Rng, Seed, Transition};
 use sindyna_rl::{Sac, SacConfig, SacDiscrete, Scaling};
 
 /// One-step task: the best action is the observation itself.

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::time::{Duration, Instant};
 
 use safetensors::{Dtype, SafeTensors, tensor::TensorView};
-use sindyna_core::{Agent as _, Seed};
+use sindyna_core::Seed;
 use sindyna_rl::{PolicyFileError, Sac, SacConfig, SavedPolicy, Scaling};
 
 #[test]

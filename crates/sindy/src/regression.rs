@@ -1,6 +1,7 @@
 //! From rows to a triangle, and from fits to a model.
 
 use ndarray::{Array2, ArrayView2};
+use serde::{Deserialize, Serialize};
 
 use crate::expr::Tape;
 use crate::library::Term;
@@ -58,7 +59,7 @@ pub(crate) fn design(
 }
 
 /// The space a model lives in.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Space {
     pub(crate) states: Vec<String>,
     pub(crate) controls: Vec<String>,

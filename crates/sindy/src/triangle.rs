@@ -2,6 +2,7 @@
 
 use faer::{Mat, MatRef};
 use ndarray::{ArrayView2, Axis};
+use serde::{Deserialize, Serialize};
 
 use crate::solve::{least_squares, truncated};
 
@@ -10,12 +11,37 @@ use crate::solve::{least_squares, truncated};
 /// Built block by block with QR, so memory does not grow with the data, blocks from elsewhere merge by one more QR, and
 /// the condition number is not squared as a Gram matrix would square it. Any column can be the target of a regression:
 /// the columns of R are the columns of the data seen in other coordinates, with all their inner products.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
+#[serde(from = "Table", into = "Table")]
 pub struct Triangle {
     /// (min(rows, columns), columns), zero below the diagonal.
     r: Mat<f64>,
     n_columns: usize,
     n_rows: usize,
+}
+
+/// A triangle as it is written down: its numbers column by column.
+#[derive(Serialize, Deserialize)]
+struct Table {
+    n_columns: usize,
+    n_rows: usize,
+    numbers: Vec<f64>,
+}
+
+impl From<Triangle> for Table {
+    fn from(triangle: Triangle) -> Self {
+        let Triangle { r, n_columns, n_rows } = triangle;
+        let numbers = (0..n_columns).flat_map(|j| (0..r.nrows()).map(move |i| (i, j))).map(|at| r[at]).collect();
+        Self { n_columns, n_rows, numbers }
+    }
+}
+
+impl From<Table> for Triangle {
+    fn from(table: Table) -> Self {
+        let Table { n_columns, n_rows, numbers } = table;
+        let height = numbers.len().checked_div(n_columns).unwrap_or(0);
+        Self { r: Mat::from_fn(height, n_columns, |i, j| numbers[j * height + i]), n_columns, n_rows }
+    }
 }
 
 /// Why rows or triangles were refused.

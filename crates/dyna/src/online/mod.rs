@@ -6,8 +6,8 @@ mod schedule;
 use std::sync::Arc;
 
 use sindyna_core::{
-    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Policy,
-    Replay, Rng, Seed, Sensors, Task, Transition,
+    Agent, AgentError, Batch, Dataset, DynamicsLearner, End, Environment, Explorer, FitError, Inverse, Mode, Replay,
+    Rng, Seed, Sensors, Task, TrainedPolicy, Transition,
 };
 
 use crate::algorithm::DynaError;
@@ -27,7 +27,7 @@ pub use schedule::{Branches, Checks, OnlineSchedule};
 ///
 /// # References
 /// Janner, Fu, Zhang, Levine (2019), *When to Trust Your Model: Model-Based Policy Optimization*, Algorithm 2.
-pub struct Online<'a, L> {
+pub struct Online<'a, L: ?Sized> {
     /// What is to be achieved.
     pub task: &'a dyn Task,
     /// What is seen of a state, and what state is seen.
@@ -60,10 +60,10 @@ impl Check {
 }
 
 /// What a run leaves.
-#[derive(Debug, Clone)]
-pub struct Practised<M, P> {
+#[derive(Clone)]
+pub struct Practised<M> {
     /// The policy after the last real step.
-    pub policy: P,
+    pub policy: Arc<dyn TrainedPolicy>,
     /// The model fitted last.
     pub model: Option<Arc<M>>,
     /// Real steps made.
@@ -86,19 +86,19 @@ pub struct Practised<M, P> {
     pub interrupted: bool,
 }
 
-impl<L: DynamicsLearner> Online<'_, L> {
+impl<L: DynamicsLearner + ?Sized> Online<'_, L> {
     /// Learns on the real system `env`; checks are on `judges`, systems of the same kind.
     ///
     /// # Errors
     /// [`DynaError`] if no run can have the schedule, a system fails or a model cannot be fitted.
-    pub fn run<A: Agent, E: Environment>(
+    pub fn run<E: Environment>(
         &self,
         env: &mut dyn Environment,
         judges: &mut [E],
         explorer: &mut dyn Explorer,
-        mut agent: A,
+        agent: &mut dyn Agent,
         interrupted: &dyn Fn() -> bool,
-    ) -> Result<Practised<L::Model, A::Frozen>, DynaError> {
+    ) -> Result<Practised<L::Model>, DynaError> {
         self.schedule.check()?;
         let spec = self.task.spec();
         let schedule = self.schedule;
@@ -119,7 +119,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
         let mut fit_rng = self.seed.stream("identification", 0);
         let mut update_rng = self.seed.stream("updates", 0);
         let mut left = Practised {
-            policy: agent.frozen(),
+            policy: agent.policy(),
             model: None,
             real_steps: 0,
             real_episodes: 0,
@@ -138,7 +138,7 @@ impl<L: DynamicsLearner> Online<'_, L> {
             }
             let acting = step >= schedule.first_steps;
             let actor = match acting {
-                true => Actor::Policy(&agent, Mode::Explore),
+                true => Actor::Policy(agent, Mode::Explore),
                 false => Actor::Explorer(&mut *explorer),
             };
             practice.step(env, actor, schedule.held_steps, &mut real_rng)?;
@@ -159,14 +159,14 @@ impl<L: DynamicsLearner> Online<'_, L> {
                         let stage = Stage { model: &**model, task: self.task, sensors: self.sensors, inverse };
                         let count = branches.every * branches.per_step;
                         let round = (self.seed, step as u64);
-                        let done = stage.branch(count, branches, &agent, &practice.replay, &mut imagined, round);
+                        let done = stage.branch(count, branches, agent, &practice.replay, &mut imagined, round);
                         left.model_steps += done.steps;
                         left.diverged += done.diverged;
                     }
                 }
                 for _ in 0..schedule.updates_per_step {
                     self.mix(&practice.replay, &imagined, &mut batch, &mut update_rng);
-                    if let Err(error) = agent.update(&batch, &mut update_rng) {
+                    if let Err(error) = agent.learn(&batch, &mut update_rng) {
                         left.failure = Some(error);
                         break;
                     }
@@ -177,14 +177,14 @@ impl<L: DynamicsLearner> Online<'_, L> {
                 break;
             }
             if left.real_steps.is_multiple_of(schedule.checks.every) {
-                left.policy = agent.frozen();
+                left.policy = agent.policy();
                 self.check(judges, &mut left)?;
                 if left.reached {
                     break;
                 }
             }
         }
-        left.policy = agent.frozen();
+        left.policy = agent.policy();
         left.real_episodes = practice.data.n_rollouts();
         Ok(left)
     }
@@ -198,15 +198,11 @@ impl<L: DynamicsLearner> Online<'_, L> {
         imagined.sample_rows_into(batch, n_real..n, rng);
     }
 
-    fn check<M, P: Policy, E: Environment>(
-        &self,
-        judges: &mut [E],
-        left: &mut Practised<M, P>,
-    ) -> Result<(), DynaError> {
+    fn check<M, E: Environment>(&self, judges: &mut [E], left: &mut Practised<M>) -> Result<(), DynaError> {
         let checks = &self.schedule.checks;
         let stream = format!("check {}", left.checks.len());
         let returns =
-            evaluate(judges, &left.policy, checks.episodes, self.seed, &stream).map_err(CollectError::from)?;
+            evaluate(judges, &*left.policy, checks.episodes, self.seed, &stream).map_err(CollectError::from)?;
         let check = Check { real_steps: left.real_steps, updates: left.updates, returns };
         left.reached = checks.until.is_some_and(|wanted| check.mean() >= wanted);
         left.checks.push(check);

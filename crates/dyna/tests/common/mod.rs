@@ -2,13 +2,16 @@
 
 #![allow(dead_code)]
 
+use std::io;
 use std::sync::{Arc, Mutex};
 
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
-    Agent, AgentError, Batch, Channel, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Kind, Knowledge, Losses,
-    Mode, Policy, Precision, Rng, Space, Spec, Task,
+    Agent, AgentError, Batch, Certainty, Channel, Checkpoint, CheckpointError, Dataset, Diverged, Dynamics,
+    DynamicsLearner, Event, FitError, Kind, Knowledge, Mode, Observer, Policy, Precision, Rng, Space, Spec, Task,
+    TrainedPolicy, decode, encode,
 };
+use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 
 /// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
 pub(crate) struct Line(pub(crate) Spec);
@@ -95,17 +98,94 @@ impl Policy for Student {
     }
 }
 
+impl Checkpoint for Student {
+    fn save(&self) -> Vec<u8> {
+        encode(&(self.gain, self.eager))
+    }
+    fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
+        (self.gain, self.eager) = decode(saved)?;
+        Ok(())
+    }
+}
+
+impl TrainedPolicy for Student {
+    fn to_bytes(&self) -> Vec<u8> {
+        self.save()
+    }
+}
+
 impl Agent for Student {
-    type Frozen = Self;
-    fn update(&mut self, batch: &Batch, _rng: &mut Rng) -> Result<Losses, AgentError> {
+    fn name(&self) -> &'static str {
+        "student"
+    }
+    fn learn(&mut self, batch: &Batch, _rng: &mut Rng) -> Result<(), AgentError> {
         self.gain = (self.gain + 0.1).min(1.0);
         let mut shown = self.shown.lock().expect("one thread");
         for i in 0..batch.len() {
             shown.push((batch.next_observations[[i, 0]], batch.rewards[i], batch.terminated[i]));
         }
-        Ok(Losses { critic: 0.0, actor: 0.0, temperature: 0.0, entropy: 0.0 })
+        Ok(())
     }
-    fn frozen(&self) -> Self {
-        self.clone()
+    fn policy(&self) -> Arc<dyn TrainedPolicy> {
+        Arc::new(self.clone())
     }
+    fn read_policy(&self, bytes: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError> {
+        let mut read = self.clone();
+        read.restore(bytes)?;
+        Ok(Arc::new(read))
+    }
+}
+
+pub(crate) const EXACT: Push = Push { gain: 1.0, breaks_at: f64::INFINITY };
+
+pub(crate) struct Silent;
+impl Observer for Silent {
+    fn on(&mut self, _event: &Event<'_>) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+pub(crate) fn schedule() -> Schedule {
+    Schedule {
+        warmup_rollouts: 2,
+        rollout_len: 15,
+        imagined_rollouts: Rollouts::Unlimited,
+        refit: Refit::Never,
+        worlds: 4,
+        imagined_len: 10,
+        scattered_starts: 0.5,
+        random_steps: 40,
+        updates_per_turn: 1,
+        batch_size: 8,
+        replay_capacity: 500,
+        max_real_steps: None,
+        discount: 0.9,
+        optimality: Optimality {
+            trial_every: 10,
+            trial_episodes: 5,
+            settled: 2,
+            tolerance: 0.01,
+            patience: 2,
+            gain: 0.01,
+            max_updates: 200,
+        },
+    }
+}
+
+/// Who doubts a model of fewer than `enough` steps, and thinks the others adequate.
+pub(crate) struct Doubting {
+    pub(crate) model: Push,
+    pub(crate) enough: usize,
+}
+
+impl DynamicsLearner for Doubting {
+    type Model = Push;
+    fn fit(&self, data: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
+        let certainty = if data.n_steps() < self.enough { Certainty::Doubted } else { Certainty::Adequate };
+        Ok(Some(Knowledge { certainty, ..Knowledge::certain(self.model.clone()) }))
+    }
+}
+
+pub(crate) fn auto() -> Schedule {
+    Schedule { imagined_rollouts: Rollouts::Auto, refit: Refit::AfterRollouts, ..schedule() }
 }

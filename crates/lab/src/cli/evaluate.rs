@@ -142,21 +142,18 @@ pub(crate) fn verdict(problem: &Problem, evaluation: &Evaluation) -> Verdict {
 
 #[cfg(test)]
 mod tests {
-    use sindyna_core::Agent as _;
     use sindyna_rl::Isa;
 
     use super::*;
-    use crate::config::{AnyAgent, agent};
+    use crate::config::agent;
 
     /// A policy for the task called `name` if its actions were those of `space`.
     fn policy(name: &str, space: Space) -> SavedPolicy {
         let problem = Problem::named(name).unwrap();
         let spec = sindyna_core::Spec { action_space: space, ..problem.spec().clone() };
         let settings = TrainConfig::defaults(&spec).sac;
-        match agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap() {
-            AnyAgent::Sac(sac) => sac.frozen().into(),
-            AnyAgent::SacDiscrete(sac) => sac.frozen().into(),
-        }
+        let agent = agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap();
+        SavedPolicy::from_safetensors(&agent.policy().to_bytes()).unwrap()
     }
 
     #[test]

@@ -1,18 +1,20 @@
 //! `sindyna train`: the main job.
 
+mod checkpoint;
 mod recorder;
+mod summary;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Certainty, Event, Explorer, Observer, Seed, Spec};
+use sindyna_core::{Agent, Certainty, Event, Explorer, FitError, Observer, Seed};
 use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
-use sindyna_rl::{Isa, SavedPolicy};
+use sindyna_rl::Isa;
 
 use super::evaluate::{on_real_system, report, verdict};
 use super::settings::Settings;
 use super::{Common, Verdict, print};
-use crate::config::{AnyAgent, TrainConfig};
+use crate::config::TrainConfig;
 use crate::failure::Failure;
 use crate::identification::Account;
 use crate::interrupt::Interrupt;
@@ -21,11 +23,9 @@ use crate::number::significant;
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::real::Real;
-use crate::record::{
-    Confirmation, Evaluation, EventLog, Identification, Prediction, RunDir, Summary, Timing, Training, json,
-    rollout_csv,
-};
+use crate::record::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, json, rollout_csv};
 use crate::{machine, registry, table};
+use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
 
 /// Learns a system from one short real rollout and trains a controller for it
@@ -45,8 +45,8 @@ pub(crate) struct Args {
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Do the run in this directory again that was killed or stopped: its record becomes what it would have been, byte for byte. All
-    /// of it begins anew, training as well; the system has to answer as it did
+    /// Go on with the run in this directory that was killed or stopped: its record becomes what it would have been, byte for byte. It goes on
+    /// from its last checkpoint, written every second or so; the system has to answer as it did
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     #[command(flatten)]
@@ -77,8 +77,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     pool.install(|| run.go(plan))
 }
 
-/// Does what is left of the run in `path`. All of it follows from its configuration, so it is done from the start; what the
-/// record holds has to come out again.
+/// Does what is left of the run in `path`, from its last checkpoint on. All of a run follows from its configuration: what the record
+/// holds has to come out again.
 fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Failure> {
     if args.settings != Settings::default() {
         return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
@@ -91,6 +91,7 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
     if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
         let missing = summary.files().into_iter().find(|name| !path.join(name).is_file());
         let Some(missing) = missing else {
+            checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
             return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
         };
@@ -108,7 +109,8 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
 struct Plan {
     learner: Learner,
     schedule: Schedule,
-    agent: AnyAgent,
+    agent: Box<dyn Agent>,
+    isa: Isa,
     real: Real,
     explorer: Box<dyn Explorer>,
 }
@@ -121,6 +123,7 @@ impl Plan {
             learner: Learner { identifier: config.identifier(spec)?, interrupt },
             schedule: config.schedule()?,
             agent: config.agent(spec, &mut weights)?,
+            isa: config.isa()?,
             real: Real::new(problem, &config.simulator)?,
             explorer: registry::explorer(&config.warmup.explorer, spec)?,
         })
@@ -142,7 +145,6 @@ impl Run<'_> {
     fn go(self, plan: Plan) -> Result<Verdict, Failure> {
         let start = Instant::now();
         let (problem, config, spec) = (self.problem, self.config, self.problem.spec());
-        let seed = Seed::new(config.seed);
         let mut recorder = Recorder {
             spec,
             run_dir: self.run_dir,
@@ -152,24 +154,24 @@ impl Run<'_> {
             clock: Clock::default(),
             start,
         };
-        let (real, algorithm, isa) = (plan.real.clone(), plan.agent.algorithm(), plan.agent.isa());
-        let learned = self.learn(plan, seed, &mut recorder);
+        let (real, made_by) = (plan.real.clone(), (plan.agent.name(), plan.isa));
+        let learned = self.learn(plan, &mut recorder);
         self.progress.finish();
         let learned = learned?;
-        let trained = Instant::now();
+        let (trained, until_trained) = (Instant::now(), recorder.elapsed());
 
         let mut evaluation = None;
         if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
-            let result = on_real_system(&real, policy, config.evaluation_episodes, seed)?;
+            let result = on_real_system(&real, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
             recorder.on(&Event::Evaluated { returns: &result.returns })?;
             evaluation = Some(result);
         }
         let clock = recorder.clock;
         let timing = Timing {
             identify_seconds: clock.identified,
-            train_seconds: (trained - start).as_secs_f64() - clock.identified,
+            train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
-            wall_seconds: start.elapsed().as_secs_f64(),
+            wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
         };
@@ -180,11 +182,14 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary(config, algorithm, isa, spec, &learned, evaluation.clone());
+        let summary = summary::of(config, made_by, spec, &learned, evaluation.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
         recorded?;
+        if !learned.interrupted {
+            checkpoint::remove(self.run_dir);
+        }
         if let (Some(failure), None) = (learned.failure, &evaluation) {
             return Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"));
         }
@@ -195,39 +200,58 @@ impl Run<'_> {
         })
     }
 
-    fn learn(
-        &self,
-        plan: Plan,
-        seed: Seed,
-        recorder: &mut Recorder<'_>,
-    ) -> Result<Learned<Fitted, SavedPolicy>, Failure> {
-        let Plan { learner, schedule, agent, mut explorer, real } = plan;
+    fn learn(&self, plan: Plan, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted>, Failure> {
+        let (spec, seed) = (self.problem.spec(), Seed::new(self.config.seed));
+        let Plan { learner, schedule, agent, isa, mut explorer, real } = plan;
         // How noisy the sensors are is not told: it is estimated.
         let (task, sensors) = (self.problem.task(), self.problem.sensors().with_noise(&[]));
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
-        let (mut env, explorer) = (real.environment()?, &mut *explorer);
+        let mut env = real.environment()?;
         let stop = || self.interrupt.pressed() || real.check().is_err();
-        let learned = match agent {
-            AnyAgent::Sac(sac) => {
-                dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
+        let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
+        let mut begun = None;
+        if let Some(saved) = checkpoints.read() {
+            let mut weights = seed.stream("initial weights", 0);
+            match dyna.resume(self.config.agent(spec, &mut weights)?, &mut *explorer, &saved.run) {
+                Ok(resumed) => {
+                    (recorder.log, recorder.clock) = (saved.log, saved.clock);
+                    self.progress.say(&format!("going on after {:.1} s", recorder.clock.before));
+                    begun = Some(resumed);
+                }
+                Err(DynaError::Checkpoint(error)) => {
+                    self.progress.say(&format!("note: {error}; the run begins anew"));
+                    explorer = registry::explorer(&self.config.warmup.explorer, spec)?;
+                }
+                // Who is stopped here has done nothing new: the checkpoint stays.
+                Err(DynaError::Fit(FitError::Interrupted)) => {}
+                Err(error) => return Err(explain(error)),
             }
-            AnyAgent::SacDiscrete(sac) => {
-                dyna.run(&mut env, explorer, sac, recorder, &stop).map(|l| l.map_policy(SavedPolicy::from))
-            }
+        }
+        let mut begun = match begun {
+            Some(begun) => begun,
+            None => dyna.begin(agent)?,
         };
-        real.check()?;
-        learned.map_err(explain)
+        while !begun.has_ended() {
+            let advanced = begun.advance(&mut env, &mut *explorer, recorder, &stop);
+            real.check()?;
+            advanced.map_err(explain)?;
+            if stop() {
+                break;
+            }
+            checkpoints.offer(&recorder.log, &recorder.clock, recorder.elapsed(), || begun.save(&*explorer));
+        }
+        Ok(begun.finish())
     }
 
     fn record(
         &self,
-        learned: &Learned<Fitted, SavedPolicy>,
+        learned: &Learned<Fitted>,
         summary: &Summary,
         timing: &Timing,
         log: &EventLog,
     ) -> Result<(), Failure> {
         let dir = self.run_dir;
-        let policy = learned.policy.as_ref().map(SavedPolicy::to_safetensors);
+        let policy = learned.policy.as_ref().map(|policy| policy.to_bytes());
         let (summary, timing) = (json(summary)?, json(timing)?);
         let files = [
             ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
@@ -245,12 +269,12 @@ impl Run<'_> {
         // Where this is, the run is whole: it comes after all others, or not at all.
         written.and_then(|()| dir.write("summary.json", &summary)).map_err(|e| {
             let path = dir.path().display();
-            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` does the run again"))
+            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` goes on with the run"))
         })
     }
 
     /// What the user reads when all is done.
-    fn conclusion(&self, learned: &Learned<Fitted, SavedPolicy>, summary: &Summary, timing: &Timing) -> String {
+    fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
         let truth: Vec<String> = self.problem.true_equations().iter().map(ToString::to_string).collect();
         let mut text = table::beside(("found", found), ("true", &truth));
@@ -295,7 +319,7 @@ impl Run<'_> {
         text += &match &summary.evaluation {
             Some(evaluation) => report(self.problem, evaluation, false),
             None if learned.interrupted => format!(
-                "stopped before the evaluation on the real system; `sindyna train --resume {}` does it all again\n",
+                "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
                 self.run_dir.path().display()
             ),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
@@ -330,69 +354,5 @@ fn explain(error: DynaError) -> Failure {
     match hint {
         Some(hint) => failure.hint(hint),
         None => failure,
-    }
-}
-
-fn summary(
-    config: &TrainConfig,
-    algorithm: &str,
-    isa: Isa,
-    spec: &Spec,
-    learned: &Learned<Fitted, SavedPolicy>,
-    evaluation: Option<Evaluation>,
-) -> Summary {
-    let identification = learned.model.as_ref().map(|fitted| {
-        let model = &fitted.0.model;
-        let account = Account::new(&fitted.0, spec);
-        Identification {
-            method: config.identification.solver.clone(),
-            library: config.identification.library.clone(),
-            features: account.features.len(),
-            parameters: model.parameters(),
-            nonzero: model.nonzero(),
-            nonzero_paper: model.nonzero_paper(),
-            rows: account.rows,
-            rows_at_limit: account.rows_at_limit,
-            rows_astray: account.rows_astray,
-            equations: model.equations(),
-            stepping: account.stepping,
-            offsets: account.offsets,
-            explained: account.explained,
-            coefficients: account.equations.into_iter().map(|equation| equation.terms).collect(),
-        }
-    });
-    Summary {
-        task: config.task.clone(),
-        seed: config.seed,
-        real_steps: learned.data.n_steps(),
-        real_episodes: learned.data.n_rollouts(),
-        solved: evaluation.as_ref().zip(spec.solved_at).map(|(e, mark)| e.mean_return >= mark),
-        threshold: spec.solved_at,
-        evaluation,
-        identification,
-        training: Training {
-            algorithm: algorithm.into(),
-            isa: isa.name().into(),
-            updates: learned.updates,
-            model_steps: learned.model_steps,
-            model_rollouts: learned.model_rollouts,
-            diverged: learned.diverged,
-            left_region: learned.left_region,
-            model_return: learned.model_return,
-            optimal_in_model: learned.optimal_in_model,
-            prediction: learned.prediction.as_ref().map(|prediction| {
-                let (low, high) = prediction.interval(LEVEL, config.evaluation_episodes);
-                Prediction { mean: prediction.mean(), level: LEVEL, low, high }
-            }),
-            confirmation: learned.confirmation.as_ref().map(|c| Confirmation {
-                real: c.real,
-                promised: c.expected(),
-                spread: c.spread(),
-                disagreement: c.disagreement,
-                kept: c.is_kept(),
-            }),
-            failure: learned.failure.as_ref().map(ToString::to_string),
-        },
-        interrupted: learned.interrupted,
     }
 }

@@ -5,17 +5,17 @@ use std::sync::Arc;
 use serde::Serialize;
 use sindyna_control::{ByHand, Costs, Lqr};
 use sindyna_core::{
-    Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
+    Agent, Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
 };
-use sindyna_dyna::{Dyna, Gentle, Learned, Online, Practised, Schedule, Uniform, evaluate};
+use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
 use sindyna_envs::System;
-use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig, SavedPolicy};
+use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
 use sindyna_sindy::{Identifier, Model, NoiseChoice};
 
 use super::method::Method;
 use super::outcome::{Outcome, Point, mean};
 use super::presets::{self, EPISODES, Preset};
-use crate::config::{AnyAgent, TrainConfig, agent};
+use crate::config::{TrainConfig, agent};
 use crate::failure::Failure;
 use crate::registry;
 
@@ -135,15 +135,7 @@ impl Job {
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment();
         let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
-        let learned = match self.agent(config.sac.clone())? {
-            AnyAgent::Sac(sac) => dyna
-                .run(&mut env, &mut *explorer, sac, &mut Silent, interrupted)
-                .map(|l| l.map_policy(SavedPolicy::from)),
-            AnyAgent::SacDiscrete(sac) => dyna
-                .run(&mut env, &mut *explorer, sac, &mut Silent, interrupted)
-                .map(|l| l.map_policy(SavedPolicy::from)),
-        };
-        let learned: Learned<L::Model, SavedPolicy> = learned?;
+        let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
         if learned.interrupted {
             return Ok(Ended::Interrupted);
         }
@@ -154,7 +146,7 @@ impl Job {
         }
         outcome.failure = learned.failure.as_ref().map(ToString::to_string);
         if let Some(policy) = &learned.policy {
-            self.judge(policy, outcome)?;
+            self.judge(&**policy, outcome)?;
             let (real_steps, updates, returns) = (outcome.real_steps, outcome.updates, outcome.returns.clone());
             outcome.curve.push(Point { real_steps, updates, returns });
         }
@@ -192,19 +184,12 @@ impl Job {
         let mut env = self.system.environment();
         let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
         let mut explorer = Uniform::new(spec);
-        match self.agent(preset.sac.clone())? {
-            AnyAgent::Sac(sac) => {
-                let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
-                self.account(left, outcome)
-            }
-            AnyAgent::SacDiscrete(sac) => {
-                let left = online.run(&mut env, &mut judges, &mut explorer, sac, interrupted)?;
-                self.account(left, outcome)
-            }
-        }
+        let mut agent = self.agent(preset.sac.clone())?;
+        let left = online.run(&mut env, &mut judges, &mut explorer, &mut *agent, interrupted)?;
+        self.account(left, outcome)
     }
 
-    fn account<M, P: Policy>(&self, left: Practised<M, P>, outcome: &mut Outcome) -> Result<Ended, Failure> {
+    fn account<M>(&self, left: Practised<M>, outcome: &mut Outcome) -> Result<Ended, Failure> {
         if left.interrupted {
             return Ok(Ended::Interrupted);
         }
@@ -214,7 +199,7 @@ impl Job {
         let points = left.checks.into_iter();
         outcome.curve =
             points.map(|c| Point { real_steps: c.real_steps, updates: c.updates, returns: c.returns }).collect();
-        self.judge(&left.policy, outcome)?;
+        self.judge(&*left.policy, outcome)?;
         // The last evaluation is for what a run ends with; what counts as solved is the first check that reaches the mark.
         let reaches = |point: &&Point| self.system.spec().solved_at.is_some_and(|mark| mean(&point.returns) >= mark);
         outcome.solved_after = outcome.curve.iter().find(reaches).map(|check| check.real_steps);
@@ -268,14 +253,10 @@ impl Job {
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
         let mut env = self.system.environment();
-        let none = || false;
-        Ok(match self.agent(config.sac)? {
-            AnyAgent::Sac(sac) => dyna.run(&mut env, explorer, sac, &mut Silent, &none)?.data,
-            AnyAgent::SacDiscrete(sac) => dyna.run(&mut env, explorer, sac, &mut Silent, &none)?.data,
-        })
+        Ok(dyna.run(&mut env, explorer, self.agent(config.sac)?, &mut Silent, &|| false)?.data)
     }
 
-    fn agent(&self, settings: SacConfig) -> Result<AnyAgent, Failure> {
+    fn agent(&self, settings: SacConfig) -> Result<Box<dyn Agent>, Failure> {
         let mut weights = Seed::new(self.seed).stream("initial weights", 0);
         agent(settings, self.system.spec(), Isa::widest(), &mut weights)
     }

@@ -10,6 +10,11 @@ pub(crate) struct EventLog {
 }
 
 impl EventLog {
+    /// The lines that were gathered before.
+    pub(crate) fn of(text: String) -> Self {
+        Self { text }
+    }
+
     pub(crate) fn note(&mut self, event: &Event<'_>) {
         if let Some(value) = describe(event) {
             self.text.push_str(&value.to_string());
@@ -28,11 +33,16 @@ fn describe(event: &Event<'_>) -> Option<Value> {
             json!({"event": "collected", "real_steps": data.n_steps(), "real_episodes": data.n_rollouts()})
         }
         Event::Fitted { rows, description } => json!({"event": "fitted", "rows": rows, "equations": description}),
-        Event::Updated { updates, model_steps, diverged, left_region, losses, .. } => json!({
-            "event": "updated", "updates": updates, "model_steps": model_steps, "diverged": diverged,
-            "left_region": left_region, "critic_loss": losses.critic, "actor_loss": losses.actor,
-            "temperature": losses.temperature, "entropy": losses.entropy,
-        }),
+        Event::Updated { updates, model_steps, diverged, left_region, metrics, .. } => {
+            let mut line = json!({
+                "event": "updated", "updates": updates, "model_steps": model_steps, "diverged": diverged,
+                "left_region": left_region,
+            });
+            for (name, value) in metrics {
+                line[*name] = json!(value);
+            }
+            line
+        }
         Event::Imagined { updates, mean_return, best_return } => {
             json!({"event": "trial", "updates": updates, "model_return": mean_return, "best_model_return": best_return})
         }

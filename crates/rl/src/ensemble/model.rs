@@ -88,6 +88,10 @@ impl EnsembleLearner {
 impl DynamicsLearner for EnsembleLearner {
     type Model = EnsembleModel;
 
+    fn goes_on(&self) -> bool {
+        true
+    }
+
     fn fit(
         &self,
         data: &Dataset,

@@ -2,7 +2,7 @@
 
 use ndarray::array;
 use rand::RngExt as _;
-use sindyna_core::{Agent as _, AgentError, Batch, Mode, Policy as _, Seed};
+use sindyna_core::{AgentError, Batch, Mode, Policy as _, Seed};
 
 use super::{
     STILL, discrete_agent, discrete_batch, distance,

@@ -2,7 +2,7 @@
 
 use ndarray::{Array1, Array2};
 use serde::Deserialize;
-use sindyna_core::{Agent as _, Batch, Seed};
+use sindyna_core::{Batch, Seed};
 
 use super::{STILL, agent, discrete_agent, distance};
 use crate::{Sac, SacConfig, learner::Learner, mlp::Mlp};
@@ -113,7 +113,7 @@ impl Gradients {
     }
 
     /// Compares what one update reported, and what gradients it left behind.
-    fn check(&self, losses: &sindyna_core::Losses, actor: &Mlp, learner: &Learner) {
+    fn check(&self, losses: &crate::Losses, actor: &Mlp, learner: &Learner) {
         assert_eq!(actor.params, flat32(&self.actor), "nothing moved");
         let relative = |a: f64, b: f64| (a / b - 1.0).abs();
         let temperature_loss = self.temperature.ln() * (losses.entropy - self.target_entropy);

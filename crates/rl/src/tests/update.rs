@@ -1,7 +1,7 @@
 //! What an update does with terminations, odd batches, numbers that are none, and randomness.
 
 use ndarray::array;
-use sindyna_core::{Agent as _, AgentError, Batch, Mode, Policy as _, Seed};
+use sindyna_core::{AgentError, Batch, Mode, Policy as _, Seed};
 
 use super::{STILL, agent, batch};
 use crate::{Sac, SacConfig, SacError, Scaling};

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use ndarray::Array2;
+use serde::{Deserialize, Serialize};
 
 use super::posterior::Posterior;
 use super::search::{Problem, Searched};
@@ -13,7 +14,7 @@ use crate::motion::Stepping;
 use crate::solve::Selected;
 
 /// Why an equation whose noise was estimated is not called adequate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Doubt {
     /// There are fewer than three samples for every term.

@@ -2,6 +2,7 @@
 
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
+use serde::{Deserialize, Serialize};
 use sindyna_core::Rng;
 
 use super::hypothesis::Hypothesis;
@@ -13,7 +14,7 @@ use crate::{Expr, Triangle};
 pub(crate) type Written = (Vec<Term>, Vec<(Vec<usize>, Vec<f64>)>);
 
 /// One set of terms with the distribution of its coefficients.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Member {
     /// Its probability beside the others, not normalised.
     odds: f64,
@@ -27,7 +28,7 @@ struct Member {
 }
 
 /// Sets of terms by how well they explain the data, each with the distribution of its coefficients.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Posterior {
     terms: Vec<Term>,
     /// The term that is a declared rate, of each state.

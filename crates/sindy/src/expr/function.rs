@@ -1,9 +1,10 @@
 //! The functions a term may use.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// A function of one number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Function {
     /// Sine.
     Sin,

@@ -1,5 +1,6 @@
 //! Terms of an equation as small expression trees: built, parsed, printed and evaluated here.
 
+use serde::{Deserialize, Serialize};
 mod derivative;
 mod function;
 mod parse;
@@ -16,7 +17,7 @@ pub use print::Printed;
 pub(crate) use tape::Tape;
 
 /// A term: a function of the variables z = (x; u), which are numbered.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub enum Expr {
     /// A fixed number.
     Constant(f64),

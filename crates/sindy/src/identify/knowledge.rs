@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use sindyna_core::{Certainty, Channel, Dynamics, Kind, Knowledge, Rng, Spec};
 
 use super::report::{Identified, Noise};
 use crate::estimate::{Doubt, Posterior};
-use crate::model::Model;
+use crate::model::{Model, as_text};
 use crate::motion::Stepping;
 use crate::regression::{Space, Summands, of_equations};
 
@@ -15,19 +16,20 @@ use crate::regression::{Space, Summands, of_equations};
 ///
 /// The distribution is that of the fit to whole trajectories, linearised at the best coefficients: its covariance is the inverse of the Fisher
 /// information. It speaks of the candidate terms alone: that the true ones are not among them is no part of it.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Models {
     posterior: Posterior,
     space: Space,
     stepping: Stepping,
     dt: f64,
     /// The likeliest model.
-    best: Arc<Model>,
+    #[serde(with = "as_text")]
+    best: Model,
 }
 
 impl Models {
     pub(super) fn new(posterior: Posterior, space: Space, stepping: Stepping, dt: f64, best: &Model) -> Self {
-        Self { posterior, space, stepping, dt, best: Arc::new(best.clone()) }
+        Self { posterior, space, stepping, dt, best: best.clone() }
     }
 
     /// Draws a model; where the data do not determine its coefficients, the likeliest one.
@@ -36,7 +38,7 @@ impl Models {
             let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
             of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()
         });
-        model.map_or_else(|| self.best.clone(), Arc::new)
+        Arc::new(model.unwrap_or_else(|| self.best.clone()))
     }
 }
 

@@ -5,14 +5,16 @@ use super::rows::Rows;
 use crate::Triangle;
 use crate::estimate::{Doubt, Estimate};
 use crate::library::Term;
-use crate::model::Model;
+use crate::model::{Model, as_text};
 use crate::motion::Found;
 use crate::solve::{Selected, SizeReport};
+use serde::{Deserialize, Serialize};
 
 /// An identified model and the account of how it was found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Identified {
     /// The equations of motion.
+    #[serde(with = "as_text")]
     pub model: Model,
     /// The account.
     pub report: Report,
@@ -21,7 +23,7 @@ pub struct Identified {
 }
 
 /// The account of an identification.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Steps that went into the regression.
     pub rows: usize,
@@ -54,7 +56,7 @@ pub struct Report {
 }
 
 /// Where the size of the samples' errors comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Noise {
     /// Only rounding: equations explain the data down to it.
     Rounding,
@@ -65,7 +67,7 @@ pub enum Noise {
 }
 
 /// The account of one equation.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EquationReport {
     /// Name of the state.
     pub state: String,
@@ -97,7 +99,7 @@ pub struct EquationReport {
 }
 
 /// A parameter inside a term that was fitted with the coefficients.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct InsideParameter {
     /// Number of the term in [`Report::features`]; a parameter of a term in several equations is the same in all of them.
     pub term: usize,

@@ -21,9 +21,10 @@ pub(crate) use shape::Shape;
 pub(crate) use shaped::{Extent, shaped};
 
 use crate::expr::Expr;
+use serde::{Deserialize, Serialize};
 
 /// One candidate term.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Term {
     /// The term as a function of z = (x; u).
     pub expr: Expr,

@@ -1,12 +1,13 @@
 //! Terms with parameters inside: tanh(x/c), x/(c + x).
 
 use crate::expr::{Expr, Function};
+use serde::{Deserialize, Serialize};
 
 /// The number of the first parameter among the variables of [`Shape::formula`]; no system has as many variables.
 const FIRST: usize = 1 << 24;
 
 /// A parameter inside a term.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Parameter {
     /// Value with which fits start.
     pub(crate) start: f64,
@@ -17,7 +18,7 @@ pub(crate) struct Parameter {
 }
 
 /// A family of terms: a formula of variables and of parameters, whose values the data tell.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Shape {
     formula: Expr,
     parameters: Vec<Parameter>,

@@ -325,3 +325,18 @@ impl<'de> Deserialize<'de> for Model {
         document.try_into().map_err(serde::de::Error::custom)
     }
 }
+
+/// A model inside of something that may be written in a format that does not describe itself: as its JSON form.
+pub(crate) mod as_text {
+    use serde::{Deserialize as _, Deserializer, Serializer, de::Error as _};
+
+    use super::Model;
+
+    pub(crate) fn serialize<S: Serializer>(model: &Model, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&model.to_json())
+    }
+
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Model, D::Error> {
+        Model::from_json(&String::deserialize(deserializer)?).map_err(D::Error::custom)
+    }
+}

@@ -9,6 +9,7 @@ mod right_side;
 mod step;
 
 pub use analysis::AnalysisError;
+pub(crate) use document::as_text;
 pub use document::{Entry, ModelError, ModelParts};
 pub use frame::Reading;
 

@@ -1,5 +1,6 @@
 //! How a system goes from one sample to the next.
 
+use serde::{Deserialize, Serialize};
 use sindyna_core::Scheme;
 
 use super::Run;
@@ -7,7 +8,7 @@ use crate::design::whiten;
 use crate::model::Form;
 
 /// How the equations of motion are stepped through one control interval.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Stepping {
     /// Every state moves by its rate before the step.
     Euler,

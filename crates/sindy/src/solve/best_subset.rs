@@ -8,6 +8,7 @@ use super::prepare::{distinct, most_promising_first, problem, split, unit};
 use super::problem::Problem;
 use super::tree::{Bound, Limits, search};
 use crate::Triangle;
+use serde::{Deserialize, Serialize};
 
 /// Finds, for each size, the best subset of terms, and says which size to believe.
 ///
@@ -40,7 +41,7 @@ pub struct Selection<'a> {
 }
 
 /// The best subset of one size.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SizeReport {
     /// Its terms, ascending.
     pub support: Vec<usize>,

@@ -11,8 +11,10 @@ use crate::record::{EventLog, RunDir, rollout_csv};
 /// Seconds since the start, and what they went into.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Clock {
+    /// Seconds that the run had taken when it was killed.
+    pub(super) before: f64,
     /// When real data came in last.
-    collected: f64,
+    pub(super) collected: f64,
     /// Seconds spent on identification, over all fits.
     pub(super) identified: f64,
 }
@@ -30,6 +32,11 @@ pub(super) struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
+    /// Seconds that the run has taken, those before it was killed among them.
+    pub(super) fn elapsed(&self) -> f64 {
+        self.clock.before + self.start.elapsed().as_secs_f64()
+    }
+
     /// Where the data that were kept and `text` begin to differ.
     fn otherwise(&self, text: &str) -> String {
         let mut lines = self.kept.lines().zip(text.lines()).enumerate();
@@ -47,7 +54,7 @@ impl Observer for Recorder<'_> {
     fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
         self.log.note(event);
         self.progress.show(event);
-        let now = self.start.elapsed().as_secs_f64();
+        let now = self.elapsed();
         match event {
             Event::Collected { data } => {
                 // Real data are what cannot be had again: on the disk before anything else happens.
