@@ -1,25 +1,25 @@
 //! Algorithm 1 as a value that is advanced step by step.
 
+mod improve;
 mod saved;
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Agent, AgentError, Batch, Certainty, Dataset, DynamicsLearner, EnvError, Environment, Event, Explorer, FitError,
-    Inverse, Knowledge, Mode, Observer, Replay, Rng, Seed, TrainedPolicy,
+    Agent, AgentError, Batch, Certainty, Dataset, DynamicsLearner, Environment, Event, Explorer, FitError, Inverse,
+    Knowledge, Mode, Observer, Replay, Rng, TrainedPolicy,
 };
 
 use crate::algorithm::{Dyna, DynaError, Learned};
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount, collect};
-use crate::evaluate::evaluate;
-use crate::explore::Holding;
-use crate::imagine::{Counts, Dreamer, Imagination, Trial};
+use crate::imagine::{Counts, Imagination};
 use crate::optimality::Trials;
 use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm, remember};
 use crate::surprise::is_surprised;
+use crate::tried::held;
 use crate::{Refit, Rollouts, Schedule};
 use saved::Fit;
 
@@ -233,8 +233,9 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if fits {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
-            self.trials = Trials::beside(held(&belief, episodes, seed).map_err(DynaError::Trial)?);
+            self.trials = Trials::beside(held(&belief, episodes, seed)?);
         }
+        self.prediction = None;
         self.imagination = Some(Imagination::new(belief, schedule, seed, self.turns));
         self.turns += 1;
         Ok(Phase::Improve)
@@ -275,78 +276,6 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             Rollouts::Count(_) => true,
             Rollouts::Auto => self.certainty() < Certainty::Exact || self.trials.is_far(),
         }
-    }
-
-    fn improve(&mut self, observer: &mut dyn Observer, interrupted: &dyn Fn() -> bool) -> Result<Phase, DynaError> {
-        let schedule = self.parts.schedule;
-        let rule = &schedule.optimality;
-        let Some(imagination) = &mut self.imagination else { return Ok(Phase::Fit) };
-        let first_steps = schedule.random_steps.clamp(1, self.replay.capacity());
-        if self.replay.len() < first_steps {
-            // Only who has not learned anything yet acts at random.
-            let dreamer = if self.is_beginner { Dreamer::Random } else { Dreamer::Policy(&*self.agent) };
-            imagination.turn(&dreamer, &mut self.replay, &mut self.counts);
-            // Nothing can be learned in a model that blows up from nearly every state.
-            let hopeless = imagination.diverged > schedule.random_steps as u64;
-            if self.is_beginner && self.replay.len() >= first_steps {
-                self.is_beginner = false;
-                self.agent.expect(&self.replay.observed());
-            }
-            return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
-        }
-        imagination.turn(&Dreamer::Policy(&*self.agent), &mut self.replay, &mut self.counts);
-        let left = rule.max_updates.saturating_sub(self.updates);
-        for _ in 0..left.min(schedule.updates_per_turn as u64) {
-            self.replay.sample_into(&mut self.batch, &mut self.rng);
-            if let Err(error) = self.agent.learn(&self.batch, &mut self.rng) {
-                self.failure = Some(error);
-                return Ok(Phase::Predict);
-            }
-            self.updates += 1;
-            if self.updates.is_multiple_of(rule.trial_every) {
-                self.try_out(observer)?;
-            }
-            // A turn may be as many updates as one likes.
-            if interrupted() {
-                return Ok(Phase::Improve);
-            }
-        }
-        self.optimal = self.trials.optimal(rule);
-        if self.optimal || self.updates >= rule.max_updates {
-            let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.spec().max_steps);
-            return Ok(if asked { Phase::Confirm } else { Phase::Predict });
-        }
-        let rollouts = self.imagination.as_ref().map_or(0, |i| i.rollouts);
-        let due = matches!(schedule.imagined_rollouts, Rollouts::Count(n) if rollouts >= n);
-        Ok(if due && self.may_ask(self.parts.task.spec().max_steps) { Phase::Explore } else { Phase::Improve })
-    }
-
-    /// Runs the deterministic policy in the model and keeps it if it is the best so far.
-    fn try_out(&mut self, observer: &mut dyn Observer) -> Result<(), DynaError> {
-        let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(()) };
-        let rule = &self.parts.schedule.optimality;
-        observer.on(&Event::Updated {
-            updates: self.updates,
-            max_updates: rule.max_updates,
-            model_steps: self.counts.steps,
-            diverged: self.counts.diverged,
-            left_region: self.counts.left_region,
-            metrics: &self.agent.metrics(),
-        })?;
-        let policy = self.agent.policy();
-        let mut worlds: Vec<Trial<'_>> = (0..rule.trial_episodes).map(|i| Trial::new(belief, i)).collect();
-        let returns = evaluate(&mut worlds, &*policy, rule.trial_episodes, self.parts.seed, "trial in the model")
-            .map_err(DynaError::Trial)?;
-        let mean = |values: f64| values / returns.len().max(1) as f64;
-        let charged = mean(worlds.iter().map(Trial::charged).sum());
-        let model_return = mean(returns.iter().sum()) + charged;
-        let far = mean(worlds.iter().map(Trial::far).sum());
-        if self.trials.note(rule, (&returns, far), belief.stakes.ceiling) {
-            self.best = Some(Best { policy, model_return });
-        }
-        let best_return = self.best.as_ref().map_or(model_return, |best| best.model_return);
-        observer.on(&Event::Imagined { updates: self.updates, mean_return: model_return, best_return })?;
-        Ok(())
     }
 
     fn confirm(
@@ -396,14 +325,22 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(Phase::Fit)
     }
 
-    fn predict(&mut self) -> Result<Phase, DynaError> {
-        let misfit = self.tried.as_ref().map_or(0.0, |(_, confirmation)| confirmation.misfit());
-        if let Some((best, _)) = &self.tried {
-            self.best = Some(best.clone());
+    /// Returns of the best policy in the models, from start states that no trial began in.
+    fn foresee(&mut self) -> Result<(), DynaError> {
+        if let (None, Some(Imagination { belief, .. }), Some(best)) = (&self.prediction, &self.imagination, &self.best)
+        {
+            self.prediction = Some(Prediction::new(belief, &*best.policy, self.parts.seed).map_err(DynaError::Trial)?);
         }
-        if let (Some(Imagination { belief, .. }), Some(best)) = (&self.imagination, &self.best) {
-            let seed = self.parts.seed;
-            self.prediction = Some(Prediction::new(belief, &*best.policy, misfit, seed).map_err(DynaError::Trial)?);
+        Ok(())
+    }
+
+    fn predict(&mut self) -> Result<Phase, DynaError> {
+        if let Some((best, _)) = &self.tried {
+            (self.best, self.prediction) = (Some(best.clone()), None);
+        }
+        self.foresee()?;
+        if let (Some(prediction), Some((_, confirmation))) = (&mut self.prediction, &self.tried) {
+            prediction.misfit = confirmation.misfit();
         }
         Ok(Phase::Done)
     }
@@ -428,16 +365,4 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             failure: self.failure,
         }
     }
-}
-
-/// The best mean return of one action held all the time, over `episodes` episodes in the models of `belief`.
-fn held(belief: &Belief<'_>, episodes: usize, seed: Seed) -> Result<Option<f64>, EnvError> {
-    let mut best: Option<f64> = None;
-    for policy in Holding::each(&belief.task.spec().action_space) {
-        let mut worlds: Vec<Trial<'_>> = (0..episodes).map(|i| Trial::new(belief, i)).collect();
-        let returns = evaluate(&mut worlds, &policy, episodes, seed, "trial in the model")?;
-        let mean = returns.iter().sum::<f64>() / returns.len().max(1) as f64;
-        best = Some(best.map_or(mean, |best| best.max(mean)));
-    }
-    Ok(best)
 }

@@ -19,6 +19,7 @@ mod predict;
 mod real;
 mod schedule;
 mod surprise;
+mod tried;
 
 pub use algorithm::{Dyna, DynaError, Learned};
 pub use cycle::{Loop, Phase};

@@ -10,6 +10,9 @@ use serde::{Deserialize, Serialize};
 ///
 /// After `max_updates` training ends in any case.
 ///
+/// The best policy was chosen by the start states of the trials, which it may suit by luck: before training ends it has to earn as much from others, within
+/// `tolerance` and what chance explains; else what it earns there counts, and training goes on.
+///
 /// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states. What return would be good enough is no part of the rule:
 /// that is for the evaluation, which the learner does not see.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,10 +50,22 @@ impl Default for Optimality {
 /// Mean distance from the data, as e / (1 + e) with e in half widths of their support, from which a policy is far: a tenth of the time far outside.
 const FAR: f64 = 0.1;
 
+/// Standard errors by which means may differ by chance.
+const CHANCE: f64 = 2.0;
+
+/// Mean of `values` and its standard error.
+fn mean_of(values: &[f64]) -> (f64, f64) {
+    let n = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>()).sqrt() / n)
+}
+
 /// The trials so far and what they say.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub(crate) struct Trials {
     best: Option<f64>,
+    /// Its standard error over the start states.
+    error: f64,
     /// Whether the best can hardly be exceeded.
     perfect: bool,
     /// How far from the data the best goes: 0 for nowhere, 1 for infinitely far all the time.
@@ -73,13 +88,13 @@ impl Trials {
     /// Notes a trial's returns, and how `far` from the data it went; `true` if no mean so far was better. Of equal ones the later counts: it has learned longer. No return can
     /// be above `ceiling`, where that is known.
     pub(crate) fn note(&mut self, rule: &Optimality, (returns, far): (&[f64], f64), ceiling: Option<f64>) -> bool {
-        let mean_return = returns.iter().sum::<f64>() / returns.len().max(1) as f64;
+        let (mean_return, error) = mean_of(returns);
         // A return that is NaN is no gain.
         let mean_return = if mean_return.is_nan() { f64::NEG_INFINITY } else { mean_return };
         self.means.push(mean_return);
         let is_best = self.best.is_none_or(|best| mean_return >= best);
         if is_best {
-            (self.best, self.far) = (Some(mean_return), far);
+            (self.best, self.error, self.far) = (Some(mean_return), error, far);
             let enough = |ceiling: f64| returns.iter().all(|r| *r >= ceiling - rule.gain * ceiling.abs());
             self.perfect = ceiling.is_some_and(enough);
         }
@@ -91,6 +106,21 @@ impl Trials {
             self.without_gain += 1;
         }
         is_best
+    }
+
+    /// Whether the best earned its `return_of_trials` by luck: from other start states it has these `returns`. Their mean is then what counts.
+    pub(crate) fn was_luck(&mut self, rule: &Optimality, return_of_trials: f64, returns: &[f64]) -> bool {
+        let Some(best) = self.best else { return false };
+        let (mean, error) = mean_of(returns);
+        let less = return_of_trials - mean;
+        let luck = less > CHANCE * error.hypot(self.error) + rule.tolerance * self.unit(best);
+        if luck {
+            let earned = Some(best - less);
+            (self.best, self.error, self.reference, self.perfect) = (earned, error, earned, false);
+            self.means.clear();
+            self.renew();
+        }
+        luck
     }
 
     /// Grants the full patience again: what was optimal did not hold.
@@ -174,6 +204,23 @@ mod tests {
             assert_eq!(trials.optimal(&rule), settled, "{mean}");
             assert!(!idle.optimal(&rule), "holding one action earns as much");
         }
+    }
+
+    #[test]
+    fn what_is_not_earned_from_other_start_states_was_luck() {
+        let (rule, mut trials) = (rule(), Trials::default());
+        for mean in [97.0, 96.9, 96.8, 96.9] {
+            trials.note(&rule, (&[mean + 0.5, mean - 0.5], 0.0), None);
+        }
+        assert!(trials.optimal(&rule));
+        let returns = |failures: usize| -> Vec<f64> {
+            (0..100).map(|i| if i < failures { -30.0 } else { 97.0 + f64::from(i as u8 % 2) }).collect()
+        };
+        assert!(!trials.was_luck(&rule, 97.0, &returns(0)) && trials.optimal(&rule));
+        assert!(!trials.was_luck(&rule, 97.0, &returns(1)), "chance explains one of a hundred");
+        assert!(trials.was_luck(&rule, 97.0, &returns(10)) && !trials.optimal(&rule), "training goes on");
+        assert!(!trials.note(&rule, (&[80.0], 0.0), None), "worse than what is earned from other start states");
+        assert!(trials.note(&rule, (&[96.0], 0.0), None), "what was chosen by luck stands in nobody's way");
     }
 
     #[test]

@@ -26,13 +26,13 @@ pub struct Prediction {
     /// Returns of the episodes in each model (models, episodes).
     returns: Vec<Vec<f64>>,
     /// Standard deviation of what the models have in common and the system has not, as far as real episodes told.
-    misfit: f64,
+    pub(crate) misfit: f64,
     seed: Seed,
 }
 
 impl Prediction {
-    /// What `policy` earns in the models of `belief`, which missed real episodes by about `misfit`.
-    pub(crate) fn new(belief: &Belief<'_>, policy: &dyn Policy, misfit: f64, seed: Seed) -> Result<Self, EnvError> {
+    /// What `policy` earns in the models of `belief`.
+    pub(crate) fn new(belief: &Belief<'_>, policy: &dyn Policy, seed: Seed) -> Result<Self, EnvError> {
         let (models, episodes) = match belief.models.len() {
             1 => (1, EPISODES_OF_ONE),
             n => (n.min(MODELS), EPISODES),
@@ -44,7 +44,12 @@ impl Prediction {
             let earned = evaluate(&mut worlds, policy, episodes, seed, &stream)?;
             Ok(earned.iter().zip(&worlds).map(|(earned, world)| earned + world.charged()).collect())
         };
-        Ok(Self { returns: (0..models).map(one).collect::<Result<_, EnvError>>()?, misfit, seed })
+        Ok(Self { returns: (0..models).map(one).collect::<Result<_, EnvError>>()?, misfit: 0.0, seed })
+    }
+
+    /// The return of every episode in the models.
+    pub(crate) fn returns(&self) -> Vec<f64> {
+        self.returns.concat()
     }
 
     /// Expected return.

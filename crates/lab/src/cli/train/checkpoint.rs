@@ -13,7 +13,7 @@ use crate::record::{EventLog, RunDir};
 const FILE: &str = "checkpoint.bin";
 
 /// Part of a run's time that goes into its checkpoints.
-const SHARE: f64 = 0.02;
+const SHARE: f64 = 0.04;
 
 /// Time between two checkpoints, at least. Runs that are shorter have none.
 const LEAST: Duration = Duration::from_secs(1);

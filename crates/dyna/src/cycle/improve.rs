@@ -1,0 +1,93 @@
+//! Improving a policy in the model, and telling when it is optimal there.
+
+use sindyna_core::{DynamicsLearner, Event, Observer};
+
+use super::{Best, Loop, Phase};
+use crate::imagine::{Dreamer, Imagination};
+use crate::tried::{TRIAL, Tried};
+use crate::{DynaError, Rollouts};
+
+impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
+    pub(super) fn improve(
+        &mut self,
+        observer: &mut dyn Observer,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Phase, DynaError> {
+        let schedule = self.parts.schedule;
+        let rule = &schedule.optimality;
+        let Some(imagination) = &mut self.imagination else { return Ok(Phase::Fit) };
+        let first_steps = schedule.random_steps.clamp(1, self.replay.capacity());
+        if self.replay.len() < first_steps {
+            // Only who has not learned anything yet acts at random.
+            let dreamer = if self.is_beginner { Dreamer::Random } else { Dreamer::Policy(&*self.agent) };
+            imagination.turn(&dreamer, &mut self.replay, &mut self.counts);
+            // Nothing can be learned in a model that blows up from nearly every state.
+            let hopeless = imagination.diverged > schedule.random_steps as u64;
+            if self.is_beginner && self.replay.len() >= first_steps {
+                self.is_beginner = false;
+                self.agent.expect(&self.replay.observed());
+            }
+            return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
+        }
+        imagination.turn(&Dreamer::Policy(&*self.agent), &mut self.replay, &mut self.counts);
+        let left = rule.max_updates.saturating_sub(self.updates);
+        for _ in 0..left.min(schedule.updates_per_turn as u64) {
+            self.replay.sample_into(&mut self.batch, &mut self.rng);
+            if let Err(error) = self.agent.learn(&self.batch, &mut self.rng) {
+                self.failure = Some(error);
+                return Ok(Phase::Predict);
+            }
+            self.updates += 1;
+            if self.updates.is_multiple_of(rule.trial_every) {
+                self.try_out(observer)?;
+            }
+            // A turn may be as many updates as one likes.
+            if interrupted() {
+                return Ok(Phase::Improve);
+            }
+        }
+        self.optimal = self.trials.optimal(rule) && !self.was_luck()?;
+        if self.optimal || self.updates >= rule.max_updates {
+            let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.spec().max_steps);
+            return Ok(if asked { Phase::Confirm } else { Phase::Predict });
+        }
+        let rollouts = self.imagination.as_ref().map_or(0, |i| i.rollouts);
+        let due = matches!(schedule.imagined_rollouts, Rollouts::Count(n) if rollouts >= n);
+        Ok(if due && self.may_ask(self.parts.task.spec().max_steps) { Phase::Explore } else { Phase::Improve })
+    }
+
+    /// Whether the best policy earns less from start states that no trial began in.
+    fn was_luck(&mut self) -> Result<bool, DynaError> {
+        self.foresee()?;
+        let (Some(prediction), Some(best)) = (&self.prediction, &mut self.best) else { return Ok(false) };
+        let luck = self.trials.was_luck(&self.parts.schedule.optimality, best.model_return, &prediction.returns());
+        if luck {
+            best.model_return = prediction.mean();
+        }
+        Ok(luck)
+    }
+
+    /// Runs the deterministic policy in the model and keeps it if it is the best so far.
+    fn try_out(&mut self, observer: &mut dyn Observer) -> Result<(), DynaError> {
+        let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(()) };
+        let rule = &self.parts.schedule.optimality;
+        observer.on(&Event::Updated {
+            updates: self.updates,
+            max_updates: rule.max_updates,
+            model_steps: self.counts.steps,
+            diverged: self.counts.diverged,
+            left_region: self.counts.left_region,
+            metrics: &self.agent.metrics(),
+        })?;
+        let policy = self.agent.policy();
+        let tried = Tried::new(belief, &*policy, (rule.trial_episodes, self.parts.seed, TRIAL))?;
+        let model_return = tried.mean();
+        if self.trials.note(rule, (&tried.returns, tried.far), belief.stakes.ceiling) {
+            self.best = Some(Best { policy, model_return });
+            self.prediction = None;
+        }
+        let best_return = self.best.as_ref().map_or(model_return, |best| best.model_return);
+        observer.on(&Event::Imagined { updates: self.updates, mean_return: model_return, best_return })?;
+        Ok(())
+    }
+}
