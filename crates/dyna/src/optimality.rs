@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// After `max_updates` training ends in any case.
 ///
 /// The best policy was chosen by the start states of the trials, which it may suit by luck: before training ends it has to earn as much from others, within
-/// `tolerance` and what chance explains; else what it earns there counts, and training goes on.
+/// `tolerance` and what chance explains; else training goes on, with trials from twice as many start states.
 ///
 /// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states. What return would be good enough is no part of the rule:
 /// that is for the evaluation, which the learner does not see.
@@ -53,6 +53,9 @@ const FAR: f64 = 0.1;
 /// Standard errors by which means may differ by chance.
 const CHANCE: f64 = 2.0;
 
+/// Times that the start states of trials are doubled, at most.
+const MOST_DOUBLINGS: u32 = 5;
+
 /// Mean of `values` and its standard error.
 fn mean_of(values: &[f64]) -> (f64, f64) {
     let n = values.len().max(1) as f64;
@@ -77,6 +80,8 @@ pub(crate) struct Trials {
     means: Vec<f64>,
     /// The best return of one action held all the time.
     held: Option<f64>,
+    /// Times that the start states were doubled.
+    doublings: u32,
 }
 
 impl Trials {
@@ -108,17 +113,21 @@ impl Trials {
         is_best
     }
 
-    /// Whether the best earned its `return_of_trials` by luck: from other start states it has these `returns`. Their mean is then what counts.
+    /// Start states of a trial.
+    pub(crate) fn episodes(&self, rule: &Optimality) -> usize {
+        rule.trial_episodes << self.doublings
+    }
+
+    /// Whether the best earned its `return_of_trials` by luck: from other start states it has these `returns`, which are less than chance explains. Then
+    /// trials begin anew, from twice as many start states.
     pub(crate) fn was_luck(&mut self, rule: &Optimality, return_of_trials: f64, returns: &[f64]) -> bool {
         let Some(best) = self.best else { return false };
         let (mean, error) = mean_of(returns);
         let less = return_of_trials - mean;
-        let luck = less > CHANCE * error.hypot(self.error) + rule.tolerance * self.unit(best);
+        let luck = self.doublings < MOST_DOUBLINGS
+            && less > CHANCE * error.hypot(self.error) + rule.tolerance * self.unit(best);
         if luck {
-            let earned = Some(best - less);
-            (self.best, self.error, self.reference, self.perfect) = (earned, error, earned, false);
-            self.means.clear();
-            self.renew();
+            *self = Self { held: self.held, doublings: self.doublings + 1, ..Self::default() };
         }
         luck
     }
@@ -219,8 +228,8 @@ mod tests {
         assert!(!trials.was_luck(&rule, 97.0, &returns(0)) && trials.optimal(&rule));
         assert!(!trials.was_luck(&rule, 97.0, &returns(1)), "chance explains one of a hundred");
         assert!(trials.was_luck(&rule, 97.0, &returns(10)) && !trials.optimal(&rule), "training goes on");
-        assert!(!trials.note(&rule, (&[80.0], 0.0), None), "worse than what is earned from other start states");
-        assert!(trials.note(&rule, (&[96.0], 0.0), None), "what was chosen by luck stands in nobody's way");
+        assert_eq!(trials.episodes(&rule), 2, "one before");
+        assert!(trials.note(&rule, (&[80.0, 90.0], 0.0), None), "what was chosen by luck stands in nobody's way");
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! Improving a policy in the model, and telling when it is optimal there.
 
-use sindyna_core::{DynamicsLearner, Event, Observer};
+use std::sync::Arc;
+
+use sindyna_core::{DynamicsLearner, Event, Observer, TrainedPolicy};
 
 use super::{Best, Loop, Phase};
 use crate::imagine::{Dreamer, Imagination};
@@ -56,38 +58,43 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         Ok(if due && self.may_ask(self.parts.task.spec().max_steps) { Phase::Explore } else { Phase::Improve })
     }
 
-    /// Whether the best policy earns less from start states that no trial began in.
+    /// Whether the best policy earns less from start states that no trial began in. Then it is tried again, from more of them.
     fn was_luck(&mut self) -> Result<bool, DynaError> {
         self.foresee()?;
-        let (Some(prediction), Some(best)) = (&self.prediction, &mut self.best) else { return Ok(false) };
+        let (Some(prediction), Some(best)) = (&self.prediction, &self.best) else { return Ok(false) };
         let luck = self.trials.was_luck(&self.parts.schedule.optimality, best.model_return, &prediction.returns());
         if luck {
-            best.model_return = prediction.mean();
+            self.try_policy(best.policy.clone())?;
         }
         Ok(luck)
     }
 
-    /// Runs the deterministic policy in the model and keeps it if it is the best so far.
+    /// Tries the deterministic policy in the model, and tells about it.
     fn try_out(&mut self, observer: &mut dyn Observer) -> Result<(), DynaError> {
-        let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(()) };
-        let rule = &self.parts.schedule.optimality;
         observer.on(&Event::Updated {
             updates: self.updates,
-            max_updates: rule.max_updates,
+            max_updates: self.parts.schedule.optimality.max_updates,
             model_steps: self.counts.steps,
             diverged: self.counts.diverged,
             left_region: self.counts.left_region,
             metrics: &self.agent.metrics(),
         })?;
-        let policy = self.agent.policy();
-        let tried = Tried::new(belief, &*policy, (rule.trial_episodes, self.parts.seed, TRIAL))?;
+        let mean_return = self.try_policy(self.agent.policy())?;
+        let best_return = self.best.as_ref().map_or(mean_return, |best| best.model_return);
+        observer.on(&Event::Imagined { updates: self.updates, mean_return, best_return })?;
+        Ok(())
+    }
+
+    /// Runs `policy` in the model and keeps it if it is the best so far; its mean return.
+    fn try_policy(&mut self, policy: Arc<dyn TrainedPolicy>) -> Result<f64, DynaError> {
+        let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(f64::NEG_INFINITY) };
+        let rule = &self.parts.schedule.optimality;
+        let tried = Tried::new(belief, &*policy, (self.trials.episodes(rule), self.parts.seed, TRIAL))?;
         let model_return = tried.mean();
         if self.trials.note(rule, (&tried.returns, tried.far), belief.stakes.ceiling) {
             self.best = Some(Best { policy, model_return });
             self.prediction = None;
         }
-        let best_return = self.best.as_ref().map_or(model_return, |best| best.model_return);
-        observer.on(&Event::Imagined { updates: self.updates, mean_return: model_return, best_return })?;
-        Ok(())
+        Ok(model_return)
     }
 }
