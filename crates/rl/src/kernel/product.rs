@@ -157,7 +157,7 @@ impl Part<'_> {
         let left = self.job.left;
         // SAFETY: the tile lies within the job.
         unsafe {
-            let at = left.data.add(row * left.row_stride + self.from * left.column_stride);
+            let at = left.data.wrapping_add(row * left.row_stride + self.from * left.column_stride);
             tile::<S, ROWS, ACROSS, PART, TALL>(
                 self.inner,
                 Left { data: at, ..left },

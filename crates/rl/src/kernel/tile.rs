@@ -100,7 +100,8 @@ pub(super) unsafe fn tile<S: Lanes, const ROWS: usize, const ACROSS: usize, cons
 
         let mut rows = [left.data; ROWS];
         for (i, p) in rows.iter_mut().enumerate() {
-            *p = left.data.add(i * left.row_stride);
+            // Without an inner index, or in a tall tile, they are not read and may point anywhere.
+            *p = left.data.wrapping_add(i * left.row_stride);
         }
         let mut b = right.data;
         let mut a = left.data;
