@@ -111,10 +111,10 @@ impl Sac {
         self.learner.temperature.value()
     }
 
-    /// [`Agent::update`] with given standard normal numbers: (2B, k) values, those of ã first, then those of a'.
+    /// [`Self::update`] with given standard normal numbers: (2B, k) values, those of ã first, then those of a'.
     ///
     /// # Errors
-    /// As [`Agent::update`]; [`AgentError::Shape`] also if `noise` has not 2Bk values.
+    /// As [`Self::update`]; [`AgentError::Shape`] also if `noise` has not 2Bk values.
     pub fn update_with_noise(&mut self, batch: &Batch, noise: &[f64]) -> Result<Losses, AgentError> {
         let (rows, k) = (batch.len(), self.policy.action_dim());
         self.learner.check(batch, self.policy.observation_dim(), k)?;
