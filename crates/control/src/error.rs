@@ -30,7 +30,9 @@ pub enum ControlError {
     #[error("there is no linear form here")]
     NotLinear(#[from] Diverged),
     /// No gain keeps the system at rest.
-    #[error("no gain was found after {doublings} doublings: the controls do not reach all that is unstable")]
+    #[error(
+        "no gain was found after {doublings} doublings: in this model the controls do not reach all that is unstable"
+    )]
     NotStabilisable {
         /// Doublings made.
         doublings: usize,

@@ -24,7 +24,7 @@ use crate::report::{self, DIGEST, gather, groups, plural};
 /// from, small enough to be kept with a project (`sindyna report`). Runs share the cores, each on one; what comes
 /// out does not depend on how many there are.
 #[derive(Debug, clap::Args)]
-#[command(after_help = METHODS)]
+#[command(after_help = METHODS, allow_negative_numbers = true)]
 pub(crate) struct Args {
     /// Tasks, `sindyna tasks` lists them
     #[arg(
@@ -47,7 +47,7 @@ pub(crate) struct Args {
     /// Seeds 0 to N−1
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     seeds: u64,
-    /// Real steps at most, for those who learn on the real system [default: 5000 on cart-pole and pendulum, else 20000]
+    /// Real steps at most, for sac, sac20, mbpo, mbpo-paper and sindy-mbpo; the others take what they need [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
     /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too

@@ -81,7 +81,10 @@ pub(super) fn table(groups: &[Group]) -> String {
             number(steps.map(|steps| steps.median), 0),
             number(steps.and_then(|steps| steps.over_sindy.as_ref()).map(|ratio| ratio.value), 0),
             number(returns.map(|returns| returns.mean), 1),
-            number(returns.map(|returns| returns.lowest), 1),
+            returns.map_or_else(
+                || number(None, 1),
+                |r| r.lowest.map_or_else(|| "no policy".into(), |v| number(Some(v), 1)),
+            ),
         ]);
     }
     crate::table::aligned(&lines)

@@ -46,7 +46,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Go on with the run in this directory that was killed or stopped: its record becomes what it would have been, byte for byte. It goes on
-    /// from its last checkpoint, written every second or so; the system has to answer as it did
+    /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     #[command(flatten)]

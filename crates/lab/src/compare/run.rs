@@ -31,6 +31,9 @@ struct Pushes {
     share: f64,
 }
 
+/// What the regulators minimise, and where.
+const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and control (Bryson's rule)";
+
 /// What has to be done.
 #[derive(Clone)]
 pub(crate) struct Job {
@@ -93,10 +96,19 @@ impl Job {
     /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
     pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
         Ok(match self.method {
-            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth | Method::SindyLqr => {
-                Some(TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
+            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth => {
+                let model = match self.method {
+                    Method::LeastSquares => {
+                        "# The model is linear, fitted by least squares, instead of what [identification] says.\n"
+                    }
+                    Method::Ensemble => "# The model is the ensemble of mbpo, instead of what [identification] says.\n",
+                    Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
+                    _ => "",
+                };
+                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
             }
-            Method::Lqr => Some(toml::to_string(&PUSHES)?),
+            Method::SindyLqr => Some(format!("# {COSTS}; warm-up and identification are those of sindy.\n")),
+            Method::Lqr => Some(format!("# {COSTS}.\n{}", toml::to_string(&PUSHES)?)),
             _ => self.preset().as_ref().map(toml::to_string).transpose()?,
         })
     }

@@ -47,12 +47,12 @@ impl Summand {
     }
 }
 
-/// The equations of every task of which there are any that can be read.
+/// The equations that `sindy` found, of every task of which there are any that can be read.
 pub(crate) fn equations(digest: &Digest) -> Vec<Equations> {
     let of = |task: &str| {
         let system = registry::system(task).ok()?;
         let truth = Truth::of(&system, POINTS);
-        let found = digest.models.iter().filter(|found| found.task == task);
+        let found = digest.models.iter().filter(|found| found.task == task && found.method == "sindy");
         let judged: Vec<Judged> = found
             .filter_map(|found| {
                 let run = digest.of(task, &found.method).find(|run| run.seed == found.seed)?;

@@ -55,7 +55,8 @@ pub(crate) struct Ratio {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Returns {
     pub(crate) mean: f64,
-    pub(crate) lowest: f64,
+    /// None where a run came to no policy.
+    pub(crate) lowest: Option<f64>,
     pub(crate) interquartile_mean: f64,
     pub(crate) interval: Option<Interval>,
     /// How much more the seeds have than those of `sindy`.
@@ -146,7 +147,11 @@ fn returns(digest: &Digest, task: &str, method: &str) -> Option<Returns> {
     };
     Some(Returns {
         mean: mean(&theirs)?,
-        lowest: theirs.iter().copied().min_by(f64::total_cmp)?,
+        lowest: theirs
+            .iter()
+            .copied()
+            .min_by(f64::total_cmp)
+            .filter(|_| digest.of(task, method).all(|run| run.mean_return.is_some())),
         interquartile_mean: interquartile_mean(&theirs)?,
         interval: interval(&[&theirs], |sample| interquartile_mean(&sample[0])),
         beside_sindy: beside(),
@@ -185,7 +190,7 @@ mod tests {
         let steps = group.steps.as_ref().expect("sac counts real steps");
         assert_eq!((steps.median, steps.range), (300.0, Some((100, 300))));
         let returns = group.returns.as_ref().expect("there are returns");
-        assert_eq!((returns.mean, returns.lowest), (1.0, 0.0));
+        assert_eq!((returns.mean, returns.lowest), (1.0, Some(0.0)));
         let rarely = digest(&[("sac", 0, None, 0.0), ("sac", 1, None, 0.0), ("sac", 2, Some(300), 0.0)]);
         assert_eq!(steps_of(&rarely, "sac").median, f64::INFINITY);
     }

@@ -23,6 +23,8 @@ const LEAST: Duration = Duration::from_secs(1);
 struct Contents {
     /// The build and the instructions that wrote it: others compute other numbers.
     made_by: (String, String),
+    /// The configuration of the run.
+    config: String,
     events: String,
     /// Seconds of the run so far, and those of them that went into identification.
     seconds: (f64, f64),
@@ -42,15 +44,17 @@ pub(super) struct Checkpoints<'a> {
     run_dir: &'a RunDir,
     progress: &'a Progress,
     isa: &'static str,
+    config: String,
     written: Instant,
     /// Time that the last one took.
     cost: Duration,
 }
 
 impl<'a> Checkpoints<'a> {
-    /// For a run in `run_dir` with the instructions `isa`, that begins now.
+    /// For the run in `run_dir` with the instructions `isa`, that begins now.
     pub(super) fn new(run_dir: &'a RunDir, progress: &'a Progress, isa: &'static str) -> Self {
-        Self { run_dir, progress, isa, written: Instant::now(), cost: Duration::ZERO }
+        let config = run_dir.read("config.toml").unwrap_or_default();
+        Self { run_dir, progress, isa, config, written: Instant::now(), cost: Duration::ZERO }
     }
 
     /// Where the run was when it was killed, if that is known. What cannot be gone on from is told, and left.
@@ -64,6 +68,11 @@ impl<'a> Checkpoints<'a> {
         if contents.made_by != self.made_by() {
             let (commit, isa) = contents.made_by;
             self.progress.say(&format!("note: {FILE} is of another build ({commit}, {isa}), so the run begins anew"));
+            return None;
+        }
+        if contents.config != self.config {
+            self.progress
+                .say(&format!("note: config.toml was changed since {FILE} was written, so the run begins anew"));
             return None;
         }
         let (elapsed, identified) = contents.seconds;
@@ -90,7 +99,8 @@ impl<'a> Checkpoints<'a> {
         if let Some(run) = state() {
             let events = String::from_utf8_lossy(log.as_bytes()).into_owned();
             let seconds = (elapsed, clock.identified);
-            let contents = encode(&Contents { made_by: self.made_by(), events, seconds, run });
+            let contents =
+                encode(&Contents { made_by: self.made_by(), config: self.config.clone(), events, seconds, run });
             let file = [&crc32fast::hash(&contents).to_le_bytes()[..], &contents].concat();
             // A run that cannot be gone on with is better than none.
             if let Err(error) = self.run_dir.write(FILE, &file) {

@@ -17,7 +17,7 @@ pub(super) fn returns(digest: &Digest, groups: &[Group]) -> Vec<Block> {
             fixed(group.real_steps as f64, 0),
             or_none(returns.map(|r| with_interval(r.interquartile_mean, r.interval, one))),
             or_none(returns.and_then(|r| r.beside_sindy.as_ref()).map(|d| with_interval(d.value, d.interval, one))),
-            or_none(returns.map(|r| one(r.lowest))),
+            or_none(returns.map(|r| r.lowest.map_or_else(|| "no policy".into(), one))),
         ]
     };
     let head = [
@@ -32,7 +32,7 @@ pub(super) fn returns(digest: &Digest, groups: &[Group]) -> Vec<Block> {
         Block::Section("Returns at the end".into()),
         Block::text(
             "The policy that a run ends with, from 100 start states that are the same for every method with the same \
-             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds. Methods that learn on the real system have spent the real \
+             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds that came to a policy. Methods that learn on the real system have spent the real \
              steps of the third column by then; “minus sindy's” is how much better or worse they are in the end.",
         ),
         Block::table(2, head, groups.iter().map(row).collect()),

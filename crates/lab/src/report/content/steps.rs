@@ -54,7 +54,7 @@ pub(in crate::report) fn speed_ups(groups: &[Group]) -> Vec<Block> {
             "Solved: the mean return of 100 episodes from start states drawn anew reaches the task's threshold, for every method alike. Methods that learn on the real system are judged so at \
              every check, and the first that reaches it counts; the others have one such check, at their end. First check: the real steps before which nothing can be solved, because the policy \
              has learned nothing or is not looked at. A run that never solves its task counts as infinitely long; \
-             where that makes the ratio infinite, “at least” says what it would be if all of those had solved it when their budget was spent. The paper does not say how many updates a \
+             where that makes the ratio of a method with a budget infinite, “at least” says what it would be if all of those had solved it when that was spent. The paper does not say how many updates a \
              step its SAC makes, nor when it counts a task as solved; its one number for SAC stands beside both of ours.",
         ),
     ]
