@@ -10,6 +10,7 @@ Needs: cargo, nothing else.
 """
 import argparse
 import json
+import shutil
 import subprocess
 import sys
 
@@ -24,14 +25,16 @@ RUNS = ROOT / "runs" / "loop"
 def train(program, task, noise, steps, seed, options):
     """What came of a training run, from its record if it was run before."""
     out = RUNS / f"{task}-{noise:g}-{steps}-{seed}"
-    if not (out / "summary.json").exists():
+    path = out / "summary.json"
+    if not path.exists() or json.loads(path.read_text())["interrupted"]:
+        shutil.rmtree(out, ignore_errors=True)
         command = [program, "train", task, "--noise", f"{noise:g}", "--real-steps", steps, "--seed", seed, "--out", out,
                    "--quiet", "--threads", "1", *options]
         done = subprocess.run(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         print(f"{out.name}: exit code {done.returncode}", file=sys.stderr, flush=True)
         if done.returncode not in (0, 1):
             return {"refused": done.stderr.strip().splitlines()[0] if done.stderr.strip() else "no reason was given"}
-    record = json.loads((out / "summary.json").read_text())
+    record = json.loads(path.read_text())
     evaluation, training = record["evaluation"] or {}, record["training"]
     prediction, confirmation = training["prediction"], training["confirmation"]
     earned = evaluation.get("mean_return")
