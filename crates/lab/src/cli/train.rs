@@ -89,7 +89,9 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
     let (config, problem) = Settings::of_run(run_dir.path())?;
     let finished = run_dir.read("summary.json").and_then(|text| serde_json::from_str::<Summary>(&text).ok());
     if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
-        let missing = summary.files().into_iter().find(|name| !path.join(name).is_file());
+        // No file of a record is empty.
+        let is_whole = |name: &str| path.join(name).metadata().is_ok_and(|file| file.is_file() && file.len() > 0);
+        let missing = summary.files().into_iter().find(|name| !is_whole(name));
         let Some(missing) = missing else {
             checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
