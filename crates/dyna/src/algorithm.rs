@@ -123,7 +123,7 @@ impl<L: DynamicsLearner + ?Sized> Dyna<'_, L> {
     }
 
     /// The loop that was `saved` by [`Loop::save`], with an agent and an explorer made as those were. It goes on with the same bits, if task, sensors,
-    /// learner, schedule and seed are the same; the last model is fitted again.
+    /// learner, schedule and seed are the same; a model that the learner does not write down is fitted again.
     ///
     /// # Errors
     /// [`DynaError::Checkpoint`] if the bytes are of something else, [`DynaError::Fit`] if the fit was told to stop.
