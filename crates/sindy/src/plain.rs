@@ -9,7 +9,7 @@ use crate::model::{Model, ModelError};
 use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
-use crate::{Library, Triangle};
+use crate::{Library, Triangle, Watch};
 
 /// One trajectory of uniform samples.
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +101,9 @@ pub enum SindyError {
     /// The solver left the finite numbers.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// It was told to stop.
+    #[error("interrupted before the equations were found")]
+    Interrupted,
 }
 
 /// Identification from arrays: a library, a target and a solver.
@@ -152,6 +155,19 @@ impl Sindy {
     /// # Errors
     /// [`SindyError`] for arrays that do not fit, numbers that are not finite, or too short trajectories.
     pub fn fit(&self, trajectories: &[Trajectory<'_>], dt: f64) -> Result<SindyFit, SindyError> {
+        self.fit_watched(trajectories, dt, &Watch::default())
+    }
+
+    /// The same, followed by `watch`, which may end it.
+    ///
+    /// # Errors
+    /// As [`Self::fit`]; [`SindyError::Interrupted`] if `watch` did.
+    pub fn fit_watched(
+        &self,
+        trajectories: &[Trajectory<'_>],
+        dt: f64,
+        watch: &Watch<'_>,
+    ) -> Result<SindyFit, SindyError> {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(SindyError::TimeStep { dt });
         }
@@ -176,7 +192,10 @@ impl Sindy {
         let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
         let selection = Selection { floor: 0.0, complexity: &complexity, region: None };
         let equations: Vec<Selected> =
-            (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection)).collect();
+            (0..n).map(|i| self.solver.solve_while(&triangle, terms.len() + i, selection, watch.asks())).collect();
+        if !watch.go_on() {
+            return Err(SindyError::Interrupted);
+        }
         let mut coefficients = Array2::zeros((n, terms.len()));
         for (i, equation) in equations.iter().enumerate() {
             for (&j, &c) in equation.support.iter().zip(&equation.coefficients) {
