@@ -12,7 +12,7 @@ from typing import Any
 FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sign", "tanh")
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+\.?\d*(?:[eE][+-]?\d+)?)|d(?P<rate>[xu]\d+)/dt\b|(?P<name>[^\W\d]\w*)"
+    r"\s*(?:(?P<number>[0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?)|d(?P<rate>[xu][0-9]+)/dt\b|(?P<name>[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹][^\W⁰¹²³⁴⁵⁶⁷⁸⁹]*)"
     r"|(?P<raised>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|(?P<sign>[-+*/^()·−]))"
 )
 
@@ -272,7 +272,8 @@ class Names:
 
         def bounded(name: str) -> str:
             before = r"(?<!\w)" if re.match(r"\w", name) else ""
-            after = r"(?!\w)" if re.match(r"\w", name[-1]) else ""
+            # A raised digit is an exponent.
+            after = r"(?![^\W⁰¹²³⁴⁵⁶⁷⁸⁹])" if re.match(r"\w", name[-1]) else ""
             function = r"(?!\s*\()" if name in FUNCTIONS else ""
             return before + re.escape(name) + after + function
 
@@ -291,4 +292,4 @@ class Names:
     def told(self, message: str) -> str:
         """What the engine says, with people's names."""
         message = re.sub(r" ?\(position \d+\)| at position \d+,?", "", message)
-        return re.sub(r"(?<!\w)[xu]\d+(?!\w)", lambda m: self.name(m.group()), message)
+        return re.sub(r"(?<![^\W⁰¹²³⁴⁵⁶⁷⁸⁹])[xu][0-9]+(?![0-9A-Za-z_])", lambda m: self.name(m.group()), message)

@@ -40,10 +40,12 @@ class SINDy(Manners, Parameters):
         regression has polynomials of degree 2.
     differentiation_method : FiniteDifference or SmoothedFiniteDifference, optional
         How derivatives are estimated. The estimator needs none.
-    discrete_time : bool
-        Whether the equations are a map from sample to sample, fitted by one regression.
+    feature_names : list of str, optional
+        Names of states, and of inputs after them, where `fit` is told none.
     t_default : float
         Sampling interval [s] where `fit` is told no times.
+    discrete_time : bool
+        Whether the equations are a map from sample to sample, fitted by one regression.
     noise : "auto", "none", dict or sequence
         What is believed of the errors of samples: they are estimated ("auto"); there are none but rounding ("none"), and an equation that leaves
         more is called an approximation; or they have at least these standard deviations, by state, in its unit.
@@ -86,9 +88,10 @@ class SINDy(Manners, Parameters):
         optimizer: Optimizer | None = None,
         feature_library: FeatureLibrary | None = None,
         differentiation_method: Differentiation | None = None,
-        *,
-        discrete_time: bool = False,
+        feature_names: Sequence[str] | None = None,
         t_default: float = 1.0,
+        discrete_time: bool = False,
+        *,
         noise: str | Mapping[str, float] | Sequence[float] = "auto",
         angles: Iterable[str] | None = None,
         rates: Mapping[str, str] | None = None,
@@ -103,8 +106,9 @@ class SINDy(Manners, Parameters):
         self.optimizer = optimizer
         self.feature_library = feature_library
         self.differentiation_method = differentiation_method
-        self.discrete_time = discrete_time
+        self.feature_names = feature_names
         self.t_default = t_default
+        self.discrete_time = discrete_time
         self.noise = noise
         self.angles = angles
         self.rates = rates
@@ -132,13 +136,13 @@ class SINDy(Manners, Parameters):
         u : array (T, k) or (T - 1, k), DataFrame, or list of these, optional
             Inputs, at the times of the samples.
         feature_names : list of str, optional
-            Names of states, and of inputs after them.
+            Names of states, and of inputs after them; those of the constructor, or of a DataFrame, by default.
 
         Returns
         -------
         self
         """
-        self._fitted = fit(self, x, t, x_dot, u, feature_names)
+        self._fitted = fit(self, x, t, x_dot, u, self.feature_names if feature_names is None else feature_names)
         return self
 
     def _known_model(self) -> Fitted:
@@ -441,15 +445,15 @@ class SINDy(Manners, Parameters):
         return list(self._known_model().features)
 
     @property
-    def feature_names(self) -> list[str]:
-        """Names of states, then of inputs."""
+    def feature_names_in_(self) -> Any:
+        """Names of states, then of inputs: an array of str (n + k,)."""
         names = self._known_model().names
-        return [*names.states, *names.inputs]
+        return np.array([*names.states, *names.inputs], dtype=object)
 
     @property
     def n_features_in_(self) -> int:
         """Number of states and inputs."""
-        return len(self.feature_names)
+        return len(self.feature_names_in_)
 
     @property
     def n_control_features_(self) -> int:
@@ -552,6 +556,8 @@ class DiscreteSINDy(SINDy):
         How coefficients are found.
     feature_library : FeatureLibrary, optional
         Candidate terms; polynomials of degree 2 by default.
+    feature_names : list of str, optional
+        Names of states, and of inputs after them.
     t_default : float
         Sampling interval [s] where `fit` is told none.
     terms : list of str, optional
@@ -574,8 +580,17 @@ class DiscreteSINDy(SINDy):
         optimizer: Optimizer | None = None,
         feature_library: FeatureLibrary | None = None,
         *,
+        feature_names: Sequence[str] | None = None,
         t_default: float = 1.0,
         terms: Sequence[str] | None = None,
         controls: int | list[str] | None = None,
     ) -> None:
-        super().__init__(optimizer, feature_library, discrete_time=True, t_default=t_default, terms=terms, controls=controls)
+        super().__init__(
+            optimizer,
+            feature_library,
+            feature_names=feature_names,
+            t_default=t_default,
+            discrete_time=True,
+            terms=terms,
+            controls=controls,
+        )

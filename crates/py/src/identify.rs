@@ -10,7 +10,7 @@ use sindyna_sindy::{
     BestSubset, EquationConstraint, Identified, Identifier, LibraryChoice, NoiseChoice, Recording, SolverChoice, Watch,
 };
 
-use crate::interrupt::Interrupt;
+use crate::interrupt::apart;
 use crate::library::{Recipe, symbols};
 use crate::model::Model;
 
@@ -124,16 +124,12 @@ pub(crate) fn identify(
             controls: controls.as_array().to_owned(),
         })
         .collect();
-    py.detach(|| {
-        let interrupt = Interrupt::new();
-        let go_on = || interrupt.go_on();
-        let found = identifier.identify_recordings_watched(&recordings, &Watch::going_on(&go_on));
-        let found = found.map_err(|e| PyValueError::new_err(e.to_string()));
-        interrupt.or(found.map(|found| {
-            let account = account(&found);
-            (Model::new(found.model), account)
-        }))
-    })
+    let found = apart(py, move |go_on| {
+        let found = identifier.identify_recordings_watched(&recordings, &Watch::going_on(go_on));
+        found.map(|found| (account(&found), found.model))
+    })?;
+    let (account, model) = found.map_err(|e| PyValueError::new_err(e.to_string()))?;
+    Ok((Model::new(model), account))
 }
 
 /// The account of an identification, as JSON; numbers that are not finite are null.

@@ -6,6 +6,8 @@ use ndarray::{Array2, ArrayView2};
 use pyo3::prelude::*;
 use sindyna_core::VectorField;
 
+use crate::interrupt::Look;
+
 /// The input between two times.
 pub(crate) enum Input<'a> {
     /// Values (T, k), each held until the next time.
@@ -30,9 +32,7 @@ pub(crate) enum Failure {
     Diverged { at: f64 },
     /// Steps that became too small to go on.
     Stiff { at: f64, step: f64 },
-    /// The user stopped it.
-    Interrupted,
-    /// The input raised an exception.
+    /// The input, or a signal's handler, raised an exception.
     Python(PyErr),
 }
 
@@ -46,7 +46,6 @@ impl fmt::Display for Failure {
                     "the solution needs steps below {step:e} s at t = {at} s: it grows without bound there, or the tolerances are too small"
                 )
             }
-            Self::Interrupted => f.write_str("interrupted"),
             Self::Python(e) => e.fmt(f),
         }
     }
@@ -84,13 +83,13 @@ pub(crate) fn follow(
     t: &[f64],
     input: &Input<'_>,
     tolerance: Tolerance,
-    go_on: &dyn Fn() -> bool,
+    look: &Look,
 ) -> Result<Array2<f64>, Failure> {
     let mut solution = Array2::zeros((t.len(), x0.len()));
     let mut stepper = Stepper::new(field, x0, input, tolerance);
     for i in 0..t.len() {
         if i > 0 {
-            stepper.advance((i - 1, t[i - 1], t[i]), go_on)?;
+            stepper.advance((i - 1, t[i - 1], t[i]), look)?;
         }
         solution.row_mut(i).iter_mut().zip(&stepper.x).for_each(|(slot, v)| *slot = *v);
     }
@@ -154,14 +153,14 @@ impl<'a, 'b> Stepper<'a, 'b> {
     }
 
     /// Moves from the beginning to the end of interval `i`.
-    fn advance(&mut self, interval: (usize, f64, f64), go_on: &dyn Fn() -> bool) -> Result<(), Failure> {
+    fn advance(&mut self, interval: (usize, f64, f64), look: &Look) -> Result<(), Failure> {
         let (_, begin, end) = interval;
         let mut at = begin;
         let smallest = SMALLEST * begin.abs().max(end.abs()).max(end - begin);
         while at < end {
             self.steps += 1;
-            if self.steps.is_multiple_of(LOOK) && !go_on() {
-                return Err(Failure::Interrupted);
+            if self.steps.is_multiple_of(LOOK) {
+                look.check().map_err(Failure::Python)?;
             }
             let wanted = self.step.unwrap_or(0.01 * (end - begin));
             let last = at + 1.01 * wanted >= end;

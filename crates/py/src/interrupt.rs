@@ -1,42 +1,76 @@
 //! Ctrl-C during long calls.
 
-use std::cell::{Cell, RefCell};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::Builder;
 use std::time::{Duration, Instant};
 
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 /// Time between two looks for signals.
-const PERIOD: Duration = Duration::from_millis(30);
+const PERIOD: Duration = Duration::from_millis(20);
 
-/// Looks for signals now and then, and keeps the exception that a handler raised.
-#[derive(Debug)]
-pub(crate) struct Interrupt {
-    looked: Cell<Instant>,
-    raised: RefCell<Option<PyErr>>,
+/// Stack of a thread that works, as large as that of a main thread.
+const STACK: usize = 8 << 20;
+
+/// The result of `work`, done by a thread of its own without the interpreter's lock. If a signal's handler raises an exception meanwhile, that is
+/// the result at once; `work`, which is asked to stop, ends when it looks at what it is given.
+///
+/// # Errors
+/// The exception raised; [`PyRuntimeError`] if `work` panics or no thread can be had.
+pub(crate) fn apart<T: Send + 'static>(
+    py: Python<'_>,
+    work: impl FnOnce(&dyn Fn() -> bool) -> T + Send + 'static,
+) -> PyResult<T> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let (send, receive) = channel();
+    let asked = Arc::clone(&stop);
+    let worker = move || {
+        // Nobody waits for the result of what was stopped.
+        let _ = send.send(work(&|| !asked.load(Ordering::Relaxed)));
+    };
+    let failed = |e: std::io::Error| PyRuntimeError::new_err(format!("no thread could be started: {e}"));
+    Builder::new().name("sindyna".into()).stack_size(STACK).spawn(worker).map_err(failed)?;
+    py.detach(move || {
+        loop {
+            match receive.recv_timeout(PERIOD) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Timeout) => {
+                    if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                        stop.store(true, Ordering::Relaxed);
+                        return Err(raised);
+                    }
+                }
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(PyRuntimeError::new_err(
+                        "the engine failed; this is a fault of sindyna, please report it",
+                    ));
+                }
+            }
+        }
+    })
 }
 
-impl Interrupt {
+/// Looks for signals now and then, for work that is done by the calling thread without the interpreter's lock.
+#[derive(Debug)]
+pub(crate) struct Look(Cell<Instant>);
+
+impl Look {
     pub(crate) fn new() -> Self {
-        Self { looked: Cell::new(Instant::now()), raised: RefCell::new(None) }
+        Self(Cell::new(Instant::now()))
     }
 
-    /// Whether to go on; called often, by the thread that called from Python, without the interpreter's lock.
-    pub(crate) fn go_on(&self) -> bool {
-        if self.raised.borrow().is_some() {
-            return false;
+    /// # Errors
+    /// The exception that a signal's handler raised.
+    pub(crate) fn check(&self) -> PyResult<()> {
+        if self.0.get().elapsed() < PERIOD {
+            return Ok(());
         }
-        if self.looked.get().elapsed() < PERIOD {
-            return true;
-        }
-        let raised = Python::attach(|py| py.check_signals().err());
-        self.looked.set(Instant::now());
-        let go_on = raised.is_none();
-        *self.raised.borrow_mut() = raised;
-        go_on
-    }
-
-    /// The exception raised, if any; else the result.
-    pub(crate) fn or<T>(self, result: PyResult<T>) -> PyResult<T> {
-        self.raised.into_inner().map_or(result, Err)
+        let checked = Python::attach(|py| py.check_signals());
+        self.0.set(Instant::now());
+        checked
     }
 }

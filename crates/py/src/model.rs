@@ -8,8 +8,14 @@ use sindyna_core::{Dynamics as _, Seed, VectorField as _};
 use sindyna_sindy::{AnalysisError, Form};
 
 use crate::integrate::{Failure, Input, Tolerance, follow};
-use crate::interrupt::Interrupt;
+use crate::interrupt::{Look, apart};
 use crate::regress::Pair;
+
+/// Rows between two looks for signals.
+const LOOK: usize = 4096;
+
+/// Rows whose right-hand sides take a few microseconds.
+const FEW: usize = 64;
 
 /// Identified equations over states x0, x1, … and inputs u0, u1, ….
 #[pyclass(frozen, module = "sindyna._sindyna")]
@@ -82,21 +88,27 @@ impl Model {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (x, u) = (x.as_array(), u.as_array());
         self.check(x.ncols(), u.ncols())?;
-        let rows = |out: &mut Array2<f64>| {
+        let rows = |out: &mut Array2<f64>| -> PyResult<()> {
+            let look = Look::new();
             let (mut now, mut input) = (vec![0.0; x.ncols()], vec![0.0; u.ncols()]);
             let mut rates = vec![0.0; x.ncols()];
-            for ((x, u), mut out) in x.rows().into_iter().zip(u.rows()).zip(out.rows_mut()) {
+            for (i, ((x, u), mut out)) in x.rows().into_iter().zip(u.rows()).zip(out.rows_mut()).enumerate() {
+                if i % LOOK == LOOK - 1 {
+                    look.check()?;
+                }
                 now.iter_mut().zip(x).for_each(|(slot, v)| *slot = *v);
                 input.iter_mut().zip(u).for_each(|(slot, v)| *slot = *v);
                 self.inner.eval(&now, &input, &mut rates);
                 out.iter_mut().zip(&rates).for_each(|(slot, v)| *slot = *v);
             }
+            Ok(())
         };
         let mut out = Array2::zeros(x.raw_dim());
-        if x.nrows() < 64 {
-            rows(&mut out);
+        // The lock is not worth giving back for a few microseconds.
+        if x.nrows() < FEW {
+            rows(&mut out)?;
         } else {
-            py.detach(|| rows(&mut out));
+            py.detach(|| rows(&mut out))?;
         }
         Ok(out.into_pyarray(py))
     }
@@ -111,15 +123,20 @@ impl Model {
         let (x, u) = (x.as_array(), u.as_array());
         self.check(x.ncols(), u.ncols())?;
         let mut out = Array2::from_elem(x.raw_dim(), f64::NAN);
-        py.detach(|| {
+        py.detach(|| -> PyResult<()> {
+            let look = Look::new();
             let mut rng = Seed::new(0).stream("no randomness", 0);
             let mut next = vec![0.0; x.ncols()];
-            for ((x, u), mut out) in x.rows().into_iter().zip(u.rows()).zip(out.rows_mut()) {
+            for (i, ((x, u), mut out)) in x.rows().into_iter().zip(u.rows()).zip(out.rows_mut()).enumerate() {
+                if i % LOOK == LOOK - 1 {
+                    look.check()?;
+                }
                 // A step out of the finite numbers leaves them.
                 let _ = self.inner.step(&x.to_vec(), &u.to_vec(), &mut rng, &mut next);
                 out.iter_mut().zip(&next).for_each(|(slot, v)| *slot = *v);
             }
-        });
+            Ok(())
+        })?;
         Ok(out.into_pyarray(py))
     }
 
@@ -130,8 +147,8 @@ impl Model {
         x0: PyReadonlyArray1<'py, f64>,
         u: PyReadonlyArray2<'py, f64>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (x0, u) = (x0.as_array().to_vec(), u.as_array());
-        let states = py.detach(|| self.inner.simulate(&x0, u)).map_err(|e| refused(&e))?;
+        let (model, x0, u) = (self.inner.clone(), x0.as_array().to_vec(), u.as_array().to_owned());
+        let states = apart(py, move |_| model.simulate(&x0, u.view()))?.map_err(|e| refused(&e))?;
         Ok(states.into_pyarray(py))
     }
 
@@ -159,13 +176,12 @@ impl Model {
             None => Input::Held(u),
         };
         let solved = py.detach(|| {
-            let interrupt = Interrupt::new();
-            let go_on = || interrupt.go_on();
-            let solved = follow(&self.inner, &x0, &t, &input, Tolerance { rtol, atol }, &go_on);
-            interrupt.or(solved.map_err(|failure| match failure {
-                Failure::Python(e) => e,
-                other => PyArithmeticError::new_err(other.to_string()),
-            }))
+            let look = Look::new();
+            follow(&self.inner, &x0, &t, &input, Tolerance { rtol, atol }, &look)
+        });
+        let solved = solved.map_err(|failure| match failure {
+            Failure::Python(e) => e,
+            other => PyArithmeticError::new_err(other.to_string()),
         })?;
         Ok(solved.into_pyarray(py))
     }
@@ -180,8 +196,10 @@ impl Model {
         dt: PyReadonlyArray1<'py, f64>,
         horizon: Option<usize>,
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let (x, u, dt) = (x.as_array(), u.as_array(), dt.as_array().to_vec());
-        let predicted = py.detach(|| self.inner.predict(x, u, &dt, horizon)).map_err(|e| refused(&e))?;
+        let (model, dt) = (self.inner.clone(), dt.as_array().to_vec());
+        let (x, u) = (x.as_array().to_owned(), u.as_array().to_owned());
+        let predicted =
+            apart(py, move |_| model.predict(x.view(), u.view(), &dt, horizon))?.map_err(|e| refused(&e))?;
         Ok(predicted.into_pyarray(py))
     }
 

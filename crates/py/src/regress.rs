@@ -12,7 +12,7 @@ use sindyna_sindy::{
     SolverChoice, Stlsq, Target, Trajectory, Watch,
 };
 
-use crate::interrupt::Interrupt;
+use crate::interrupt::apart;
 use crate::library::{Recipe, symbols};
 use crate::model::Model;
 
@@ -57,6 +57,10 @@ struct Settings {
     dt: f64,
 }
 
+/// States, inputs and derivatives of one trajectory.
+type Owned = (Array2<f64>, Array2<f64>, Option<Array2<f64>>);
+
+/// The same as Python's.
 type Rows<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, Option<PyReadonlyArray2<'py, f64>>);
 
 /// Regresses derivatives (T, n), or next states, on the terms of a library over states (T, n) and inputs (T, k).
@@ -70,23 +74,27 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
         Target::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } }
     };
     let sindy = Sindy::new(settings.library.into(), target, settings.solver.choice()?);
-    let trajectories: Vec<Trajectory<'_>> = trajectories
+    let owned: Vec<Owned> = trajectories
         .iter()
-        .map(|(x, u, x_dot)| Trajectory {
-            x: x.as_array(),
-            u: Some(u.as_array()),
-            x_dot: x_dot.as_ref().map(|x_dot| x_dot.as_array()),
+        .map(|(x, u, x_dot)| {
+            let x_dot = x_dot.as_ref().map(|x_dot| x_dot.as_array().to_owned());
+            (x.as_array().to_owned(), u.as_array().to_owned(), x_dot)
         })
         .collect();
-    py.detach(|| {
-        let interrupt = Interrupt::new();
-        let go_on = || interrupt.go_on();
-        let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(&go_on)).map_err(refused);
-        interrupt.or(fit.map(|fit| {
-            let account = account(&fit);
-            (Model::new(fit.model), account)
-        }))
-    })
+    let fit = apart(py, move |go_on| {
+        let trajectories: Vec<Trajectory<'_>> = owned
+            .iter()
+            .map(|(x, u, x_dot)| Trajectory {
+                x: x.view(),
+                u: Some(u.view()),
+                x_dot: x_dot.as_ref().map(|x_dot| x_dot.view()),
+            })
+            .collect();
+        let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(go_on));
+        fit.map(|fit| (account(&fit), fit.model))
+    })?;
+    let (account, model) = fit.map_err(refused)?;
+    Ok((Model::new(model), account))
 }
 
 /// The account of a regression, in the form of that of an identification.
