@@ -65,12 +65,12 @@ def matrix(name: str, values: Any) -> Array:
         If it is not, or has a value that is not finite.
     """
     raw = values.to_numpy() if is_frame(values) else values
+    if np.iscomplexobj(raw):
+        raise ValueError(f"{name} must be an array of real numbers, got complex ones")
     try:
         array: Array = np.asarray(raw, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name} must be an array of real numbers: {error}") from None
-    if np.iscomplexobj(raw):
-        raise ValueError(f"{name} must be an array of real numbers, got complex ones")
     if array.ndim == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2:

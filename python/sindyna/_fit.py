@@ -41,7 +41,7 @@ class Fitted:
 
     @cached_property
     def report(self) -> _report.Report:
-        return _report.report(self.account, self.document, self.names, self.labels, self.n_trajectories)
+        return _report.report(self.account, self.document, self.model.form, self.names, self.labels, self.n_trajectories)
 
     @cached_property
     def features(self) -> list[str]:

@@ -138,14 +138,16 @@ def _trees(document: dict[str, Any]) -> list[Tree]:
 
 
 _STEPPING = {
-    "increment": "stepped by Euler, {dt:g} s",
+    "euler": "stepped by Euler, {dt:g} s",
     "semi_implicit": "stepped by semi-implicit Euler, {dt:g} s",
     "continuous": "continuous time",
     "discrete": "a map from sample to sample",
 }
 
 
-def report(account: dict[str, Any], document: dict[str, Any], names: Names, labels: dict[str, str], n_trajectories: int) -> Report:
+def report(
+    account: dict[str, Any], document: dict[str, Any], form: str, names: Names, labels: dict[str, str], n_trajectories: int
+) -> Report:
     """The report of the engine's account and its model."""
     told = account["report"]
     trees = _trees(document)
@@ -193,7 +195,7 @@ def report(account: dict[str, Any], document: dict[str, Any], names: Names, labe
         noise=noise,
         noise_growing=by_state(told["noise_growing"]),
         fit=by_state(told["fit"]),
-        stepping=_STEPPING[document["form"]].format(dt=document["dt"]),
+        stepping=_STEPPING[form].format(dt=document["dt"]),
         rows=told["rows"],
         rows_astray=told["rows_astray"],
         n_trajectories=n_trajectories,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from typing import Any, TypeVar
 
 Self = TypeVar("Self", bound="Manners")
@@ -25,9 +26,10 @@ class Manners:
         unknown = set(requests) - set(self._ROUTED[method])
         if unknown:
             raise TypeError(f"{method} has no argument {sorted(unknown)[0]!r}; arguments: {', '.join(self._ROUTED[method])}")
-        own = {**getattr(self, "_metadata_request", {})}
-        own[method] = {**own.get(method, {}), **requests}
-        self._metadata_request = own
+        request = self.get_metadata_routing()
+        for name, alias in requests.items():
+            getattr(request, method).add_request(param=name, alias=alias)
+        self._metadata_request = request
         return self
 
     def set_fit_request(self: Self, **requests: Any) -> Self:
@@ -70,9 +72,11 @@ class Manners:
         """
         from sklearn.utils.metadata_routing import MetadataRequest
 
+        own = getattr(self, "_metadata_request", None)
+        if own is not None:
+            return copy.deepcopy(own)
         request = MetadataRequest(owner=self)
         for method, names in self._ROUTED.items():
             for name in names:
-                alias = getattr(self, "_metadata_request", {}).get(method, {}).get(name)
-                getattr(request, method).add_request(param=name, alias=alias)
+                getattr(request, method).add_request(param=name, alias=None)
         return request

@@ -4,7 +4,7 @@ use ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyArithmeticError, PyValueError};
 use pyo3::prelude::*;
-use sindyna_core::{Dynamics as _, Seed, VectorField as _};
+use sindyna_core::{Dynamics as _, Scheme, Seed, VectorField as _};
 use sindyna_sindy::{AnalysisError, Form};
 
 use crate::integrate::{Failure, Input, Tolerance, follow};
@@ -62,11 +62,11 @@ impl Model {
         Ok((py.get_type::<Self>().getattr("from_json")?.unbind(), (self.to_json(),)))
     }
 
-    /// What the equations give: `increment`, `discrete`, `continuous` or `semi_implicit`.
+    /// What the equations are: `continuous`, stepped by `euler` or `semi_implicit` Euler, or a `discrete` map.
     #[getter]
     fn form(&self) -> &'static str {
         match self.inner.form() {
-            Form::Increment => "increment",
+            Form::Increment | Form::Continuous(Scheme::Euler) => "euler",
             Form::Discrete => "discrete",
             Form::Continuous(_) => "continuous",
             Form::SemiImplicit => "semi_implicit",

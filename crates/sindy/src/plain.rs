@@ -106,6 +106,9 @@ pub enum SindyError {
     Interrupted,
 }
 
+/// Part of the largest target that rounding leaves: terms that explain no more are none.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Identification from arrays: a library, a target and a solver.
 ///
 /// # Examples
@@ -190,9 +193,10 @@ impl Sindy {
         let triangle =
             design(&terms, z.view(), targets.view()).map_err(|e| SindyError::Term { reason: e.to_string() })?;
         let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
-        let selection = Selection { floor: 0.0, complexity: &complexity, region: None };
+        let floor = |i: usize| ROUNDING * targets.column(i).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let selection = |i: usize| Selection { floor: floor(i), complexity: &complexity, region: None };
         let equations: Vec<Selected> =
-            (0..n).map(|i| self.solver.solve_while(&triangle, terms.len() + i, selection, watch.asks())).collect();
+            (0..n).map(|i| self.solver.solve_while(&triangle, terms.len() + i, selection(i), watch.asks())).collect();
         if !watch.go_on() {
             return Err(SindyError::Interrupted);
         }
