@@ -51,13 +51,33 @@ __all__ = [
 #: Names of PySINDy that are not here, and what to use.
 _REFUSED = {
     **dict.fromkeys(
-        ["SR3", "ConstrainedSR3", "StableLinearSR3", "TrappingSR3", "SSR", "FROLS", "MIOSR", "SBR", "WrappedOptimizer", "EvidenceGreedy"],
+        [
+            "SR3",
+            "ConstrainedSR3",
+            "StableLinearSR3",
+            "TrappingSR3",
+            "SSR",
+            "FROLS",
+            "MIOSR",
+            "SBR",
+            "WrappedOptimizer",
+            "EvidenceGreedy",
+        ],
         "optimizers are BestSubset (the default), STLSQ and LeastSquares; constraints are the arguments known, require, forbid and sign of SINDy",
     ),
     "EnsembleOptimizer": "the default optimizer estimates standard errors: read report_.equations[i].standard_errors",
-    **dict.fromkeys(["PDELibrary", "WeakPDELibrary", "WeakSINDy"], "partial differential equations and the weak form are not supported"),
-    **dict.fromkeys(["SINDyPI", "ParallelImplicitSINDy"], "the default optimizer tries terms that hold derivatives of states by itself"),
-    **dict.fromkeys(["SINDyDerivative", "SpectralDerivative"], "use FiniteDifference or SmoothedFiniteDifference, or give x_dot; the default optimizer needs no derivatives"),
+    **dict.fromkeys(
+        ["PDELibrary", "WeakPDELibrary", "WeakSINDy"],
+        "partial differential equations and the weak form are not supported",
+    ),
+    **dict.fromkeys(
+        ["SINDyPI", "ParallelImplicitSINDy"],
+        "the default optimizer tries terms that hold derivatives of states by itself",
+    ),
+    **dict.fromkeys(
+        ["SINDyDerivative", "SpectralDerivative"],
+        "use FiniteDifference or SmoothedFiniteDifference, or give x_dot; the default optimizer needs no derivatives",
+    ),
     "ParameterizedLibrary": "give parameters as inputs, and write a library of formulas",
 }
 

@@ -91,13 +91,17 @@ def _times(name: str, t: Any, n_rows: int) -> Array:
             raise ValueError(f"{name} must be finite and > 0 s as a sampling interval, got {dt}")
         return np.arange(n_rows, dtype=np.float64) * dt
     if array.ndim != 1 or len(array) != n_rows:
-        raise ValueError(f"{name} must be a number or one time for each of the {n_rows} rows of x, got shape {array.shape}")
+        raise ValueError(
+            f"{name} must be a number or one time for each of the {n_rows} rows of x, got shape {array.shape}"
+        )
     if not np.isfinite(array).all():
         raise ValueError(f"{name} is {array[~np.isfinite(array)][0]} in row {int(np.argmax(~np.isfinite(array)))}")
     steps = np.diff(array)
     if len(steps) and float(steps.min()) <= 0.0:
         row = int(np.argmax(steps <= 0.0)) + 1
-        raise ValueError(f"{name} must increase: {array[row]} s of row {row} does not come after {array[row - 1]} s; give several trajectories as a list")
+        raise ValueError(
+            f"{name} must increase: {array[row]} s of row {row} does not come after {array[row - 1]} s; give several trajectories as a list"
+        )
     return array - array[0] if len(array) else array
 
 
@@ -113,7 +117,14 @@ def _index_times(x: Any) -> Any:
 
 
 def trajectories(
-    x: Any, t: Any, u: Any, x_dot: Any, *, default_dt: float, controls: int | list[str] | None, n_inputs: int | None = None
+    x: Any,
+    t: Any,
+    u: Any,
+    x_dot: Any,
+    *,
+    default_dt: float,
+    controls: int | list[str] | None,
+    n_inputs: int | None = None,
 ) -> list[Trajectory]:
     """All trajectories, checked; the last columns of ``x`` may be inputs.
 
@@ -141,7 +152,9 @@ def trajectories(
         return values
 
     found = []
-    for i, (one, time, inputs, rates) in enumerate(zip(xs, each("t", t), each("u", u), each("x_dot", x_dot), strict=True)):
+    for i, (one, time, inputs, rates) in enumerate(
+        zip(xs, each("t", t), each("u", u), each("x_dot", x_dot), strict=True)
+    ):
         label = (lambda name, i=i: f"{name}[{i}]") if several else (lambda name: name)
         states = matrix(label("x"), one)
         if len(states) == 0:
@@ -158,10 +171,14 @@ def trajectories(
         else:
             given = np.zeros((len(states), 0))
         if given.shape[1] and len(given) not in (len(states), len(states) - 1):
-            raise ValueError(f"{label('u')} must have a row for each of the {len(states)} rows of {label('x')} (or one less), got {len(given)}")
+            raise ValueError(
+                f"{label('u')} must have a row for each of the {len(states)} rows of {label('x')} (or one less), got {len(given)}"
+            )
         derivatives = None if rates is None else matrix(label("x_dot"), rates)
         if derivatives is not None and derivatives.shape != states.shape:
-            raise ValueError(f"{label('x_dot')} must have the shape of {label('x')}, {states.shape}, got {derivatives.shape}")
+            raise ValueError(
+                f"{label('x_dot')} must have the shape of {label('x')}, {states.shape}, got {derivatives.shape}"
+            )
         found.append(Trajectory(times, states, given, derivatives))
     for i, one in enumerate(found):
         if one.x.shape[1] != found[0].x.shape[1] or one.u.shape[1] != found[0].u.shape[1]:
@@ -178,7 +195,9 @@ def _split(x: Any, values: Array, controls: int | list[str]) -> tuple[Array, Arr
     if isinstance(controls, list):
         names = columns(x)
         if names is None:
-            raise ValueError(f"controls={controls!r} are names of columns, so x must be a DataFrame; give their number for an array")
+            raise ValueError(
+                f"controls={controls!r} are names of columns, so x must be a DataFrame; give their number for an array"
+            )
         missing = [name for name in controls if name not in names]
         if missing:
             raise ValueError(f"x has no column {missing[0]!r}; columns: {', '.join(names)}")

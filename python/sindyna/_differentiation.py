@@ -63,7 +63,9 @@ class FiniteDifference(Differentiation):
     def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
         for name, supported in (("d", (1,)), ("axis", (0, -2)), ("drop_endpoints", (False,)), ("periodic", (False,))):
             if getattr(self, name) not in supported:
-                raise NotImplementedError(f"FiniteDifference supports {name}={supported[0]} only, got {getattr(self, name)!r}")
+                raise NotImplementedError(
+                    f"FiniteDifference supports {name}={supported[0]} only, got {getattr(self, name)!r}"
+                )
         order = whole("order", self.order, 1)
         if dt is not None:
             return _sindyna.differentiate(x, dt, order)
@@ -91,8 +93,15 @@ class SmoothedFiniteDifference(Differentiation):
         settings: dict[str, Any] = {"window_length": 11, "polyorder": 3, **(self.smoother_kws or {})}
         unknown = set(settings) - {"window_length", "polyorder"}
         if unknown:
-            raise NotImplementedError(f"smoother_kws supports window_length and polyorder, got {', '.join(sorted(unknown))}")
+            raise NotImplementedError(
+                f"smoother_kws supports window_length and polyorder, got {', '.join(sorted(unknown))}"
+            )
         if dt is None:
-            raise NotImplementedError("SmoothedFiniteDifference needs evenly spaced samples; FiniteDifference(order=2) and the default optimizer do not")
-        window, degree = whole("window_length", settings["window_length"], 1), whole("polyorder", settings["polyorder"], 0)
+            raise NotImplementedError(
+                "SmoothedFiniteDifference needs evenly spaced samples; FiniteDifference(order=2) and the default optimizer do not"
+            )
+        window, degree = (
+            whole("window_length", settings["window_length"], 1),
+            whole("polyorder", settings["polyorder"], 0),
+        )
         return _sindyna.differentiate(x, dt, 2, window, degree)

@@ -41,7 +41,9 @@ class Fitted:
 
     @cached_property
     def report(self) -> _report.Report:
-        return _report.report(self.account, self.document, self.model.form, self.names, self.labels, self.n_trajectories)
+        return _report.report(
+            self.account, self.document, self.model.form, self.names, self.labels, self.n_trajectories
+        )
 
     @cached_property
     def features(self) -> list[str]:
@@ -88,19 +90,28 @@ def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) ->
     """Fits the equations behind samples."""
     optimizer = BestSubset() if model.optimizer is None else model.optimizer
     if not isinstance(optimizer, Optimizer):
-        raise NotImplementedError(f"optimizer={optimizer!r} is not supported; there are BestSubset (the default), STLSQ and LeastSquares")
+        raise NotImplementedError(
+            f"optimizer={optimizer!r} is not supported; there are BestSubset (the default), STLSQ and LeastSquares"
+        )
     if model.differentiation_method is not None and not isinstance(model.differentiation_method, Differentiation):
         raise NotImplementedError(
             f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, or give x_dot"
         )
     if model.intersample not in ("zoh", "foh"):
-        raise ValueError(f"intersample must be 'zoh' (inputs are held) or 'foh' (straight lines between samples), got {model.intersample!r}")
+        raise ValueError(
+            f"intersample must be 'zoh' (inputs are held) or 'foh' (straight lines between samples), got {model.intersample!r}"
+        )
     solver = optimizer._solver()
     data = trajectories(x, t, u, x_dot, default_dt=model.t_default, controls=model.controls)
     names = named(x, u, feature_names, model.controls, data[0].x.shape[1], data[0].u.shape[1])
     if not model.discrete_time:
         data = [part for one in data for part in without_gaps(one)]
-    estimate = isinstance(optimizer, BestSubset) and model.differentiation_method is None and x_dot is None and not model.discrete_time
+    estimate = (
+        isinstance(optimizer, BestSubset)
+        and model.differentiation_method is None
+        and x_dot is None
+        and not model.discrete_time
+    )
     try:
         if estimate:
             return _identified(model, data, names, solver)
@@ -139,7 +150,7 @@ def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict
     for one in data:
         if len(one.t) < 2:
             continue
-        times = np.arange(len(one.t)) * dt if even else one.t
+        times: Array = np.arange(len(one.t), dtype=np.float64) * dt if even else one.t
         recordings.append((times, np.ascontiguousarray(one.x), np.ascontiguousarray(_held(model, one))))
     found, account = _sindyna.identify(recordings, json.dumps(settings))
     return Fitted(names, found, account, {}, len(data))
@@ -155,7 +166,16 @@ def _held(model: SINDy, one: Trajectory) -> Array:
 
 
 #: Arguments that only the estimator understands, with their defaults.
-_ESTIMATOR_ONLY = {"noise": "auto", "angles": None, "rates": None, "known": None, "require": None, "forbid": None, "sign": None, "intersample": "zoh"}
+_ESTIMATOR_ONLY = {
+    "noise": "auto",
+    "angles": None,
+    "rates": None,
+    "known": None,
+    "require": None,
+    "forbid": None,
+    "sign": None,
+    "intersample": "zoh",
+}
 
 
 def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
@@ -164,12 +184,16 @@ def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[
         value = getattr(model, name)
         if not (isinstance(value, type(default)) and value == default) and value not in ({}, [], ()):
             why = "discrete_time=True" if model.discrete_time else "this optimizer, differentiation_method or x_dot"
-            raise NotImplementedError(f"{name}={value!r} is for the default optimizer given samples alone, not for {why}")
+            raise NotImplementedError(
+                f"{name}={value!r} is for the default optimizer given samples alone, not for {why}"
+            )
     library = PolynomialLibrary() if model.feature_library is None else known(model.feature_library)
     if model.terms:
         library = ConcatLibrary([library, FormulaLibrary(model.terms)])
     if model.discrete_time and model.differentiation_method is not None:
-        raise NotImplementedError(f"differentiation_method={model.differentiation_method!r} has no meaning in discrete time")
+        raise NotImplementedError(
+            f"differentiation_method={model.differentiation_method!r} has no meaning in discrete time"
+        )
     prepared = [one if model.discrete_time else differentiated(model, one) for one in data]
     rows = []
     for one in prepared:

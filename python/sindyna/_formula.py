@@ -145,7 +145,7 @@ def plain(tree: Tree, name: Callable[[str], str]) -> str:
 
     def factor(part: Tree) -> str:
         text = plain(part, name)
-        return f"({text})" if part[0] in ("add", "sub", "neg", "div") or part[0] == "num" and part[1] < 0 else text
+        return f"({text})" if part[0] in ("add", "sub", "neg", "div") or (part[0] == "num" and part[1] < 0) else text
 
     if kind == "neg":
         return f"-{factor(tree[1])}"
@@ -207,7 +207,13 @@ def latex_number(value: float, digits: int = 6) -> str:
     return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else mantissa
 
 
-_ESCAPED = {c: f"\\{c}" for c in "#$%&_{}"} | {"\\": r"\textbackslash{}", "^": r"\^{}", "~": r"\~{}", "\n": " ", "\r": " "}
+_ESCAPED = {c: f"\\{c}" for c in "#$%&_{}"} | {
+    "\\": r"\textbackslash{}",
+    "^": r"\^{}",
+    "~": r"\~{}",
+    "\n": " ",
+    "\r": " ",
+}
 
 
 def latex_name(name: str) -> str:
@@ -240,8 +246,8 @@ def sympy(tree: Tree, symbol: Callable[[str], Any], rate: Callable[[str], Any]) 
     if kind == "pow":
         return of(tree[1]) ** tree[2]
     if kind == "call":
-        functions = {"abs": sp.Abs, "sign": sp.sign}
-        return functions.get(tree[1], getattr(sp, tree[1], None))(of(tree[2]))
+        function: Any = {"abs": sp.Abs, "sign": sp.sign}.get(tree[1]) or getattr(sp, tree[1])
+        return function(of(tree[2]))
     a, b = of(tree[1]), of(tree[2])
     return {"add": lambda: a + b, "sub": lambda: a - b, "mul": lambda: a * b, "div": lambda: a / b}[kind]()
 
@@ -284,9 +290,22 @@ class Names:
             at = match.end()
         parts.append((text[at:], False))
         for part, known in parts:
-            unknown = None if known else next((w for w in re.findall(r"[^\W\d]\w*", re.sub(r"\d\.?[eE][+-]?\d", "0", part)) if w not in FUNCTIONS), None)
+            unknown = (
+                None
+                if known
+                else next(
+                    (
+                        w
+                        for w in re.findall(r"[^\W\d]\w*", re.sub(r"\d\.?[eE][+-]?\d", "0", part))
+                        if w not in FUNCTIONS
+                    ),
+                    None,
+                )
+            )
             if unknown is not None:
-                raise ValueError(f"{text!r}: no variable or function named {unknown!r}; variables: {', '.join(self.by_name)}; functions: {', '.join(FUNCTIONS)}")
+                raise ValueError(
+                    f"{text!r}: no variable or function named {unknown!r}; variables: {', '.join(self.by_name)}; functions: {', '.join(FUNCTIONS)}"
+                )
         return "".join(part for part, _ in parts)
 
     def told(self, message: str) -> str:

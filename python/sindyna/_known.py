@@ -38,7 +38,9 @@ def rates(value: Mapping[str, str] | None, names: Names) -> list[tuple[int, int]
 
 def _formulas(parameter: str, value: Formulas | None, names: Names) -> list[tuple[int, str]]:
     if value is not None and not isinstance(value, Mapping):
-        raise ValueError(f"{parameter} must be a dict of states and formulas, such as {{'w': '-9.81*sin(th)'}}, got {value!r}")
+        raise ValueError(
+            f"{parameter} must be a dict of states and formulas, such as {{'w': '-9.81*sin(th)'}}, got {value!r}"
+        )
     found = []
     for state, formulas in (value or {}).items():
         i = _state(parameter, state, names)
@@ -61,7 +63,9 @@ def constraints(
     for state, terms in (sign or {}).items():
         i = _state("sign", state, names)
         if not isinstance(terms, Mapping):
-            raise ValueError(f"sign must be a dict of states and dicts, such as {{'w': {{'w': '-'}}}}, got {terms!r} for {state!r}")
+            raise ValueError(
+                f"sign must be a dict of states and dicts, such as {{'w': {{'w': '-'}}}}, got {terms!r} for {state!r}"
+            )
         for term, value in terms.items():
             kinds = {"+": "positive", "-": "negative", 1: "positive", -1: "negative"}
             if value not in kinds:
@@ -83,7 +87,9 @@ def noise(value: Any, names: Names) -> tuple[list[float] | None, bool]:
     else:
         sigma = [_deviation(name, v) for name, v in zip(names.states, value, strict=False)]
         if len(sigma) != len(names.states) or len(value) != len(sigma):
-            raise ValueError(f"noise must have one standard deviation for each of the {len(names.states)} states, got {len(value)}")
+            raise ValueError(
+                f"noise must have one standard deviation for each of the {len(names.states)} states, got {len(value)}"
+            )
     return (sigma if any(sigma) else None), False
 
 

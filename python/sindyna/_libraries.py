@@ -66,9 +66,17 @@ class PolynomialLibrary(FeatureLibrary):
 
     def _recipe(self, names: Names) -> Recipe:
         if self.interaction_only:
-            raise NotImplementedError("interaction_only=True is not supported; write the products as FormulaLibrary(['x0*x1', …])")
+            raise NotImplementedError(
+                "interaction_only=True is not supported; write the products as FormulaLibrary(['x0*x1', …])"
+            )
         degree = whole("degree", self.degree, 0)
-        return {"polynomial": {"degree": degree, "interaction": bool(self.include_interaction), "bias": bool(self.include_bias)}}
+        return {
+            "polynomial": {
+                "degree": degree,
+                "interaction": bool(self.include_interaction),
+                "bias": bool(self.include_bias),
+            }
+        }
 
 
 class FourierLibrary(FeatureLibrary):
@@ -90,7 +98,9 @@ class FourierLibrary(FeatureLibrary):
 
     def _recipe(self, names: Names) -> Recipe:
         if not (self.include_sin and self.include_cos):
-            raise NotImplementedError("include_sin and include_cos must both be true; else write FormulaLibrary(['sin(x0)', …])")
+            raise NotImplementedError(
+                "include_sin and include_cos must both be true; else write FormulaLibrary(['sin(x0)', …])"
+            )
         return {"fourier": {"n_frequencies": whole("n_frequencies", self.n_frequencies, 1)}}
 
 
@@ -158,14 +168,18 @@ class CustomLibrary(FeatureLibrary):
 
     def _terms(self, names: Names) -> list[tuple[str, str]]:
         if self.function_names is not None and len(self.function_names) != len(self.library_functions):
-            raise ValueError(f"{len(self.library_functions)} library_functions need as many function_names, got {len(self.function_names)}")
+            raise ValueError(
+                f"{len(self.library_functions)} library_functions need as many function_names, got {len(self.function_names)}"
+            )
         terms = [("1", "1")] if self.include_bias else []
         choose = combinations if self.interaction_only else combinations_with_replacement
         for i, function in enumerate(self.library_functions):
             for symbols in choose(list(names.by_symbol), arity(function)):
                 formula = traced(function, symbols)
                 given = [names.name(symbol) for symbol in symbols]
-                label = self.function_names[i](*given) if self.function_names is not None else f"f{i}({','.join(given)})"
+                label = (
+                    self.function_names[i](*given) if self.function_names is not None else f"f{i}({','.join(given)})"
+                )
                 terms.append((formula, label))
         return terms
 
@@ -234,7 +248,9 @@ class GeneralizedLibrary(FeatureLibrary):
         if self.inputs_per_library is None:
             return ConcatLibrary(self.libraries)._recipe(names)
         if len(self.inputs_per_library) != len(self.libraries):
-            raise ValueError(f"{len(self.libraries)} libraries need as many inputs_per_library, got {len(self.inputs_per_library)}")
+            raise ValueError(
+                f"{len(self.libraries)} libraries need as many inputs_per_library, got {len(self.inputs_per_library)}"
+            )
         parts = []
         for library, inputs in zip(self.libraries, self.inputs_per_library, strict=True):
             chosen = list(dict.fromkeys(whole("inputs_per_library", i, 0) for i in inputs))
@@ -249,7 +265,9 @@ def known(library: Any) -> FeatureLibrary:
     """Refuses what is no library of ours."""
     if isinstance(library, FeatureLibrary):
         return library
-    raise NotImplementedError(f"{library!r} is no feature library of sindyna; there are {', '.join(c.__name__ for c in FeatureLibrary.__subclasses__())}")
+    raise NotImplementedError(
+        f"{library!r} is no feature library of sindyna; there are {', '.join(c.__name__ for c in FeatureLibrary.__subclasses__())}"
+    )
 
 
 def whole(name: str, value: Any, least: int) -> int:

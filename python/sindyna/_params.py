@@ -12,7 +12,7 @@ class Parameters:
 
     @classmethod
     def _parameter_names(cls) -> list[str]:
-        code = cls.__init__.__code__  # type: ignore[misc]
+        code = cls.__init__.__code__
         return list(code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount])
 
     @classmethod
@@ -74,7 +74,9 @@ class Parameters:
         told = []
         for name in self._parameter_names():
             value = getattr(self, name)
-            is_default = name in defaults and type(value) is type(defaults[name]) and repr(value) == repr(defaults[name])
+            is_default = (
+                name in defaults and type(value) is type(defaults[name]) and repr(value) == repr(defaults[name])
+            )
             if not is_default:
                 told.append(f"{name}={value!r}")
         return f"{type(self).__name__}({', '.join(told)})"

@@ -103,7 +103,13 @@ class Report:
             if equation.declared:
                 lines.append(f"\n({equation.state})' is {equation.terms[0]}, as declared")
                 continue
-            verdict = "adequate" if equation.adequate else f"not adequate: {equation.doubt}" if equation.doubt else "an approximation"
+            verdict = (
+                "adequate"
+                if equation.adequate
+                else f"not adequate: {equation.doubt}"
+                if equation.doubt
+                else "an approximation"
+            )
             lines.append(f"\n({equation.state})': {verdict}")
             for i, s in enumerate(equation.summands):
                 given = i + equation.n_known >= len(equation.summands)
@@ -146,7 +152,12 @@ _STEPPING = {
 
 
 def report(
-    account: dict[str, Any], document: dict[str, Any], form: str, names: Names, labels: dict[str, str], n_trajectories: int
+    account: dict[str, Any],
+    document: dict[str, Any],
+    form: str,
+    names: Names,
+    labels: dict[str, str],
+    n_trajectories: int,
 ) -> Report:
     """The report of the engine's account and its model."""
     told = account["report"]
@@ -178,7 +189,10 @@ def report(
                 residual=_number(own["residual"]),
                 declared=document["kinematic"][i],
                 n_known=own["n_known"],
-                parameters=tuple((feature(told["features"][p["term"]], names), p["value"], _number(p["standard_error"])) for p in own["parameters"]),
+                parameters=tuple(
+                    (feature(told["features"][p["term"]], names), p["value"], _number(p["standard_error"]))
+                    for p in own["parameters"]
+                ),
                 ties=tuple(tuple(feature(told["features"][j], names) for j in tie) for tie in own["ties"]),
             )
         )

@@ -79,7 +79,9 @@ def plot(states: list[str], times: list[Any], measured: list[Any], followed: lis
     """A figure with a panel for each state: samples, and what the equations make of them."""
     import matplotlib.pyplot as plt
 
-    figure, axes = plt.subplots(len(states), 1, sharex=True, squeeze=False, figsize=(7.0, 1.2 + 1.6 * len(states)), layout="constrained")
+    figure, axes = plt.subplots(
+        len(states), 1, sharex=True, squeeze=False, figsize=(7.0, 1.2 + 1.6 * len(states)), layout="constrained"
+    )
     for i, (name, axis) in enumerate(zip(states, axes[:, 0], strict=True)):
         for j, (t, x, model) in enumerate(zip(times, measured, followed, strict=True)):
             axis.plot(t, x[:, i], ".", color="0.6", markersize=3, label="samples" if j == 0 else None)

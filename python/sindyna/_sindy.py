@@ -9,21 +9,21 @@ from typing import Any, TypeVar
 import numpy as np
 
 from . import _files, _show
-from ._data import Array, columns, is_list, matrix, trajectories
+from ._account import Account
+from ._data import Array, columns, is_list, trajectories
 from ._differentiation import Differentiation
-from ._errors import NotFittedError
 from ._fit import Fitted, differentiated, fit
 from ._known import Formulas
 from ._libraries import FeatureLibrary
-from ._optimizers import Optimizer, at_least_zero
+from ._optimizers import Optimizer
 from ._params import Parameters
-from ._report import Report
+from ._simulate import simulate
 from ._sklearn import Manners
 
 Self = TypeVar("Self", bound="SINDy")
 
 
-class SINDy(Manners, Parameters):
+class SINDy(Account, Manners, Parameters):
     """
     Sparse identification of nonlinear dynamics: equations of motion from samples.
 
@@ -145,17 +145,17 @@ class SINDy(Manners, Parameters):
         self._fitted = fit(self, x, t, x_dot, u, self.feature_names if feature_names is None else feature_names)
         return self
 
-    def _known_model(self) -> Fitted:
-        fitted: Fitted | None = getattr(self, "_fitted", None)
-        if fitted is None:
-            raise NotFittedError(f"this {type(self).__name__} is not fitted yet; call fit first")
-        return fitted
-
     def _inputs(self, fitted: Fitted, x: Any, u: Any, name: str) -> tuple[Array, Array]:
         own = columns(x)
-        if own is not None and (known := own[: len(fitted.names.states)]) != fitted.names.states and not isinstance(self.controls, list):
+        if (
+            own is not None
+            and (known := own[: len(fitted.names.states)]) != fitted.names.states
+            and not isinstance(self.controls, list)
+        ):
             raise ValueError(f"the columns of {name} are {known}, the model was fitted to {fitted.names.states}")
-        given = trajectories(x, 1.0, u, None, default_dt=1.0, controls=self.controls, n_inputs=len(fitted.names.inputs))[0]
+        given = trajectories(
+            x, 1.0, u, None, default_dt=1.0, controls=self.controls, n_inputs=len(fitted.names.inputs)
+        )[0]
         n = len(fitted.names.states)
         if given.x.shape[1] != n:
             raise ValueError(f"{name} must have {n} columns ({', '.join(fitted.names.states)}), got {given.x.shape[1]}")
@@ -183,7 +183,9 @@ class SINDy(Manners, Parameters):
         if is_list(x):
             us = [None] * len(x) if u is None else u
             if len(us) != len(x):
-                raise ValueError(f"x is a list of {len(x)} trajectories, so u must be a list of {len(x)}, got {len(us)}")
+                raise ValueError(
+                    f"x is a list of {len(x)} trajectories, so u must be a list of {len(x)}, got {len(us)}"
+                )
             return [self.predict(one, inputs) for one, inputs in zip(x, us, strict=True)]
         states, inputs = self._inputs(fitted, x, u, "x")
         return fitted.model.right_side(states, inputs)
@@ -233,49 +235,7 @@ class SINDy(Manners, Parameters):
         ArithmeticError
             If the states leave the finite numbers.
         """
-        fitted = self._known_model()
-        n, k = len(fitted.names.states), len(fitted.names.inputs)
-        start = np.asarray(x0, dtype=np.float64).reshape(-1)
-        if start.shape != (n,) or not np.isfinite(start).all():
-            raise ValueError(f"x0 must be {n} finite numbers ({', '.join(fitted.names.states)}), got {x0!r}")
-        steps = fitted.model.form != "continuous"
-        if np.ndim(t) == 0:
-            if not steps or int(t) != t or t < 1:
-                raise ValueError(f"t must be times [s] of equations in continuous time, or a number of samples of others, got {t!r}")
-            times = np.arange(int(t)) * fitted.model.dt
-        else:
-            times = np.asarray(t, dtype=np.float64)
-            if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
-                raise ValueError(f"t must be increasing, finite times (T,), got an array of shape {times.shape}")
-        call = u if callable(u) else None
-        if k == 0 and u is not None:
-            raise ValueError("the model has no inputs, but u is given")
-        if k and u is None:
-            raise ValueError(f"the model has {k} inputs ({', '.join(fitted.names.inputs)}); give them as u")
-        inputs = np.zeros((len(times), k))
-        if call is None and u is not None:
-            inputs = matrix("u", u)
-            if inputs.shape[1] != k or len(inputs) not in (len(times), len(times) - 1):
-                raise ValueError(f"u must have shape ({len(times)}, {k}), got {inputs.shape}")
-            if self.intersample == "foh" and not steps and len(inputs) != len(times):
-                raise ValueError(f"intersample='foh' needs an input for each of the {len(times)} times, got {len(inputs)}")
-        if not steps:
-            of_time: Callable[[float], list[float]] | None = None
-            if call is not None:
-                of_time = lambda s: np.asarray(call(s), dtype=np.float64).ravel().tolist()  # noqa: E731
-            linear = self.intersample == "foh"
-            return fitted.model.solve(
-                start, times, np.ascontiguousarray(inputs), of_time, linear, at_least_zero("rtol", rtol), at_least_zero("atol", atol)
-            )
-        dt = fitted.model.dt
-        if (np.abs(np.diff(times) - dt) > 1e-6 * dt).any():
-            raise ValueError(f"these equations are stepped by {dt:g} s ({fitted.report.stepping}), so times must be {dt:g} s apart; or give their number")
-        if call is not None:
-            inputs = np.array([np.asarray(call(s), dtype=np.float64).ravel() for s in times[:-1]]).reshape(len(times) - 1, -1)
-            if len(inputs) and inputs.shape[1] != k:
-                raise ValueError(f"u must give {k} numbers, got {inputs.shape[1]}")
-            inputs = inputs.reshape(-1, k)
-        return fitted.model.stepped(start, np.ascontiguousarray(inputs[: len(times) - 1]))
+        return simulate(self._known_model(), self.intersample, x0, t, u, rtol, atol)
 
     def _judged(self, x: Any, t: Any, x_dot: Any, u: Any) -> tuple[Fitted, list[Any]]:
         fitted = self._known_model()
@@ -287,7 +247,12 @@ class SINDy(Manners, Parameters):
         return fitted, data
 
     def score(
-        self, x: Any, t: Any = None, x_dot: Any = None, u: Any = None, metric: Callable[[Array, Array], float] | None = None
+        self,
+        x: Any,
+        t: Any = None,
+        x_dot: Any = None,
+        u: Any = None,
+        metric: Callable[[Array, Array], float] | None = None,
     ) -> float:
         """
         How well `predict` explains derivatives: those given, or estimated from samples (``differentiation_method``, or finite differences).
@@ -351,7 +316,8 @@ class SINDy(Manners, Parameters):
         if horizon is not None and (horizon != int(horizon) or horizon < 1):
             raise ValueError(f"horizon must be a whole number of at least 1, got {horizon!r}")
         return [
-            fitted.model.ahead(one.x, np.ascontiguousarray(one.u[: len(one.x) - 1]), np.diff(one.t), horizon) for one in data
+            fitted.model.ahead(one.x, np.ascontiguousarray(one.u[: len(one.x) - 1]), np.diff(one.t), horizon)
+            for one in data
         ]
 
     def linearize(self, x: Any, u: Any = None) -> tuple[Array, Array]:
@@ -374,122 +340,6 @@ class SINDy(Manners, Parameters):
         inputs = np.zeros(len(fitted.names.inputs)) if u is None else np.asarray(u, dtype=np.float64).reshape(-1)
         return fitted.model.jacobians(np.asarray(x, dtype=np.float64).reshape(-1), inputs)
 
-    def equations(self, precision: int = 3) -> list[str]:
-        """
-        The right-hand sides as text.
-
-        Parameters
-        ----------
-        precision : int
-            Decimals of coefficients; those that would round to zero are written as ``1.000e-05``, and none is left out.
-
-        Returns
-        -------
-        list of str
-            One for each state.
-        """
-        return [_show.equation(own, precision) for own in self._known_model().report.equations]
-
-    def print(self, lhs: list[str] | None = None, precision: int = 3, **print_kwargs: Any) -> None:
-        """
-        Prints the equations.
-
-        Parameters
-        ----------
-        lhs : list of str, optional
-            Left-hand sides.
-        precision : int
-            Decimals of coefficients.
-        **print_kwargs
-            Arguments of the built-in ``print``.
-        """
-        fitted = self._known_model()
-        before = lhs or [_show.left(fitted, name) for name in fitted.names.states]
-        for left, right in zip(before, self.equations(precision), strict=True):
-            print(f"{left} = {right}", **print_kwargs)
-
-    def coefficients(self) -> Array:
-        """
-        The coefficients of all candidate terms.
-
-        Returns
-        -------
-        array (n, F)
-            A row for each state, a column for each of `get_feature_names`.
-        """
-        return self._known_model().matrix("coefficient", 0.0)
-
-    @property
-    def coef_(self) -> Array:
-        """The coefficients (n, F)."""
-        return self.coefficients()
-
-    @property
-    def standard_errors_(self) -> Array:
-        """Standard errors of the coefficients (n, F); NaN for terms that are not in the equation, or where they are not known."""
-        return self._known_model().matrix("standard_error", np.nan)
-
-    @property
-    def report_(self) -> Report:
-        """What was found, and how much to believe it."""
-        return self._known_model().report
-
-    def get_feature_names(self) -> list[str]:
-        """
-        The candidate terms, in PySINDy's notation.
-
-        Returns
-        -------
-        list of str (F,)
-        """
-        return list(self._known_model().features)
-
-    @property
-    def feature_names_in_(self) -> Any:
-        """Names of states, then of inputs: an array of str (n + k,)."""
-        names = self._known_model().names
-        return np.array([*names.states, *names.inputs], dtype=object)
-
-    @property
-    def n_features_in_(self) -> int:
-        """Number of states and inputs."""
-        return len(self.feature_names_in_)
-
-    @property
-    def n_control_features_(self) -> int:
-        """Number of inputs."""
-        return len(self._known_model().names.inputs)
-
-    @property
-    def n_output_features_(self) -> int:
-        """Number of candidate terms."""
-        return len(self._known_model().account["report"]["features"])
-
-    @property
-    def complexity(self) -> int:
-        """Number of coefficients that are not zero."""
-        return sum(len(own.summands) for own in self.report_.equations)
-
-    @property
-    def dt_(self) -> float:
-        """Sampling interval [s] of the data; the median of uneven ones."""
-        return self._known_model().model.dt
-
-    def to_sympy(self) -> list[Any]:
-        """
-        The right-hand sides as SymPy expressions, solved for derivatives.
-
-        Returns
-        -------
-        list of sympy.Expr
-            One for each state, over symbols called like states and inputs.
-        """
-        return _show.sympy(self._known_model())
-
-    def _repr_latex_(self) -> str | None:
-        fitted: Fitted | None = getattr(self, "_fitted", None)
-        return None if fitted is None else _show.latex(fitted)
-
     def plot(self, x: Any, t: Any = None, u: Any = None, horizon: int | None = None) -> Any:
         """
         Draws samples and what the equations make of them.
@@ -504,7 +354,9 @@ class SINDy(Manners, Parameters):
         matplotlib.figure.Figure
         """
         fitted, data = self._judged(x, t, None, u)
-        return _show.plot(fitted.names.states, [one.t for one in data], [one.x for one in data], self._ahead(data, horizon))
+        return _show.plot(
+            fitted.names.states, [one.t for one in data], [one.x for one in data], self._ahead(data, horizon)
+        )
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """

@@ -6,6 +6,8 @@ import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
 
+__all__ = ["Model", "__version__", "differentiate", "feature_names", "identify", "regress"]
+
 __version__: str
 
 def identify(recordings: Sequence[tuple[_Array, _Array, _Array]], settings: str) -> tuple[Model, str]: ...
@@ -14,6 +16,7 @@ def differentiate(
     x: _Array, dt: float, order: int, window: int | None = None, degree: int | None = None
 ) -> tuple[_Array, _Array]: ...
 def feature_names(library: str, n_states: int, n_controls: int) -> list[str]: ...
+
 @final
 class Model:
     @staticmethod

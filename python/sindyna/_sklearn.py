@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 Self = TypeVar("Self", bound="Manners")
 
@@ -12,7 +12,7 @@ class Manners:
     """Tags and metadata routing."""
 
     #: Arguments of methods that scikit-learn may route.
-    _ROUTED = {"fit": ("t", "u", "x_dot", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_dot")}
+    _ROUTED: ClassVar = {"fit": ("t", "u", "x_dot", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_dot")}
 
     def __sklearn_tags__(self) -> Any:
         from sklearn.utils import Tags, TargetTags
@@ -25,7 +25,9 @@ class Manners:
     def _requested(self: Self, method: str, requests: dict[str, Any]) -> Self:
         unknown = set(requests) - set(self._ROUTED[method])
         if unknown:
-            raise TypeError(f"{method} has no argument {sorted(unknown)[0]!r}; arguments: {', '.join(self._ROUTED[method])}")
+            raise TypeError(
+                f"{method} has no argument {sorted(unknown)[0]!r}; arguments: {', '.join(self._ROUTED[method])}"
+            )
         request = self.get_metadata_routing()
         for name, alias in requests.items():
             getattr(request, method).add_request(param=name, alias=alias)

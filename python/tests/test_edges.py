@@ -4,8 +4,9 @@ import json
 
 import numpy as np
 import pytest
-import sindyna
 import sympy
+
+import sindyna
 from systems import PENDULUM, assert_found, lorenz, pendulum
 
 
@@ -113,7 +114,9 @@ def test_blow_up_is_an_error_with_its_time():
 
 def test_solutions_are_as_exact_as_asked():
     t, x = lorenz(n=200)
-    rate = np.column_stack([10 * (x[:, 1] - x[:, 0]), x[:, 0] * (28 - x[:, 2]) - x[:, 1], x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]])
+    rate = np.column_stack(
+        [10 * (x[:, 1] - x[:, 0]), x[:, 0] * (28 - x[:, 2]) - x[:, 1], x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]]
+    )
     model = sindyna.SINDy().fit(x, t=t, x_dot=rate)
     coarse = np.abs(model.simulate(x[0], t, rtol=1e-4, atol=1e-6) - x).max()
     fine = np.abs(model.simulate(x[0], t, rtol=1e-10, atol=1e-12) - x).max()
@@ -161,8 +164,12 @@ def test_swapped_symbols_stay_apart():
     "model",
     [
         sindyna.SINDy(angles=["x0"], rates={"x1": "x0"}, noise={"x0": 0.001}),
-        sindyna.SINDy(sindyna.STLSQ(0.2), sindyna.PolynomialLibrary(1) + sindyna.FourierLibrary(), sindyna.FiniteDifference(4)),
-        sindyna.SINDy(sindyna.STLSQ(0.2), sindyna.CustomLibrary([lambda a: a, np.sin], [lambda s: s, lambda s: f"SIN({s})"])),
+        sindyna.SINDy(
+            sindyna.STLSQ(0.2), sindyna.PolynomialLibrary(1) + sindyna.FourierLibrary(), sindyna.FiniteDifference(4)
+        ),
+        sindyna.SINDy(
+            sindyna.STLSQ(0.2), sindyna.CustomLibrary([lambda a: a, np.sin], [lambda s: s, lambda s: f"SIN({s})"])
+        ),
         sindyna.DiscreteSINDy(sindyna.LeastSquares()),
     ],
 )
@@ -208,7 +215,9 @@ def test_broken_files_are_refused(tmp_path):
 
 def test_sympy_has_the_values_of_the_model():
     t, x, u = pendulum(n=200, noise=0.003)
-    model = sindyna.SINDy(angles=["th"], terms=["w*abs(w)"], require={"w": "w*abs(w)"}).fit(x, t=t, u=u, feature_names=["th", "w", "u"])
+    model = sindyna.SINDy(angles=["th"], terms=["w*abs(w)"], require={"w": "w*abs(w)"}).fit(
+        x, t=t, u=u, feature_names=["th", "w", "u"]
+    )
     expressions = model.to_sympy()
     functions = [sympy.lambdify([sympy.Symbol(n) for n in ("th", "w", "u")], e, "numpy") for e in expressions]
     values = np.column_stack([f(x[:, 0], x[:, 1], u[:, 0]) for f in functions])
@@ -223,17 +232,24 @@ def test_implicit_equations_are_solved_for_rates():
     force = np.repeat(np.random.default_rng(0).uniform(-6, 6, size=40), 10)[:, None]
 
     def rate(s, z, f):
-        x, v, th, w = z
+        _, v, th, w = z
         sin, cos = np.sin(th), np.cos(th)
         a = (f[0] + 0.1 * 0.5 * w**2 * sin - 0.1 * 9.81 * sin * cos) / (1.0 + 0.1 * sin**2)
         return [v, a, w, (9.81 * sin - a * cos) / 0.5]
 
     x = follow(rate, [0, 0, np.pi - 0.5, 0], t, force)
-    model = sindyna.SINDy(angles=["th"], rates={"v": "x", "w": "th"}).fit(x, t=t, u=force, feature_names=["x", "v", "th", "w", "F"])
+    model = sindyna.SINDy(angles=["th"], rates={"v": "x", "w": "th"}).fit(
+        x, t=t, u=force, feature_names=["x", "v", "th", "w", "F"]
+    )
     truth = np.array([rate(0, z, f) for z, f in zip(x, force, strict=True)])
     assert np.abs(model.predict(x, force) - truth).max() < 1e-3
     symbols = [sympy.Symbol(n) for n in model.feature_names_in_]
-    values = np.column_stack([np.broadcast_to(sympy.lambdify(symbols, e, "numpy")(*np.hstack([x, force]).T), len(x)) for e in model.to_sympy()])
+    values = np.column_stack(
+        [
+            np.broadcast_to(sympy.lambdify(symbols, e, "numpy")(*np.hstack([x, force]).T), len(x))
+            for e in model.to_sympy()
+        ]
+    )
     assert np.abs(values - model.predict(x, force)).max() < 1e-9
     assert any(s.rate for e in model.report_.equations for s in e.summands)
     assert "\\dot{" in model._repr_latex_()
@@ -241,7 +257,9 @@ def test_implicit_equations_are_solved_for_rates():
 
 def test_latex_is_what_is_shown_in_notebooks():
     t, x, u = pendulum()
-    model = sindyna.SINDy(angles=["th"], rates={"w": "th"}, known={"w": "-9.81*sin(th)"}).fit(x, t=t, u=u, feature_names=["th", "w", "u_1"])
+    model = sindyna.SINDy(angles=["th"], rates={"w": "th"}, known={"w": "-9.81*sin(th)"}).fit(
+        x, t=t, u=u, feature_names=["th", "w", "u_1"]
+    )
     text = model._repr_latex_()
     assert text.startswith("$$\\begin{aligned}\n\\dot{\\mathrm{th}} &= w \\\\")
     assert "9.81 \\, \\sin\\left(\\mathrm{th}\\right)" in text

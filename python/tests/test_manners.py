@@ -12,7 +12,6 @@ import time
 import numpy as np
 import pandas as pd
 import pytest
-import sindyna
 import sklearn
 from sklearn.base import clone
 from sklearn.exceptions import NotFittedError as SklearnNotFitted
@@ -20,6 +19,8 @@ from sklearn.model_selection import GridSearchCV, KFold, TimeSeriesSplit
 from sklearn.pipeline import Pipeline
 from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.validation import check_is_fitted
+
+import sindyna
 from systems import LORENZ, PENDULUM, assert_found, lorenz, pendulum
 
 
@@ -76,7 +77,11 @@ def test_a_pipeline_ends_in_a_model():
 def test_a_search_over_folds_carries_inputs_as_columns():
     _, x, u = pendulum(n=400)
     model = sindyna.SINDy(
-        sindyna.STLSQ(), sindyna.PolynomialLibrary(1) + sindyna.FourierLibrary(), sindyna.FiniteDifference(), t_default=0.02, controls=1
+        sindyna.STLSQ(),
+        sindyna.PolynomialLibrary(1) + sindyna.FourierLibrary(),
+        sindyna.FiniteDifference(),
+        t_default=0.02,
+        controls=1,
     )
     search = GridSearchCV(model, {"optimizer__threshold": [0.05, 0.2, 5.0]}, cv=TimeSeriesSplit(3), error_score="raise")
     search.fit(np.hstack([x, u]))
@@ -125,7 +130,9 @@ def test_data_frames_name_states_and_inputs():
     other = sindyna.SINDy(**base, controls=["u"]).fit(together)
     assert other.equations(9) == model.equations(9)
     assert np.array_equal(other.predict(together), model.predict(frame, inputs))
-    stamped = frame.set_index(pd.Timestamp("2026-01-01") + pd.to_timedelta((t * 1e9).round().astype("int64"), unit="ns"))
+    stamped = frame.set_index(
+        pd.Timestamp("2026-01-01") + pd.to_timedelta((t * 1e9).round().astype("int64"), unit="ns")
+    )
     assert_found(sindyna.SINDy(**base).fit(stamped, u=inputs), PENDULUM, 0.02)
     with pytest.raises(ValueError, match="the model was fitted to"):
         model.predict(frame[["w", "th"]], inputs)
@@ -194,7 +201,10 @@ def test_import_is_quick_and_imports_numpy_alone():
         "took = time.perf_counter() - begun; "
         "heavy = {'pandas', 'sklearn', 'sympy', 'matplotlib', 'scipy'} & set(sys.modules); print(took, *heavy)"
     )
-    results = [subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split() for _ in range(3)]
+    results = [
+        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+        for _ in range(3)
+    ]
     assert min(float(r[0]) for r in results) < 0.2
     assert all(len(r) == 1 for r in results), results
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 import sindyna
 import sindyna as ps
 from systems import assert_found, lorenz, pendulum
@@ -29,7 +30,12 @@ def test_thresholded_least_squares_has_pysindys_numbers():
     names = model.get_feature_names()
     assert names == ["1", "x", "y", "x^2", "x y", "y^2"]
     expected = np.zeros((2, 6))
-    expected[0, 1], expected[1, 0], expected[1, 2], expected[1, 5] = -2.000119452993, -2.773341650601e-5, 1.000085704596, -4.029690185249e-5
+    expected[0, 1], expected[1, 0], expected[1, 2], expected[1, 5] = (
+        -2.000119452993,
+        -2.773341650601e-5,
+        1.000085704596,
+        -4.029690185249e-5,
+    )
     assert np.abs(model.coefficients() - expected).max() < 1e-10
     assert model.score(x, t=t) == pytest.approx(0.9999999962946119, abs=1e-13)
     assert model.equations()[1] == "-2.773e-05 + 1.000 y + -4.030e-05 y^2"
@@ -44,7 +50,11 @@ def test_lorenz_by_thresholding_has_pysindys_numbers():
         return [10 * (z[1] - z[0]), z[0] * (28 - z[2]) - z[1], z[0] * z[1] - 2.66667 * z[2]]
 
     x = follow(rate, [-8, 8, 27], t[:2000])
-    model = ps.SINDy(optimizer=ps.STLSQ(), feature_library=ps.PolynomialLibrary(degree=2), differentiation_method=ps.FiniteDifference())
+    model = ps.SINDy(
+        optimizer=ps.STLSQ(),
+        feature_library=ps.PolynomialLibrary(degree=2),
+        differentiation_method=ps.FiniteDifference(),
+    )
     model.fit(x, t=t[:2000], feature_names=["x", "y", "z"])
     assert_found(model, [{"x": -10, "y": 10}, {"x": 28, "y": -1, "x z": -1}, {"z": -2.66667, "x y": 1}], 0.01)
 
@@ -64,17 +74,33 @@ def test_control_inputs_are_features_of_a_library():
 
 def test_libraries_are_pysindys():
     t, x = lorenz(n=50)
+
     def names(library):
         return ps.SINDy(ps.LeastSquares(alpha=1e-6), library).fit(x[:, :2], t=t).get_feature_names()
 
-    assert names(ps.PolynomialLibrary(3, include_bias=False)) == ["x0", "x1", "x0^2", "x0 x1", "x1^2", "x0^3", "x0^2 x1", "x0 x1^2", "x1^3"]
+    assert names(ps.PolynomialLibrary(3, include_bias=False)) == [
+        "x0",
+        "x1",
+        "x0^2",
+        "x0 x1",
+        "x1^2",
+        "x0^3",
+        "x0^2 x1",
+        "x0 x1^2",
+        "x1^3",
+    ]
     assert names(ps.PolynomialLibrary(2, include_interaction=False)) == ["1", "x0", "x1", "x0^2", "x1^2"]
     assert names(ps.IdentityLibrary() * ps.FourierLibrary()) == [
         f"{a} {f}(1 {b})" for a in ("x0", "x1") for b in ("x0", "x1") for f in ("sin", "cos")
     ]
-    custom = ps.CustomLibrary([lambda x: np.exp(-(x**2)), lambda x, y: np.sin(x + y)], [lambda s: f"exp(-{s}^2)", lambda s, r: f"sin({s}+{r})"])
+    custom = ps.CustomLibrary(
+        [lambda x: np.exp(-(x**2)), lambda x, y: np.sin(x + y)],
+        [lambda s: f"exp(-{s}^2)", lambda s, r: f"sin({s}+{r})"],
+    )
     assert names(custom) == ["exp(-x0^2)", "exp(-x1^2)", "sin(x0+x1)"]
-    assert names(ps.GeneralizedLibrary([ps.IdentityLibrary(), ps.PolynomialLibrary(2)], inputs_per_library=[[0], [1]])) == ["x0", "1", "x1", "x1^2"]
+    assert names(
+        ps.GeneralizedLibrary([ps.IdentityLibrary(), ps.PolynomialLibrary(2)], inputs_per_library=[[0], [1]])
+    ) == ["x0", "1", "x1", "x1^2"]
     assert names(ps.FormulaLibrary(["x0*sin(x1)"])) == ["x0*sin(x1)"]
 
 
@@ -91,7 +117,9 @@ def test_functions_become_formulas_that_have_their_values():
 
 def test_known_derivatives_are_regressed():
     _, x = lorenz(n=300)
-    rate = np.column_stack([10 * (x[:, 1] - x[:, 0]), x[:, 0] * (28 - x[:, 2]) - x[:, 1], x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]])
+    rate = np.column_stack(
+        [10 * (x[:, 1] - x[:, 0]), x[:, 0] * (28 - x[:, 2]) - x[:, 1], x[:, 0] * x[:, 1] - 8 / 3 * x[:, 2]]
+    )
     for optimizer in (None, ps.STLSQ()):
         model = ps.SINDy(optimizer).fit(x, t=0.01, x_dot=rate, feature_names=["x", "y", "z"])
         assert_found(model, [{"x": -10, "y": 10}, {"x": 28, "y": -1, "x z": -1}, {"z": -8 / 3, "x y": 1}], 1e-8)
@@ -134,8 +162,12 @@ def test_names_of_pysindy_that_are_not_here_say_what_to_use():
 def test_smoothed_differences_and_uneven_times_serve_thresholding():
     t, x = lorenz(n=1000, noise=0.05)
     names = ["x", "y", "z"]
-    smooth = ps.SINDy(ps.STLSQ(threshold=0.5), differentiation_method=ps.SmoothedFiniteDifference()).fit(x, t=t, feature_names=names)
-    plain = ps.SINDy(ps.STLSQ(threshold=0.5), differentiation_method=ps.FiniteDifference()).fit(x, t=t, feature_names=names)
+    smooth = ps.SINDy(ps.STLSQ(threshold=0.5), differentiation_method=ps.SmoothedFiniteDifference()).fit(
+        x, t=t, feature_names=names
+    )
+    plain = ps.SINDy(ps.STLSQ(threshold=0.5), differentiation_method=ps.FiniteDifference()).fit(
+        x, t=t, feature_names=names
+    )
     assert smooth.score(x, t=t) > plain.score(x, t=t)
     keep = np.sort(np.random.default_rng(0).choice(1000, 700, replace=False))
     uneven = ps.SINDy(ps.STLSQ(threshold=0.5)).fit(lorenz(n=1000)[1][keep], t=t[keep], feature_names=names)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 import sindyna
 from systems import LORENZ, PENDULUM, VAN_DER_POL, assert_found, found, lorenz, pendulum, van_der_pol
 

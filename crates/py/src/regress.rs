@@ -20,6 +20,9 @@ fn refused(e: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(e.to_string())
 }
 
+/// Samples of which a regression takes a few milliseconds.
+const FEW: usize = 20_000;
+
 /// A solver, written as `{"stlsq": {"threshold": 0.1, …}}`.
 #[derive(Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -73,6 +76,8 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
         let differentiator = Differentiator::default();
         Target::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } }
     };
+    let searches = matches!(settings.solver, Solver::BestSubset { .. });
+    let n_values: usize = trajectories.iter().map(|(x, u, _)| x.as_array().len() + u.as_array().len()).sum();
     let sindy = Sindy::new(settings.library.into(), target, settings.solver.choice()?);
     let owned: Vec<Owned> = trajectories
         .iter()
@@ -81,7 +86,7 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
             (x.as_array().to_owned(), u.as_array().to_owned(), x_dot)
         })
         .collect();
-    let fit = apart(py, move |go_on| {
+    let fit = move |go_on: &dyn Fn() -> bool| {
         let trajectories: Vec<Trajectory<'_>> = owned
             .iter()
             .map(|(x, u, x_dot)| Trajectory {
@@ -92,7 +97,9 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
             .collect();
         let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(go_on));
         fit.map(|fit| (account(&fit), fit.model))
-    })?;
+    };
+    // Handing it to another thread would take longer than a small regression.
+    let fit = if searches || n_values > FEW { apart(py, fit)? } else { py.detach(|| fit(&|| true)) };
     let (account, model) = fit.map_err(refused)?;
     Ok((Model::new(model), account))
 }
