@@ -73,7 +73,7 @@ impl Model {
         }
     }
 
-    /// The sampling interval [s].
+    /// The sampling interval in seconds.
     #[getter]
     fn dt(&self) -> f64 {
         self.inner.dt()
@@ -88,28 +88,32 @@ impl Model {
     ) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (x, u) = (x.as_array(), u.as_array());
         self.check(x.ncols(), u.ncols())?;
-        let rows = |out: &mut Array2<f64>| -> PyResult<()> {
+        let (n, k) = (x.ncols(), u.ncols());
+        if x.nrows() != u.nrows() {
+            return Err(PyValueError::new_err(format!("{} states need as many inputs, got {}", x.nrows(), u.nrows())));
+        }
+        let (x, u) = (x.as_standard_layout(), u.as_standard_layout());
+        let (Some(states), Some(inputs)) = (x.as_slice(), u.as_slice()) else {
+            unreachable!("standard layout was made")
+        };
+        let rows = |out: &mut Vec<f64>| -> PyResult<()> {
             let look = Look::new();
-            let (mut now, mut input) = (vec![0.0; x.ncols()], vec![0.0; u.ncols()]);
-            let mut rates = vec![0.0; x.ncols()];
-            for (i, ((x, u), mut out)) in x.rows().into_iter().zip(u.rows()).zip(out.rows_mut()).enumerate() {
+            for (i, (x, out)) in states.chunks_exact(n.max(1)).zip(out.chunks_exact_mut(n.max(1))).enumerate() {
                 if i % LOOK == LOOK - 1 {
                     look.check()?;
                 }
-                now.iter_mut().zip(x).for_each(|(slot, v)| *slot = *v);
-                input.iter_mut().zip(u).for_each(|(slot, v)| *slot = *v);
-                self.inner.eval(&now, &input, &mut rates);
-                out.iter_mut().zip(&rates).for_each(|(slot, v)| *slot = *v);
+                self.inner.eval(x, &inputs[i * k..(i + 1) * k], out);
             }
             Ok(())
         };
-        let mut out = Array2::zeros(x.raw_dim());
+        let mut out = vec![0.0; states.len()];
         // The lock is not worth giving back for a few microseconds.
         if x.nrows() < FEW {
             rows(&mut out)?;
         } else {
             py.detach(|| rows(&mut out))?;
         }
+        let out = Array2::from_shape_vec(x.raw_dim(), out).map_err(|e| PyValueError::new_err(e.to_string()))?;
         Ok(out.into_pyarray(py))
     }
 
