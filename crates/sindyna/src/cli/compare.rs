@@ -12,12 +12,12 @@ use sindyna_report::Comparison;
 use sindyna_rl::Isa;
 
 use super::{Common, Verdict, print};
-use crate::compare::{Job, Known, Method, Pace, Store, first_check};
-use crate::failure::Failure;
-use crate::interrupt::Interrupt;
-use crate::progress::Progress;
-use crate::registry;
-use crate::report_files;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::methods::{Job, Known, Method, Pace, Store, first_check};
+use crate::cli::progress::Progress;
+use crate::cli::report_files;
+use crate::problem;
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
@@ -150,7 +150,7 @@ impl Args {
         let mut tasks = self.tasks.clone();
         unique(&mut methods);
         unique(&mut tasks);
-        let system = |task: &String| Ok::<_, Failure>(registry::system(task)?.with_noise(self.noise));
+        let system = |task: &String| Ok::<_, Failure>(problem::system(task)?.with_noise(self.noise));
         let systems = tasks.iter().map(system).collect::<Result<Vec<_>, _>>()?;
         let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.

@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use sindyna_core::{Policy, Seed, Space};
-use sindyna_dyna::evaluate;
+use sindyna_core::{Seed, Space, Spec};
 use sindyna_rl::SavedPolicy;
 
 use super::{Common, Verdict, print};
-use crate::config::{TrainConfig, check_episodes};
-use crate::failure::Failure;
-use crate::problem::Problem;
-use crate::real::Real;
+use crate::cli::failure::Failure;
+use crate::problem::{Problem, Source};
+use crate::settings::{TrainConfig, check_episodes};
+use crate::training::evaluation;
 use sindyna_record::run::Evaluation;
 
 /// Runs a trained policy on the real system again
@@ -56,20 +55,20 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     }
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
-    let problem = Problem::of(&config, &args.run)?.with_noise(args.noise.unwrap_or(config.noise))?;
+    let source = Source::of(&config, &args.run);
+    let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
     let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
     check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
-    let real = Real::new(&problem, &config.simulator)?;
-    fits(&policy, &problem)?;
-    let evaluation = args.common.pool()?.install(|| on_real_system(&real, &policy, episodes, seed))?;
-    print(&report(&problem, &evaluation, args.returns))?;
-    Ok(verdict(&problem, &evaluation))
+    fits(&policy, problem.spec())?;
+    let evaluation = args.common.pool()?.install(|| evaluation(&*problem, &policy, episodes, seed))?;
+    print(&report(&*problem, &evaluation, args.returns))?;
+    Ok(verdict(&*problem, &evaluation))
 }
 
 /// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
-fn fits(policy: &SavedPolicy, problem: &Problem) -> Result<(), Failure> {
-    let (name, spec) = (problem.name(), problem.spec());
+fn fits(policy: &SavedPolicy, spec: &Spec) -> Result<(), Failure> {
+    let name = &spec.name;
     let refuse = |what: String| {
         Err(Failure::new(what).hint("policy.safetensors belongs to the run whose config.toml lies beside it"))
     };
@@ -103,21 +102,8 @@ fn fits(policy: &SavedPolicy, problem: &Problem) -> Result<(), Failure> {
     }
 }
 
-/// The returns of `policy` (its best actions) on the real system, from start states fixed by `seed`.
-pub(crate) fn on_real_system(
-    real: &Real,
-    policy: &dyn Policy,
-    episodes: usize,
-    seed: Seed,
-) -> Result<Evaluation, Failure> {
-    let mut envs = (0..episodes).map(|_| real.environment()).collect::<Result<Vec<_>, _>>()?;
-    let returns = evaluate(&mut envs, policy, episodes, seed, "evaluation")?;
-    real.check()?;
-    Ok(Evaluation::of(returns))
-}
-
 /// Whether the evaluation reached the task's threshold, in one line.
-pub(crate) fn report(problem: &Problem, evaluation: &Evaluation, each: bool) -> String {
+pub(crate) fn report(problem: &dyn Problem, evaluation: &Evaluation, each: bool) -> String {
     let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
     let judgement = match problem.spec().solved_at {
         Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
@@ -133,7 +119,7 @@ pub(crate) fn report(problem: &Problem, evaluation: &Evaluation, each: bool) -> 
 }
 
 /// [`Verdict::MissedTarget`] below the task's threshold.
-pub(crate) fn verdict(problem: &Problem, evaluation: &Evaluation) -> Verdict {
+pub(crate) fn verdict(problem: &dyn Problem, evaluation: &Evaluation) -> Verdict {
     match problem.spec().solved_at {
         Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
         _ => Verdict::Done,
@@ -145,11 +131,12 @@ mod tests {
     use sindyna_rl::Isa;
 
     use super::*;
-    use crate::config::agent;
+    use crate::problem::named;
+    use crate::settings::agent;
 
     /// A policy for the task called `name` if its actions were those of `space`.
     fn policy(name: &str, space: Space) -> SavedPolicy {
-        let problem = Problem::named(name).unwrap();
+        let problem = named(name).unwrap();
         let spec = sindyna_core::Spec { action_space: space, ..problem.spec().clone() };
         let settings = TrainConfig::defaults(&spec).sac;
         let agent = agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap();
@@ -160,7 +147,7 @@ mod tests {
     fn only_a_policy_with_the_actions_of_the_task_fits() {
         let range = |low: &[f64], high: &[f64]| Space::Box { low: low.to_vec(), high: high.to_vec() };
         let numbered = |actions: usize| Space::Discrete { controls: ndarray::Array2::zeros((actions, 1)) };
-        let of = |name: &str| Problem::named(name).unwrap().spec().action_space.clone();
+        let of = |name: &str| named(name).unwrap().spec().action_space.clone();
         for (name, space, says) in [
             ("pendulum", range(&[-2.0; 2], &[2.0; 2]), "has 2 action values, `pendulum` takes 1"),
             ("pendulum", range(&[-1e6], &[1e6]), "from -1000000.0 to 1000000.0, that of `pendulum` from -2.0 to 2.0"),
@@ -168,13 +155,13 @@ mod tests {
             ("cart-pole", numbered(3), "has 3 actions, `cart-pole` takes 2"),
             ("cart-pole", range(&[-1.0], &[1.0]), "has real actions, `cart-pole` takes numbered ones"),
         ] {
-            let refusal = fits(&policy(name, space), &Problem::named(name).unwrap()).unwrap_err().to_string();
+            let refusal = fits(&policy(name, space), named(name).unwrap().spec()).unwrap_err().to_string();
             assert!(refusal.contains(says) && refusal.contains("hint:"), "{refusal}");
         }
         for name in ["pendulum", "cart-pole", "mountain-car"] {
-            assert!(fits(&policy(name, of(name)), &Problem::named(name).unwrap()).is_ok());
+            assert!(fits(&policy(name, of(name)), named(name).unwrap().spec()).is_ok());
         }
-        let refusal = fits(&policy("pendulum", of("pendulum")), &Problem::named("mountain-car").unwrap()).unwrap_err();
+        let refusal = fits(&policy("pendulum", of("pendulum")), named("mountain-car").unwrap().spec()).unwrap_err();
         assert!(refusal.to_string().contains("observes 3 values, `mountain-car` shows 2"), "{refusal}");
     }
 }

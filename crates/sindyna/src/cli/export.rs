@@ -8,9 +8,8 @@ use sindyna_core::Channel;
 use sindyna_sindy::{Model, export};
 
 use super::{Verdict, print, write_out};
-use crate::config::TrainConfig;
-use crate::failure::Failure;
-use crate::registry;
+use crate::cli::failure::Failure;
+use crate::settings::TrainConfig;
 use sindyna_record::Own;
 use sindyna_record::identification::{Stepping, read_model};
 
@@ -24,9 +23,9 @@ pub(crate) struct Args {
     /// Directory that `sindyna identify` or `sindyna train` left, or a model.json
     #[arg(value_name = "DIR")]
     from: PathBuf,
-    /// Language to write: `python`
-    #[arg(long, value_name = "LANGUAGE")]
-    to: String,
+    /// Language to write
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    to: Language,
     /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -37,12 +36,13 @@ Example:  sindyna export models/pendulum --to python
           python3 -c 'import sys; sys.path.append(\"models/pendulum\"); import model; print(model.step([0.1, 0.0], [0.5]))'";
 
 /// Languages there are.
-const LANGUAGES: [&str; 1] = ["python"];
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Language {
+    /// A module that needs NumPy alone
+    Python,
+}
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
-    if !LANGUAGES.contains(&args.to.as_str()) {
-        return Err(registry::unknown("language", &args.to, &LANGUAGES));
-    }
     let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };
     let text =
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
@@ -50,7 +50,10 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         })?;
     let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
-    let module = export::python(&export::System::from(&model), &notes(directory, &model))?;
+    let (system, notes) = (export::System::from(&model), notes(directory, &model));
+    let module = match args.to {
+        Language::Python => export::python(&system, &notes)?,
+    };
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
         write_out(&module)?;

@@ -3,15 +3,15 @@
 use clap::Args;
 
 use super::settings::set;
-use crate::failure::Failure;
-use crate::identification::IdentificationConfig;
+use crate::cli::failure::Failure;
+use crate::settings::{IdentificationConfig, LibraryName, SolverName, TargetName};
 
 /// Options that change how equations are found.
 #[derive(Debug, Default, PartialEq, Args)]
 pub(crate) struct IdentificationOptions {
-    /// Candidate terms: `auto` (by one rule from the declared channels), `paper`, `paper-degree2` [default: auto]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    pub(super) library: Option<String>,
+    /// Candidate terms [default: auto]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
+    pub(super) library: Option<LibraryName>,
     /// A term of your own, such as `v*abs(v)`; may be given several times
     #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
     terms: Vec<String>,
@@ -27,21 +27,18 @@ pub(crate) struct IdentificationOptions {
     /// The sign of a coefficient, such as "dw/dt: w < 0", if the equation has the term; may be given several times
     #[arg(long = "sign", value_name = "dX/dt: TERM < 0", help_heading = "Identification")]
     signs: Vec<String>,
-    /// Sparse regression: `best-subset`, `stlsq` (the paper's), `least-squares` [default: best-subset]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    solver: Option<String>,
+    /// Sparse regression [default: best-subset]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
+    solver: Option<SolverName>,
     /// STLSQ drops coefficients below this [default: 0.0009]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     threshold: Option<f64>,
     /// Ridge weight of STLSQ and least squares [default: 0.05]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     ridge: Option<f64>,
-    /// What is found: `motion`, the equations of motion with the way they are stepped (states declared to be rates are
-    /// believed; for best-subset in recognised coordinates, elsewhere the same as `increment`), or what is regressed:
-    /// `increment` Δx/Δt, `discrete` next state, `continuous` derivative by central differences, `smoothed` derivative
-    /// after Savitzky–Golay smoothing [default: motion]
-    #[arg(long, value_name = "NAME", help_heading = "Identification")]
-    target: Option<String>,
+    /// What is found, or regressed on the terms [default: motion]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
+    target: Option<TargetName>,
 }
 
 impl IdentificationOptions {
@@ -69,12 +66,12 @@ impl IdentificationOptions {
 
     /// Refuses options that the solver of `settings` does not know: they would change nothing.
     pub(crate) fn check(&self, settings: &IdentificationConfig) -> Result<(), Failure> {
-        let solver = settings.solver.as_str();
+        let solver = settings.solver.to_string();
         for (option, given, known) in [
             ("--threshold", self.threshold.is_some(), &["stlsq"][..]),
             ("--ridge", self.ridge.is_some(), &["stlsq", "least-squares"]),
         ] {
-            if given && !known.contains(&solver) {
+            if given && !known.contains(&solver.as_str()) {
                 return Err(Failure::new(format!("{option} means nothing to the solver `{solver}`"))
                     .hint(format!("add `--solver {}`, or leave {option} out", known.join("` or `--solver "))));
             }

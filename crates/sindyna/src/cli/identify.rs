@@ -14,11 +14,11 @@ use sindyna_sindy::{Identified, Identifier, NoiseChoice, Watch};
 
 use super::identification::IdentificationOptions;
 use super::{Common, Verdict, print};
-use crate::account_text;
-use crate::failure::Failure;
-use crate::identification::IdentificationConfig;
-use crate::interrupt::Interrupt;
-use crate::progress::{Looking, Progress};
+use crate::cli::account_text;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::progress::{Looking, Progress};
+use crate::settings::IdentificationConfig;
 use sindyna_core::number::{plural, significant};
 
 /// Finds equations of motion in logged data, with no learning of a controller

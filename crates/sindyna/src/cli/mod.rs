@@ -1,12 +1,22 @@
 //! The command line.
 
+mod account_text;
 mod compare;
 mod evaluate;
 mod export;
+mod failure;
+mod hints;
 mod identification;
 mod identify;
+mod interrupt;
+mod machine;
+mod methods;
+mod plain;
+mod progress;
 mod report;
+mod report_files;
 mod settings;
+mod table;
 mod tasks;
 mod train;
 
@@ -15,9 +25,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use crate::failure::Failure;
-use crate::interrupt::EXIT_INTERRUPTED;
-use crate::plain::plain;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::EXIT_INTERRUPTED;
+use crate::cli::plain::plain;
 
 /// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
 /// inside them.

@@ -9,9 +9,9 @@ use sindyna_record::sweep;
 use sindyna_report::{Comparison, Group};
 
 use super::{Verdict, print};
-use crate::compare::Known;
-use crate::failure::Failure;
-use crate::report_files;
+use crate::cli::failure::Failure;
+use crate::cli::methods::Known;
+use crate::cli::report_files;
 
 /// Makes tables, figures and page of a comparison again, from what its runs left
 ///
@@ -92,5 +92,5 @@ pub(super) fn table(groups: &[Group]) -> String {
             ),
         ]);
     }
-    crate::table::aligned(&lines)
+    crate::cli::table::aligned(&lines)
 }

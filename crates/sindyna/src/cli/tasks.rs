@@ -6,8 +6,8 @@ use sindyna_core::{Channel, Space};
 use sindyna_envs::System;
 
 use super::{Verdict, print};
-use crate::failure::Failure;
-use crate::registry;
+use crate::cli::failure::Failure;
+use crate::problem;
 use sindyna_core::number::shortest;
 
 /// Lists the systems there are to train on
@@ -21,7 +21,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let text = match &args.task {
         None => overview(&sindyna_envs::systems()),
-        Some(name) => details(&registry::system(name)?),
+        Some(name) => details(&problem::system(name)?),
     };
     print(&text)?;
     Ok(Verdict::Done)

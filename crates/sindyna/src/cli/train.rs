@@ -2,29 +2,27 @@
 
 mod checkpoint;
 mod recorder;
-mod summary;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Agent, Certainty, Event, Explorer, FitError, Observer, Seed};
-use sindyna_dyna::{Dyna, DynaError, Learned, Schedule};
+use sindyna_core::{Certainty, Event, FitError, Observer, Seed};
+use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
 use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
-use sindyna_rl::Isa;
 
-use super::evaluate::{on_real_system, report, verdict};
+use super::evaluate::{report, verdict};
 use super::settings::Settings;
 use super::{Common, Verdict, print};
-use crate::config::TrainConfig;
-use crate::failure::Failure;
-use crate::interrupt::Interrupt;
-use crate::learner::{Fitted, Learner};
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::progress::Progress;
+use crate::cli::{account_text, machine, table};
 use crate::problem::Problem;
-use crate::progress::Progress;
-use crate::real::Real;
-use crate::{account_text, machine, registry, table};
+use crate::settings::TrainConfig;
+use crate::training::learner::Fitted;
+use crate::training::{Plan, evaluation, summary};
 use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
 use sindyna_core::number::{plural, significant};
@@ -61,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     }
     let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
-    let plan = Plan::new(&config, &problem, interrupt.clone())?;
+    let plan = Plan::new(&config, problem.spec(), interrupt.flag())?;
     let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
@@ -74,7 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         }
     };
     let progress = Progress::new(args.common.quiet);
-    let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
 }
 
@@ -96,48 +94,20 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
         let Some(missing) = missing else {
             checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
-            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&problem, &evaluation)));
+            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&*problem, &evaluation)));
         };
         progress.say(&format!("note: {missing} is missing, so all of it is done again"));
     }
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
-    let (plan, pool) = (Plan::new(&config, &problem, interrupt.clone())?, args.common.pool()?);
-    let run = Run { problem: &problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    let (plan, pool) = (Plan::new(&config, problem.spec(), interrupt.flag())?, args.common.pool()?);
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
     pool.install(|| run.go(plan))
 }
 
-/// What a run is put together from.
-struct Plan {
-    learner: Learner,
-    schedule: Schedule,
-    agent: Box<dyn Agent>,
-    isa: Isa,
-    real: Real,
-    explorer: Box<dyn Explorer>,
-}
-
-impl Plan {
-    fn new(config: &TrainConfig, problem: &Problem, interrupt: Interrupt) -> Result<Self, Failure> {
-        let spec = problem.spec();
-        let mut weights = Seed::new(config.seed).stream("initial weights", 0);
-        Ok(Self {
-            learner: Learner { identifier: config.identifier(spec)?, interrupt },
-            schedule: config.schedule()?,
-            agent: config.agent(spec, &mut weights)?,
-            isa: config.isa()?,
-            real: Real::new(problem, &config.simulator)?,
-            explorer: registry::explorer(&config.warmup.explorer, spec)?,
-        })
-    }
-}
-
-/// Probability of the interval in which the return is predicted to be.
-const LEVEL: f64 = 0.9;
-
 struct Run<'a> {
-    problem: &'a Problem,
+    problem: &'a dyn Problem,
     config: &'a TrainConfig,
     run_dir: &'a RunDir,
     progress: Progress,
@@ -157,17 +127,17 @@ impl Run<'_> {
             clock: Clock::default(),
             start,
         };
-        let (real, made_by) = (plan.real.clone(), (plan.agent.name(), plan.isa));
+        let made_by = (plan.agent.name(), plan.isa);
         let learned = self.learn(plan, &mut recorder);
         self.progress.finish();
         let learned = learned?;
         let (trained, until_trained) = (Instant::now(), recorder.elapsed());
 
-        let mut evaluation = None;
+        let mut evaluated = None;
         if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
-            let result = on_real_system(&real, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
+            let result = evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
             recorder.on(&Event::Evaluated { returns: &result.returns })?;
-            evaluation = Some(result);
+            evaluated = Some(result);
         }
         let clock = recorder.clock;
         let timing = Timing {
@@ -186,7 +156,7 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary::of(config, made_by, spec, &learned, evaluation.clone());
+        let summary = summary::of(config, made_by, spec, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
@@ -194,10 +164,10 @@ impl Run<'_> {
         if !learned.interrupted {
             checkpoint::remove(self.run_dir);
         }
-        if let (Some(failure), None) = (learned.failure, &evaluation) {
+        if let (Some(failure), None) = (learned.failure, &evaluated) {
             return Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"));
         }
-        Ok(match evaluation {
+        Ok(match evaluated {
             _ if learned.interrupted => Verdict::Interrupted,
             Some(evaluation) => verdict(problem, &evaluation),
             None => Verdict::MissedTarget,
@@ -206,12 +176,12 @@ impl Run<'_> {
 
     fn learn(&self, plan: Plan, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted>, Failure> {
         let (spec, seed) = (self.problem.spec(), Seed::new(self.config.seed));
-        let Plan { learner, schedule, agent, isa, mut explorer, real } = plan;
+        let Plan { learner, schedule, agent, isa, mut explorer } = plan;
         // How noisy the sensors are is not told: it is estimated.
         let (task, sensors) = (self.problem.task(), self.problem.sensors().with_noise(&[]));
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
-        let mut env = real.environment()?;
-        let stop = || self.interrupt.pressed() || real.check().is_err();
+        let mut env = self.problem.environment()?;
+        let stop = || self.interrupt.pressed() || self.problem.check().is_err();
         let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
         let mut begun = None;
         if let Some(saved) = checkpoints.read() {
@@ -224,7 +194,7 @@ impl Run<'_> {
                 }
                 Err(DynaError::Checkpoint(error)) => {
                     self.progress.say(&format!("note: {error}; the run begins anew"));
-                    explorer = registry::explorer(&self.config.warmup.explorer, spec)?;
+                    explorer = self.config.warmup.explorer.explorer(spec);
                 }
                 // Who is stopped here has done nothing new: the checkpoint stays.
                 Err(DynaError::Fit(FitError::Interrupted)) => {}
@@ -237,7 +207,7 @@ impl Run<'_> {
         };
         while !begun.has_ended() {
             let advanced = begun.advance(&mut env, &mut *explorer, recorder, &stop);
-            real.check()?;
+            self.problem.check()?;
             advanced.map_err(explain)?;
             if stop() {
                 break;
@@ -280,7 +250,7 @@ impl Run<'_> {
     /// What the user reads when all is done.
     fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
-        let truth: Vec<String> = self.problem.true_equations().iter().map(ToString::to_string).collect();
+        let truth = self.problem.true_equations();
         let mut text = table::beside(("found", found), ("true", &truth));
         if let Some(fitted) = &learned.model {
             text += &account_text::verdict(&Account::new(&fitted.0, self.problem.spec()));

@@ -14,7 +14,8 @@ use sindyna_core::{Channel, Environment, Kind, Precision, Seed, Sensors, Space, 
 use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search};
 use sindyna_sindy::{Expr, parse};
 
-use crate::failure::Failure;
+use crate::Error;
+use crate::problem::Problem;
 use condition::Condition;
 use document::{Document, State, StateKind};
 use sindyna_logs::closes_circle;
@@ -56,11 +57,10 @@ struct Source {
 
 impl TaskFile {
     /// Reads the task file at `path` and the model it names, and finds MuJoCo for it.
-    pub(crate) fn load(path: &Path) -> Result<Self, Failure> {
-        let text = fs::read_to_string(path)
-            .with_context(|| format!("cannot read {}", path.display()))
-            .map_err(|e| Failure::from(e).hint("docs/task-files.md tells what stands in a task file"))?;
-        Self::read(path, text).with_context(|| format!("task file {}", path.display())).map_err(Failure::from)
+    pub(crate) fn load(path: &Path) -> Result<Self, Error> {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+        let wrong = |e: anyhow::Error| Error::TaskFile { path: path.to_owned(), source: e.into() };
+        text.and_then(|text| Self::read(path, text)).map_err(wrong)
     }
 
     fn read(path: &Path, text: String) -> anyhow::Result<Self> {
@@ -79,21 +79,6 @@ impl TaskFile {
         Ok(Self { task: Arc::new(task), sensors, library, model, frame_skip, source })
     }
 
-    /// What is declared about the system.
-    pub(crate) fn spec(&self) -> &Spec {
-        &self.task.spec
-    }
-
-    /// The task: all the agent may know.
-    pub(crate) fn task(&self) -> Arc<dyn Task> {
-        self.task.clone()
-    }
-
-    /// The sensors the file declares.
-    pub(crate) fn sensors(&self) -> Sensors {
-        self.sensors.clone()
-    }
-
     /// The same with noise on its sensors: `fraction` of every observation channel's scale.
     pub(crate) fn with_noise(mut self, fraction: f64) -> Self {
         Arc::make_mut(&mut self.task).spec.noise = fraction;
@@ -101,25 +86,11 @@ impl TaskFile {
         self
     }
 
-    /// The real system; the first call must be a reset.
-    pub(crate) fn environment(&self) -> Result<Box<dyn Environment>, Failure> {
-        Ok(Box::new(MujocoEnvironment::new(&self.model, self.frame_skip, self.task(), self.sensors())?))
-    }
-
-    /// Refuses to go on after a reward that is no finite number.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        match self.task.complaint.get() {
-            None => Ok(()),
-            Some(complaint) => Err(Failure::new(complaint.clone())
-                .hint("guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient")),
-        }
-    }
-
     /// The task and its model as files of a run directory, where they are enough to run it again.
     ///
     /// A model that needs other files (meshes, included models) does not compile there; the record then names the
     /// original.
-    pub(crate) fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Failure> {
+    fn recorded(&self) -> anyhow::Result<Vec<(&'static str, Vec<u8>)>> {
         let Source { text, model_name, model_path, model_text } = &self.source;
         let apart = tempfile::tempdir().context("cannot make a temporary directory")?;
         let copy = apart.path().join(RECORDED_MODEL);
@@ -131,6 +102,36 @@ impl TaskFile {
         let mut text = text.clone();
         text.replace_range(model_name.clone(), &toml::Value::String(model).to_string());
         Ok(vec![(RECORDED_MODEL, model_text.clone()), (RECORDED_TASK, text.into_bytes())])
+    }
+}
+
+impl Problem for TaskFile {
+    fn spec(&self) -> &Spec {
+        &self.task.spec
+    }
+
+    fn task(&self) -> Arc<dyn Task> {
+        self.task.clone()
+    }
+
+    fn sensors(&self) -> Sensors {
+        self.sensors.clone()
+    }
+
+    fn environment(&self) -> Result<Box<dyn Environment>, Error> {
+        Ok(Box::new(MujocoEnvironment::new(&self.model, self.frame_skip, self.task(), self.sensors())?))
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        match self.task.complaint.get() {
+            None => Ok(()),
+            Some(complaint) => Err(Error::Reward { complaint: complaint.clone() }),
+        }
+    }
+
+    fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
+        let wrong = |e: anyhow::Error| Error::TaskFile { path: self.source.model_path.clone(), source: e.into() };
+        self.recorded().map_err(wrong)
     }
 }
 

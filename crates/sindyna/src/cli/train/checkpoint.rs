@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::{decode, encode};
 
 use super::recorder::Clock;
-use crate::progress::Progress;
+use crate::cli::progress::Progress;
 use sindyna_record::run::{EventLog, RunDir};
 
 /// The file in the run directory; it is taken away when the run is over.

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use sindyna_core::{Event, Observer, Spec};
 
-use crate::progress::Progress;
+use crate::cli::progress::Progress;
 use sindyna_record::run::{EventLog, RunDir, rollout_csv};
 
 /// Seconds since the start, and what they went into.

@@ -2,22 +2,23 @@
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::Spec;
-use sindyna_sindy::{EquationConstraint, Identifier, SolverChoice, Stlsq};
+use sindyna_sindy::{EquationConstraint, Identifier, Stlsq};
 
-use crate::failure::Failure;
+use super::{CoordinatesName, LibraryName, SolverName, TargetName};
+use crate::Error;
 
 /// How equations are found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct IdentificationConfig {
-    pub(crate) library: String,
+    pub(crate) library: LibraryName,
     /// The user's own terms, added to the library.
     pub(crate) terms: Vec<String>,
-    pub(crate) solver: String,
+    pub(crate) solver: SolverName,
     pub(crate) threshold: f64,
     pub(crate) ridge: f64,
-    pub(crate) target: String,
-    pub(crate) coordinates: String,
+    pub(crate) target: TargetName,
+    pub(crate) coordinates: CoordinatesName,
     /// Parts of equations that are known, such as `dw/dt: -9.81*sin(th)`.
     #[serde(default)]
     pub(crate) known: Vec<String>,
@@ -35,13 +36,13 @@ pub(crate) struct IdentificationConfig {
 impl Default for IdentificationConfig {
     fn default() -> Self {
         Self {
-            library: "auto".into(),
+            library: LibraryName::Auto,
             terms: Vec::new(),
-            solver: "best-subset".into(),
+            solver: SolverName::BestSubset,
             threshold: 0.0009,
             ridge: 0.05,
-            target: "motion".into(),
-            coordinates: "recognised".into(),
+            target: TargetName::Motion,
+            coordinates: CoordinatesName::Recognised,
             known: Vec::new(),
             required: Vec::new(),
             forbidden: Vec::new(),
@@ -52,28 +53,23 @@ impl Default for IdentificationConfig {
 
 impl IdentificationConfig {
     /// The identification these settings describe, for the system `spec`.
-    pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
+    pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Error> {
         // Refuses a threshold or ridge no solver can have, whether this one uses it or not.
         let stlsq = Stlsq::new(self.threshold, self.ridge)?;
-        let solver = match self.solver.parse()? {
-            SolverChoice::Stlsq(_) => SolverChoice::Stlsq(stlsq),
-            SolverChoice::LeastSquares { .. } => SolverChoice::LeastSquares { ridge: self.ridge },
-            other => other,
-        };
         let identifier = Identifier::new(spec)
-            .with_coordinates(self.coordinates.parse()?)
-            .with_library(self.library.parse()?)?
+            .with_coordinates(self.coordinates.coordinates())
+            .with_library(self.library.library())?
             .with_own_terms(self.terms.clone())?
-            .with_solver(solver)
-            .with_target(self.target.parse()?);
+            .with_solver(self.solver.solver(stlsq, self.ridge))
+            .with_target(self.target.target());
         self.constraints()?.into_iter().try_fold(identifier, |identifier, (option, text, state, constraint)| {
-            let refused = |e| Failure::from(anyhow::Error::new(e).context(format!("{option} `{text}`")));
+            let refused = |source| Error::Constraint { option, text: text.to_owned(), source: Box::new(source) };
             identifier.with_constraint(&state, constraint).map_err(refused)
         })
     }
 
     /// What is known of equations: the option that said so, its text, the state, and the constraint.
-    fn constraints(&self) -> Result<Vec<(&'static str, &str, String, EquationConstraint)>, Failure> {
+    fn constraints(&self) -> Result<Vec<(&'static str, &str, String, EquationConstraint)>, Error> {
         let mut all = Vec::new();
         for (option, texts) in [
             ("--known", &self.known),
@@ -91,15 +87,9 @@ impl IdentificationConfig {
 }
 
 /// Reads `dw/dt: FORMULA`.
-fn constraint(option: &str, text: &str) -> Result<(String, EquationConstraint), Failure> {
-    let example = match option {
-        "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
-        "--require" => "--require \"dw/dt: u\" says that u is in the equation of w",
-        "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
-        _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
-    };
+fn constraint(option: &'static str, text: &str) -> Result<(String, EquationConstraint), Error> {
     let form = if option == "--sign" { "dSTATE/dt: TERM < 0" } else { "dSTATE/dt: ..." };
-    let wrong = || Failure::new(format!("{option} takes `{form}`, got `{text}`")).hint(example);
+    let wrong = || Error::ConstraintForm { option, form, text: text.to_owned() };
     let (left, formula) = text.split_once(':').ok_or_else(wrong)?;
     let state = left.trim().strip_prefix('d').and_then(|s| s.strip_suffix("/dt")).ok_or_else(wrong)?;
     let formula = formula.trim().to_owned();

@@ -11,7 +11,7 @@ use sindyna_record::run::DirLock;
 use sindyna_record::{is_unfinished, json, save, sweep};
 
 use super::Job;
-use crate::failure::Failure;
+use crate::cli::failure::Failure;
 
 /// The directory of a comparison, held by one process at a time.
 pub(crate) struct Store {

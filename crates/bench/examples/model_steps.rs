@@ -1,5 +1,5 @@
 //! Nanoseconds a step of a learned model takes, one thread, for the model files named, as a JSON line each:
-//! `cargo run --release -p sindyna --example model_steps runs/pendulum-seed0/model.json`.
+//! `cargo run --release -p sindyna-bench --example model_steps runs/pendulum-seed0/model.json`.
 //!
 //! `one`: a rollout, where every step waits for the one before. `many`: 256 states side by side, which wait for nobody, one
 //! call of `Dynamics::step` each. Medians and least of many short windows.

@@ -4,15 +4,69 @@ use std::path::Path;
 
 use sindyna_logs::{LogError, Suggestion};
 use sindyna_record::RecordError;
+use sindyna_rl::Isa;
 
-use crate::failure::closest;
+use crate::Error;
+use crate::cli::failure::closest;
 
 /// A hint for the first error in the chain of `error` that has one.
 pub(crate) fn of(error: &anyhow::Error) -> Option<String> {
     error.chain().find_map(|cause| {
-        let log = cause.downcast_ref::<LogError>().and_then(of_log);
-        log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
+        // An error that is passed on as it is stands in for its cause.
+        match cause.downcast_ref::<Error>() {
+            Some(Error::Log(error)) => of_log(error),
+            Some(Error::Record(error)) => of_record(error),
+            Some(error) => of_ours(error),
+            None => {
+                let log = cause.downcast_ref::<LogError>().and_then(of_log);
+                log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
+            }
+        }
     })
+}
+
+fn of_ours(error: &Error) -> Option<String> {
+    Some(match error {
+        Error::UnknownName { name, known, .. } => return near(name, known),
+        Error::Setting { name, .. } => return of_setting(name),
+        Error::Override { .. } => "--set takes KEY=VALUE, such as sac.reward_scale=1; config.toml has all keys".into(),
+        Error::TooFewSteps { .. } => "give it more with --real-steps".into(),
+        Error::ConstraintForm { option, .. } => match *option {
+            "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
+            "--require" => "--require \"dw/dt: u\" says that u is in the equation of w",
+            "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
+            _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
+        }
+        .into(),
+        Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
+        Error::TaskFile { .. } => "docs/task-files.md tells what stands in a task file".into(),
+        Error::Reward { .. } => "guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into(),
+        Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
+        _ => return None,
+    })
+}
+
+/// How the setting called `name` in `config.toml` is set.
+fn of_setting(name: &str) -> Option<String> {
+    let option = match name {
+        "warmup.rollouts" => "--warmup-rollouts",
+        "warmup.rollout_len" => "--real-steps (or --rollout-len)",
+        "imagination.max_real_steps" => "--max-real-steps",
+        "sac.batch_size" => "--batch-size",
+        "optimality.max_updates" => "--max-updates",
+        "evaluation_episodes" => "--episodes",
+        "sac.discount" => {
+            return Some(
+                "rewards without end have no finite value undiscounted; --discount 0.999 looks a thousand steps ahead"
+                    .into(),
+            );
+        }
+        "noise" => {
+            return Some("--noise is a fraction of every observation's scale: 0.01 is one per cent".into());
+        }
+        _ => return None,
+    };
+    Some(format!("{option} sets it"))
 }
 
 fn of_log(error: &LogError) -> Option<String> {

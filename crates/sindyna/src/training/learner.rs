@@ -1,18 +1,17 @@
 //! SINDy as a learner whose models remember how they were found.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use sindyna_core::{
     CheckpointError, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Jacobians, Knowledge, Rng, decode, encode,
 };
 use sindyna_sindy::{Identified, Identifier, Watch};
 
-use crate::interrupt::Interrupt;
-
-/// Fits by [`Identifier::identify_watched`], until Ctrl-C.
+/// Fits by [`Identifier::identify_watched`], until `stop` is set.
 pub(crate) struct Learner {
     pub(crate) identifier: Identifier,
-    pub(crate) interrupt: Interrupt,
+    pub(crate) stop: Arc<AtomicBool>,
 }
 
 /// An identified model together with the report on it.
@@ -45,7 +44,7 @@ impl DynamicsLearner for Learner {
         _previous: Option<&Fitted>,
         _rng: &mut Rng,
     ) -> Result<Option<Knowledge<Fitted>>, FitError> {
-        let go_on = || !self.interrupt.pressed();
+        let go_on = || !self.stop.load(Ordering::SeqCst);
         Ok(Some(self.knowledge(self.identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
     }
 

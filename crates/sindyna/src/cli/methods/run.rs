@@ -15,9 +15,8 @@ use sindyna_sindy::{Identifier, Model, NoiseChoice};
 
 use super::method::Method;
 use super::presets::{self, EPISODES, Preset};
-use crate::config::{TrainConfig, agent};
-use crate::failure::Failure;
-use crate::registry;
+use crate::cli::failure::Failure;
+use crate::settings::{TrainConfig, agent};
 
 /// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
 const PUSHES: Pushes = Pushes { episodes: 6, steps: 5, share: 0.1 };
@@ -59,8 +58,7 @@ impl Job {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
             Err(failure) => {
-                let text = failure.to_string();
-                outcome.failure = Some(text.strip_prefix("error: ").unwrap_or(&text).to_owned());
+                outcome.failure = Some(failure.text());
                 Some(outcome)
             }
         }
@@ -148,10 +146,10 @@ impl Job {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let config = self.inner_settings();
         // How noisy the sensors are is told to nobody.
-        let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule()?);
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment();
-        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
+        let mut explorer = config.warmup.explorer.explorer(spec);
         let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
         if learned.interrupted {
             return Ok(Ended::Interrupted);
@@ -236,8 +234,8 @@ impl Job {
     /// A regulator of the equations identified from the data that `sindy` begins with.
     fn regulate_identified(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
         let (spec, config) = (self.system.spec(), self.inner_settings());
-        let mut explorer = registry::explorer(&config.warmup.explorer, spec)?;
-        let data = self.warm_up(&mut *explorer, (1, config.schedule()?.rollout_len))?;
+        let mut explorer = config.warmup.explorer.explorer(spec);
+        let data = self.warm_up(&mut *explorer, (1, config.schedule().rollout_len))?;
         let model = self.identifier().identify(&data)?.model;
         tell(&model, outcome);
         self.regulate(&model, &data, outcome)
@@ -267,7 +265,7 @@ impl Job {
         (warmup_rollouts, rollout_len): (usize, usize),
     ) -> Result<Dataset, Failure> {
         let config = self.inner_settings();
-        let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule()? };
+        let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule() };
         let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
@@ -277,7 +275,7 @@ impl Job {
 
     fn agent(&self, settings: SacConfig) -> Result<Box<dyn Agent>, Failure> {
         let mut weights = Seed::new(self.seed).stream("initial weights", 0);
-        agent(settings, self.system.spec(), Isa::widest(), &mut weights)
+        Ok(agent(settings, self.system.spec(), Isa::widest(), &mut weights)?)
     }
 
     /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.

@@ -5,8 +5,8 @@ use std::fmt;
 use sindyna_record::RecordError;
 use strsim::levenshtein;
 
-use crate::hints;
-use crate::plain::message;
+use crate::cli::hints;
+use crate::cli::plain::message;
 
 /// Why a command could not run, with a hint where there is one.
 #[derive(Debug)]
@@ -28,6 +28,27 @@ impl Failure {
         if is_own { failure.hint(format!("name another file with {option}")) } else { failure }
     }
 
+    /// Adds what the user can do about it.
+    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
+        self.hint = Some(hint.into());
+        self
+    }
+
+    /// What it says, with its hint.
+    pub(crate) fn text(&self) -> String {
+        self.beginning_with("")
+    }
+
+    fn beginning_with(&self, word: &str) -> String {
+        let hint = match (&self.hint, self.disk_is_full()) {
+            (Some(hint), _) => Some(hint.as_str()),
+            (None, true) => Some("free some room, or name a directory on another disk with --out"),
+            (None, false) => None,
+        };
+        let hint = hint.map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();
+        message(&format!("{word}{:#}{hint}", self.error))
+    }
+
     fn disk_is_full(&self) -> bool {
         use std::io::{Error, ErrorKind};
         self.error.chain().any(|cause| {
@@ -35,12 +56,6 @@ impl Failure {
                 .downcast_ref::<Error>()
                 .is_some_and(|e| matches!(e.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded))
         })
-    }
-
-    /// Adds what the user can do about it.
-    pub(crate) fn hint(mut self, hint: impl Into<String>) -> Self {
-        self.hint = Some(hint.into());
-        self
     }
 }
 
@@ -53,13 +68,7 @@ impl<E: Into<anyhow::Error>> From<E> for Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let hint = match (&self.hint, self.disk_is_full()) {
-            (Some(hint), _) => Some(hint.as_str()),
-            (None, true) => Some("free some room, or name a directory on another disk with --out"),
-            (None, false) => None,
-        };
-        let hint = hint.map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();
-        f.write_str(&message(&format!("error: {:#}{hint}", self.error)))
+        f.write_str(&self.beginning_with("error: "))
     }
 }
 

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use crate::failure::Failure;
-use crate::registry::unknown;
+use crate::Error;
 
 /// Settings by name.
 pub(crate) type Settings = BTreeMap<String, Setting>;
@@ -30,10 +29,10 @@ const OPEN: [(&str, &str); 1] = [("sac", "target_entropy")];
 const AUTO: &str = "auto";
 
 /// Changes `document` by `text`, such as `sac.reward_scale=1`.
-pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Failure> {
+pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Error> {
     let value = match text.split_once('=') {
         Some((_, value)) => value.trim(),
-        None => return Err(Failure::new(format!("--set takes KEY=VALUE, got `{text}`"))),
+        None => return Err(refused(text, "not KEY=VALUE")),
     };
     let open = OPEN.iter().find(|(group, name)| key(text).split_once('.') == Some((group, name)));
     if let Some((group, name)) = open {
@@ -56,22 +55,25 @@ pub(crate) fn key(text: &str) -> &str {
 }
 
 /// The place of the setting called `key`, groups before it joined by points.
-fn slot<'a>(document: &'a mut Settings, key: &str) -> Result<&'a mut Setting, Failure> {
+fn slot<'a>(document: &'a mut Settings, key: &str) -> Result<&'a mut Setting, Error> {
     let mut table = document;
     let mut path = key.split('.').peekable();
     while let Some(name) = path.next() {
         let known: Vec<String> = table.keys().cloned().collect();
         let Some(slot) = table.get_mut(name) else {
-            let known: Vec<&str> = known.iter().map(String::as_str).collect();
-            return Err(unknown("setting", name, &known));
+            return Err(Error::UnknownName { what: "setting", name: name.to_owned(), known });
         };
         match (slot, path.peek()) {
             (Setting::Group(inner), Some(_)) => table = inner,
             (slot, None) => return Ok(slot),
-            (_, Some(_)) => return Err(Failure::new(format!("`{name}` in `{key}` is not a group of settings"))),
+            (_, Some(_)) => return Err(refused(key, &format!("`{name}` is not a group of settings"))),
         }
     }
-    Err(Failure::new("--set takes KEY=VALUE, got no KEY"))
+    Err(refused(key, "no KEY"))
+}
+
+fn refused(text: &str, why: &str) -> Error {
+    Error::Override { text: text.to_owned(), why: why.to_owned() }
 }
 
 /// `text` as a value of the kind `old` is; a whole number will do for a fraction, and words need no quotes.

@@ -59,10 +59,10 @@ fn key(job: &Job) -> (String, &'static str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::registry;
+    use crate::problem;
 
     fn job(task: &str, method: Method, seed: u64) -> Job {
-        Job { system: registry::system(task).unwrap(), method, seed, budget: None, whole_budget: false }
+        Job { system: problem::system(task).unwrap(), method, seed, budget: None, whole_budget: false }
     }
 
     #[test]

@@ -7,7 +7,7 @@ use anyhow::Context as _;
 use sindyna_record::{Own, json, save};
 use sindyna_report::{Comparison, Page};
 
-use crate::failure::Failure;
+use crate::cli::failure::Failure;
 
 /// Where the digest of a comparison lies in its directory.
 pub(crate) const DIGEST: &str = "digest";

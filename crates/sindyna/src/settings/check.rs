@@ -1,7 +1,7 @@
 //! What settings a run can have.
 
 use super::TrainConfig;
-use crate::failure::Failure;
+use crate::Error;
 
 /// Real steps a warm-up may take: all of them, times all terms, are held in memory at once.
 const MOST_REAL_STEPS: usize = 100_000;
@@ -33,30 +33,25 @@ const MOST_VALUES: usize = 100_000_000;
 
 impl TrainConfig {
     /// Refuses settings no run can have; the parts check their own when they are built.
-    pub(crate) fn check(&self) -> Result<(), Failure> {
-        at_least_one("--warmup-rollouts", self.warmup.rollouts)?;
-        at_least_one("--rollout-len (or --real-steps)", self.warmup.rollout_len)?;
+    pub(crate) fn check(&self) -> Result<(), Error> {
+        at_least_one("warmup.rollouts", self.warmup.rollouts)?;
+        at_least_one("warmup.rollout_len", self.warmup.rollout_len)?;
         let real_steps = self.warmup.rollouts.saturating_mul(self.warmup.rollout_len);
         if real_steps > MOST_REAL_STEPS {
-            return Err(Failure::new(format!(
-                "{real_steps} real steps are more than the {MOST_REAL_STEPS} a run may take"
-            ))
-            .hint("the equations are there after a few dozen"));
+            let wanted = format!("at most {MOST_REAL_STEPS} over all rollouts");
+            return Err(Error::setting("warmup.rollout_len", wanted, real_steps));
         }
         if let Some(most) = self.imagination.max_real_steps.filter(|most| *most < real_steps) {
-            return Err(Failure::new(format!(
-                "--max-real-steps {most} is less than the {real_steps} real steps of the warm-up"
-            ))
-            .hint("--real-steps sets these"));
+            let wanted = format!("at least the {real_steps} real steps of the warm-up");
+            return Err(Error::setting("imagination.max_real_steps", wanted, most));
         }
-        within("--batch-size", self.sac.batch_size, MOST_IN_BATCH)?;
+        within("sac.batch_size", self.sac.batch_size, MOST_IN_BATCH)?;
         within("number of sac.hidden layers", self.sac.hidden.len().max(1), MOST_LAYERS)?;
         self.sac.hidden.iter().try_for_each(|width| within("width of a sac.hidden layer", *width, MOST_UNITS))?;
         self.check_networks()?;
         let discount = self.sac.discount;
         if !(0.0..1.0).contains(&discount) {
-            return Err(Failure::new(format!("discount must be at least 0 and below 1, got {discount}"))
-                .hint("rewards without end have no finite value undiscounted; 0.999 looks a thousand steps ahead"));
+            return Err(Error::setting("sac.discount", "at least 0 and below 1", discount));
         }
         within("imagination.replay_capacity", self.imagination.replay_capacity, MOST_TRANSITIONS)?;
         within("imagination.worlds", self.imagination.worlds, MOST_WORLDS)?;
@@ -64,56 +59,56 @@ impl TrainConfig {
         within("imagination.updates_per_turn", self.imagination.updates_per_turn, MOST_PER_TURN)?;
         at_least_one("optimality.trial_every", self.optimality.trial_every as usize)?;
         within("optimality.trial_episodes", self.optimality.trial_episodes, MOST_EPISODES)?;
-        at_least_one("--max-updates", self.optimality.max_updates as usize)?;
+        at_least_one("optimality.max_updates", self.optimality.max_updates as usize)?;
         let tolerance = self.optimality.tolerance;
         if !(tolerance.is_finite() && tolerance >= 0.0) {
-            return Err(Failure::new(format!("optimality.tolerance must be finite and at least 0, got {tolerance}")));
+            return Err(Error::setting("optimality.tolerance", "finite and at least 0", tolerance));
         }
         check_episodes(self.evaluation_episodes)?;
         if !(0.0..=1.0).contains(&self.imagination.scattered_starts) {
             let got = self.imagination.scattered_starts;
-            return Err(Failure::new(format!("scattered_starts must be between 0 and 1, got {got}")));
+            return Err(Error::setting("imagination.scattered_starts", "between 0 and 1", got));
         }
-        self.rollouts_per_real().map(drop)
+        if !(0.0..=1.0).contains(&self.noise) {
+            return Err(Error::setting("noise", "between 0 and 1", self.noise));
+        }
+        Ok(())
     }
 
     /// Refuses networks that are small enough layer by layer, and too large together.
-    fn check_networks(&self) -> Result<(), Failure> {
+    fn check_networks(&self) -> Result<(), Error> {
         let (hidden, batch) = (&self.sac.hidden, self.sac.batch_size);
         let weights: usize = hidden.windows(2).map(|pair| pair[0] * pair[1]).sum();
         if weights > MOST_WEIGHTS {
-            return Err(Failure::new(format!(
-                "{weights} weights between the sac.hidden layers are more than {MOST_WEIGHTS}"
-            ))
-            .hint("two layers of 256 units have 65536"));
+            let wanted = format!("at most {MOST_WEIGHTS} weights between its layers");
+            return Err(Error::setting("sac.hidden", wanted, format!("{weights} weights")));
         }
         let values = batch * hidden.iter().sum::<usize>();
         if values > MOST_VALUES {
-            return Err(Failure::new(format!(
-                "a batch of {batch} in all sac.hidden layers has {values} values, more than {MOST_VALUES}"
-            ))
-            .hint("give it a smaller --batch-size or narrower layers"));
+            let wanted = format!("so small that all sac.hidden layers have at most {MOST_VALUES} values");
+            let got = format!("a batch of {batch} with {values} values");
+            return Err(Error::setting("sac.batch_size", wanted, got));
         }
         Ok(())
     }
 }
 
 /// Refuses a number of evaluation episodes there cannot be.
-pub(crate) fn check_episodes(episodes: usize) -> Result<(), Failure> {
-    within("--episodes (evaluation_episodes)", episodes, MOST_EPISODES)
+pub(crate) fn check_episodes(episodes: usize) -> Result<(), Error> {
+    within("evaluation_episodes", episodes, MOST_EPISODES)
 }
 
-fn within(name: &str, value: usize, most: usize) -> Result<(), Failure> {
+fn within(name: &'static str, value: usize, most: usize) -> Result<(), Error> {
     at_least_one(name, value)?;
     if value > most {
-        return Err(Failure::new(format!("{name} must be at most {most}, got {value}")));
+        return Err(Error::setting(name, format!("at most {most}"), value));
     }
     Ok(())
 }
 
-fn at_least_one(name: &str, value: usize) -> Result<(), Failure> {
+fn at_least_one(name: &'static str, value: usize) -> Result<(), Error> {
     match value {
-        0 => Err(Failure::new(format!("{name} must be at least 1, got 0"))),
+        0 => Err(Error::setting(name, "at least 1", 0)),
         _ => Ok(()),
     }
 }

@@ -9,7 +9,7 @@ use signal_hook::consts::SIGHUP;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use crate::failure::Failure;
+use crate::cli::failure::Failure;
 
 /// Exit code of a run stopped by Ctrl-C.
 pub(crate) const EXIT_INTERRUPTED: u8 = 130;
@@ -37,6 +37,11 @@ impl Interrupt {
                 .context("cannot listen for Ctrl-C")?;
         }
         Ok(Self(pressed))
+    }
+
+    /// The flag that is set.
+    pub(crate) fn flag(&self) -> Arc<AtomicBool> {
+        self.0.clone()
     }
 
     pub(crate) fn pressed(&self) -> bool {

@@ -1,7 +1,6 @@
 //! The methods that are compared.
 
-use crate::failure::Failure;
-use crate::registry::unknown;
+use crate::Error;
 
 /// A way from nothing to a policy.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -71,9 +70,13 @@ impl Method {
     }
 
     /// The method called `name`.
-    pub(crate) fn named(name: &str) -> Result<Self, Failure> {
+    pub(crate) fn named(name: &str) -> Result<Self, Error> {
         let known = Self::ALL.map(Self::name);
-        Self::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| unknown("method", name, &known))
+        Self::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| Error::UnknownName {
+            what: "method",
+            name: name.to_owned(),
+            known: known.map(String::from).to_vec(),
+        })
     }
 
     /// Whether the method can be used on the task called `task`: a regulator needs something to balance, and not everybody

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sindyna_core::number::significant;
 use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise};
 
-use crate::table::aligned;
+use crate::cli::table::aligned;
 
 /// What the residuals of equations are compared with where the noise was estimated.
 const ESTIMATED: &str = "the estimated noise";

@@ -9,7 +9,7 @@ use sindyna_core::Event;
 use sindyna_core::number::plural;
 use sindyna_sindy::Stage;
 
-use crate::plain::message;
+use crate::cli::plain::message;
 
 /// Tells the user how far a run is.
 pub(crate) enum Progress {

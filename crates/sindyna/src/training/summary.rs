@@ -4,14 +4,16 @@ use sindyna_core::Spec;
 use sindyna_dyna::Learned;
 use sindyna_rl::Isa;
 
-use super::LEVEL;
-use crate::config::TrainConfig;
-use crate::learner::Fitted;
+use super::learner::Fitted;
+use crate::settings::TrainConfig;
 use sindyna_record::identification::Account;
 use sindyna_record::run::{Confirmation, Evaluation, Identification, Prediction, Summary, Training};
 
+/// Probability of the interval in which the return is predicted to be.
+const LEVEL: f64 = 0.9;
+
 /// The summary of a run with `config`, of an algorithm and instructions, that came to `learned`.
-pub(super) fn of(
+pub(crate) fn of(
     config: &TrainConfig,
     (algorithm, isa): (&str, Isa),
     spec: &Spec,
@@ -22,8 +24,8 @@ pub(super) fn of(
         let model = &fitted.0.model;
         let account = Account::new(&fitted.0, spec);
         Identification {
-            method: config.identification.solver.clone(),
-            library: config.identification.library.clone(),
+            method: config.identification.solver.to_string(),
+            library: config.identification.library.to_string(),
             features: account.features.len(),
             parameters: model.parameters(),
             nonzero: model.nonzero(),

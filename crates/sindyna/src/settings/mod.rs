@@ -1,17 +1,23 @@
 //! `config.toml`: everything that is needed to run a run again.
 
 mod check;
+mod choices;
+mod identification;
+mod overrides;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Agent, Channel, Rng, Space, Spec};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
-use sindyna_rl::{Isa, IsaError, Sac, SacConfig, SacDiscrete, Scaling};
+use sindyna_rl::{Isa, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, NoiseChoice};
 
-use crate::failure::Failure;
-use crate::identification::IdentificationConfig;
-use crate::overrides;
+use crate::Error;
 pub(crate) use check::check_episodes;
+pub(crate) use choices::{
+    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, SolverName, TargetName,
+};
+pub(crate) use identification::IdentificationConfig;
+pub(crate) use overrides::key;
 
 /// The settings of `sindyna train`, defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -26,14 +32,14 @@ pub(crate) struct TrainConfig {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) task_file: Option<String>,
     /// Where the real system lives: `native` or `mujoco`.
-    pub(crate) simulator: String,
+    pub(crate) simulator: SimulatorName,
     /// Standard deviation of the sensors' noise, as a fraction of every observation channel's scale.
     #[serde(default)]
     pub(crate) noise: f64,
     pub(crate) seed: u64,
     /// Instructions of the updates, `portable`, `avx2` or `avx512`; none for the widest of whatever machine runs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(crate) isa: Option<String>,
+    pub(crate) isa: Option<IsaName>,
     pub(crate) warmup: Warmup,
     pub(crate) identification: IdentificationConfig,
     pub(crate) imagination: ImaginationConfig,
@@ -48,7 +54,7 @@ pub(crate) struct TrainConfig {
 pub(crate) struct Warmup {
     pub(crate) rollouts: usize,
     pub(crate) rollout_len: usize,
-    pub(crate) explorer: String,
+    pub(crate) explorer: ExplorerName,
 }
 
 /// How rollouts are imagined.
@@ -56,7 +62,7 @@ pub(crate) struct Warmup {
 #[serde(deny_unknown_fields)]
 pub(crate) struct ImaginationConfig {
     /// N of Algorithm 1; `"auto"`, `"inf"` or a number.
-    pub(crate) rollouts_per_real: String,
+    pub(crate) rollouts_per_real: ImaginedRollouts,
     /// Whether the model is fitted anew after every real rollout.
     pub(crate) refit: bool,
     /// Real steps at most in all, warm-up included; none for as many as it takes.
@@ -107,18 +113,18 @@ impl TrainConfig {
             commit: env!("SINDYNA_COMMIT").into(),
             task: spec.name.clone(),
             task_file: None,
-            simulator: "native".into(),
+            simulator: SimulatorName::Native,
             noise: 0.0,
             seed: 0,
             isa: None,
             warmup: Warmup {
                 rollouts: schedule.warmup_rollouts,
                 rollout_len: schedule.rollout_len,
-                explorer: "swings".into(),
+                explorer: ExplorerName::Swings,
             },
             identification: IdentificationConfig::default(),
             imagination: ImaginationConfig {
-                rollouts_per_real: "auto".into(),
+                rollouts_per_real: ImaginedRollouts(Rollouts::Auto),
                 refit: schedule.refit == Refit::AfterRollouts,
                 max_real_steps: schedule.max_real_steps,
                 worlds: schedule.worlds,
@@ -144,8 +150,8 @@ impl TrainConfig {
     }
 
     /// Reads a `config.toml`.
-    pub(crate) fn parse(text: &str) -> Result<Self, toml::de::Error> {
-        toml::from_str(text)
+    pub(crate) fn parse(text: &str) -> Result<Self, Error> {
+        toml::from_str(text).map_err(|e| Error::Configuration { why: e.to_string() })
     }
 
     /// Notes the version and commit that run these settings.
@@ -155,63 +161,48 @@ impl TrainConfig {
     }
 
     /// Writes a `config.toml`.
-    pub(crate) fn to_toml(&self) -> Result<String, toml::ser::Error> {
-        toml::to_string(self)
+    pub(crate) fn to_toml(&self) -> Result<String, Error> {
+        toml::to_string(self).map_err(|e| Error::Configuration { why: e.to_string() })
     }
 
     /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
-    pub(crate) fn with(self, text: &str) -> Result<Self, Failure> {
-        let mut document = toml::from_str(&self.to_toml()?)?;
+    pub(crate) fn with(self, text: &str) -> Result<Self, Error> {
+        let refused = |why: &str| Error::Override { text: text.to_owned(), why: why.to_owned() };
+        let mut document = toml::from_str(&self.to_toml()?).map_err(|e| refused(e.message()))?;
         overrides::change(&mut document, text)?;
-        Self::parse(&toml::to_string(&document)?).map_err(|e| Failure::new(format!("--set {text}: {}", e.message())))
-    }
-
-    fn rollouts_per_real(&self) -> Result<Rollouts, Failure> {
-        match self.imagination.rollouts_per_real.as_str() {
-            "auto" => Ok(Rollouts::Auto),
-            "inf" => Ok(Rollouts::Unlimited),
-            text => match text.parse() {
-                Ok(n) if n > 0 => Ok(Rollouts::Count(n)),
-                _ => Err(Failure::new(format!(
-                    "--imagined-rollouts must be `auto`, `inf` or a number from 1, got `{text}`"
-                ))),
-            },
-        }
+        let document = toml::to_string(&document).map_err(|e| refused(&e.to_string()))?;
+        toml::from_str(&document).map_err(|e: toml::de::Error| refused(e.message()))
     }
 
     /// The identification these settings describe. How noisy the sensors are is not told: it is estimated.
-    pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Failure> {
+    pub(crate) fn identifier(&self, spec: &Spec) -> Result<Identifier, Error> {
         let identifier = self.identification.identifier(spec)?.with_noise(NoiseChoice::Estimated);
         let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
         if steps < needed {
-            let name = &spec.name;
-            return Err(Failure::new(format!("{steps} real steps are too few: `{name}` needs at least {needed}"))
-                .hint("give it more with --real-steps"));
+            return Err(Error::TooFewSteps { task: spec.name.clone(), steps, needed });
         }
         Ok(identifier)
     }
 
     /// The agent these settings describe, with weights drawn from `rng`: of the kind the actions ask for.
-    pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<Box<dyn Agent>, Failure> {
+    pub(crate) fn agent(&self, spec: &Spec, rng: &mut Rng) -> Result<Box<dyn Agent>, Error> {
         agent(self.sac.clone(), spec, self.isa()?, rng)
     }
 
     /// The instructions asked for, if there are such and this machine has them; else its widest.
-    pub(crate) fn isa(&self) -> Result<Isa, Failure> {
-        let Some(name) = &self.isa else { return Ok(Isa::widest()) };
-        let unusable = |e: IsaError| {
-            let widest = Isa::widest();
-            Failure::from(e).hint(format!("without --isa the widest this machine has is taken: {widest}"))
-        };
-        name.parse::<Isa>().and_then(Isa::checked).map_err(unusable)
+    pub(crate) fn isa(&self) -> Result<Isa, Error> {
+        match self.isa {
+            Some(name) => Ok(name.isa().checked()?),
+            None => Ok(Isa::widest()),
+        }
     }
 
     /// The schedule these settings describe.
-    pub(crate) fn schedule(&self) -> Result<Schedule, Failure> {
-        Ok(Schedule {
+    pub(crate) fn schedule(&self) -> Schedule {
+        Schedule {
             warmup_rollouts: self.warmup.rollouts,
             rollout_len: self.warmup.rollout_len,
-            imagined_rollouts: self.rollouts_per_real()?,
+            imagined_rollouts: self.imagination.rollouts_per_real.0,
             refit: if self.imagination.refit { Refit::AfterRollouts } else { Refit::Never },
             worlds: self.imagination.worlds,
             imagined_len: self.imagination.rollout_len,
@@ -231,12 +222,12 @@ impl TrainConfig {
                 tolerance: self.optimality.tolerance,
                 max_updates: self.optimality.max_updates,
             },
-        })
+        }
     }
 }
 
 /// An agent of the kind the actions of `spec` ask for.
-pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -> Result<Box<dyn Agent>, Failure> {
+pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -> Result<Box<dyn Agent>, Error> {
     let scaling = scaling(spec);
     Ok(match &spec.action_space {
         Space::Box { low, high } => Box::new(Sac::new(settings, scaling, low, high, rng)?.with_isa(isa)?),
@@ -267,7 +258,7 @@ mod tests {
     #[test]
     fn a_configuration_survives_its_file() {
         let config = defaults();
-        assert_eq!(TrainConfig::parse(&config.to_toml().unwrap()), Ok(config));
+        assert_eq!(TrainConfig::parse(&config.to_toml().unwrap()).unwrap(), config);
     }
 
     #[test]
@@ -275,20 +266,20 @@ mod tests {
         let config = defaults().with("sac.reward_scale=1").unwrap().with("sac.hidden = [32, 32]").unwrap();
         let config = config.with("warmup.explorer=random").unwrap();
         assert_eq!((config.sac.reward_scale, config.sac.hidden.clone()), (1.0, vec![32, 32]));
-        assert_eq!(config.warmup.explorer, "random");
+        assert_eq!(config.warmup.explorer, ExplorerName::Random);
         assert_eq!(config.with("sac.target_entropy=-2").unwrap().sac.target_entropy, Some(-2.0));
         let config = TrainConfig { seed: u64::MAX, ..defaults() }.with("sac.polyak=1").unwrap();
         let config = config.with("identification.terms=['v*abs(v)', \"x\"]").unwrap();
         assert_eq!((config.seed, config.sac.polyak, config.identification.terms.len()), (u64::MAX, 1.0, 2));
         assert_eq!(config.with("seed=9223372036854775808").unwrap().seed, 1 << 63);
         for (text, says) in [
-            ("sac.reward_scal=1", "did you mean `reward_scale`?"),
+            ("sac.reward_scal=1", "`reward_scale`"),
             ("sac.reward_scale=much", "reward_scale"),
             ("sac.target_entropy=little", "target_entropy"),
             ("seed.x=1", "not a group"),
             ("seed", "KEY=VALUE"),
-            ("seed=-1", "--set seed=-1: "),
-            ("seed=18446744073709551616", "--set seed=18446744073709551616: "),
+            ("seed=-1", "seed=-1: "),
+            ("seed=18446744073709551616", "seed=18446744073709551616: "),
             ("imagination.worlds=1\nseed=3", "imagination.worlds=1"),
         ] {
             let refusal = defaults().with(text).unwrap_err().to_string();
