@@ -68,6 +68,18 @@ impl Sensors {
         Some(Self { readings: readings.collect::<Option<_>>()?, deviations, precision: spec.precision })
     }
 
+    /// Standard deviations of the noise (m); none for sensors without noise.
+    #[must_use]
+    pub fn deviations(&self) -> &[f64] {
+        &self.deviations
+    }
+
+    /// The same sensors without noise.
+    #[must_use]
+    pub fn without_noise(&self) -> Self {
+        Self { deviations: Vec::new(), ..self.clone() }
+    }
+
     /// The same sensors with noise of the standard `deviations` (m); without any if all are 0.
     #[must_use]
     pub fn with_noise(mut self, deviations: &[f64]) -> Self {

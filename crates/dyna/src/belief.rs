@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rand_distr::{ChiSquared, Distribution as _};
 use sindyna_core::{Dataset, Dynamics, Knowledge, Rng, Sensors, Support, Task};
 
 use crate::explore::uniform_action;
@@ -77,13 +78,19 @@ impl Stakes {
     }
 }
 
+/// A system as it may be: a model drawn, and the sensors that it is seen through.
+#[derive(Clone)]
+pub(crate) struct Possible {
+    pub(crate) model: Arc<dyn Dynamics>,
+    pub(crate) sensors: Arc<Sensors>,
+}
+
 /// What imagination goes by.
 #[derive(Clone)]
 pub(crate) struct Belief<'a> {
-    /// Models as likely as each other; at least one.
-    pub(crate) models: Arc<[Arc<dyn Dynamics>]>,
+    /// Systems as likely as each other; at least one.
+    systems: Arc<[Possible]>,
     pub(crate) task: &'a dyn Task,
-    pub(crate) sensors: Arc<Sensors>,
     pub(crate) support: Arc<Support>,
     pub(crate) stakes: Stakes,
 }
@@ -103,19 +110,45 @@ impl<'a> Belief<'a> {
             Some(posterior) => (0..DRAWS).map(|_| posterior.draw(rng)).collect(),
             None => vec![model.clone()],
         };
-        let sensors = match &knowledge.sensor_noise {
+        let estimated = match &knowledge.sensor_noise {
             Some(deviations) => sensors.clone().with_noise(deviations),
             None => sensors.clone(),
         };
+        let is_certain = models.len() == 1;
+        let possible = |model| {
+            let sensors = if is_certain { estimated.clone() } else { as_uncertain(&estimated, data, rng) };
+            Possible { model, sensors: Arc::new(sensors) }
+        };
+        let systems: Vec<Possible> = models.into_iter().map(possible).collect();
         let support = support(task, data, rng);
         let stakes = Stakes::of(&*model, task, &support, data, discount, rng);
-        Self { models: models.into(), task, sensors: Arc::new(sensors), support: Arc::new(support), stakes }
+        Self { systems: systems.into(), task, support: Arc::new(support), stakes }
     }
 
-    /// The model that imagined system `i` follows.
-    pub(crate) fn model(&self, i: usize) -> Arc<dyn Dynamics> {
-        self.models[i % self.models.len()].clone()
+    /// The system that number `i` of those imagined is.
+    pub(crate) fn system(&self, i: usize) -> &Possible {
+        &self.systems[i % self.systems.len()]
     }
+
+    /// How many systems there are.
+    pub(crate) fn n_systems(&self) -> usize {
+        self.systems.len()
+    }
+
+    /// The same seen through sensors without noise.
+    pub(crate) fn without_noise(&self) -> Self {
+        let quiet = |s: &Possible| Possible { sensors: Arc::new(s.sensors.without_noise()), ..s.clone() };
+        Self { systems: self.systems.iter().map(quiet).collect(), ..self.clone() }
+    }
+}
+
+/// `estimated` sensors with noise of a variance drawn from its posterior after the samples of `data`, a scaled inverse χ² distribution.
+fn as_uncertain(estimated: &Sensors, data: &Dataset, rng: &mut Rng) -> Sensors {
+    let samples = data.n_steps().max(1) as f64;
+    let Ok(distribution) = ChiSquared::new(samples) else { return estimated.clone() };
+    let deviations: Vec<f64> =
+        estimated.deviations().iter().map(|d| d * (samples / distribution.sample(rng)).sqrt()).collect();
+    estimated.clone().with_noise(&deviations)
 }
 
 /// Start states from which it is told where episodes begin.

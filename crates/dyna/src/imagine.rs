@@ -11,7 +11,7 @@ use sindyna_core::{
 };
 
 use crate::Schedule;
-use crate::belief::Belief;
+use crate::belief::{Belief, Possible};
 use crate::explore::uniform_action;
 
 /// A learned model as an environment in which it does not pay to leave the data for nothing.
@@ -35,9 +35,10 @@ impl<'a> Imagined<'a> {
     /// Imagined system `i` of those that go by `belief`.
     pub(crate) fn new(belief: &Belief<'a>, i: usize) -> Self {
         let spec = belief.task.spec();
-        let bounded = Bounded::new(belief.model(i), &spec.state);
+        let Possible { model, sensors } = belief.system(i).clone();
+        let bounded = Bounded::new(model, &spec.state);
         let before = vec![0.0; spec.state_dim()];
-        let inner = Simulated::new(bounded, belief.task, belief.sensors.clone());
+        let inner = Simulated::new(bounded, belief.task, sensors);
         Self { inner, belief: belief.clone(), left: false, charged: 0.0, away: 0.0, steps: 0.0, before }
     }
 
@@ -204,7 +205,8 @@ struct Saved {
     diverged: u64,
 }
 
-/// Many imagined systems side by side.
+/// Many imagined systems side by side, seen without the sensors' noise: what is learned is the value of states. How much of it stands
+/// under noise is for trials to tell.
 pub(crate) struct Imagination<'a> {
     pub(crate) belief: Belief<'a>,
     worlds: Vec<World<'a>>,
@@ -223,8 +225,9 @@ impl<'a> Imagination<'a> {
     pub(crate) fn new(belief: Belief<'a>, schedule: &Schedule, seed: Seed, turn: u64) -> Self {
         let spec = belief.task.spec();
         let n = schedule.worlds;
+        let quiet = belief.without_noise();
         let worlds = (0..n).map(|i| World {
-            env: Imagined::new(&belief, i),
+            env: Imagined::new(&quiet, i),
             rng: seed.stream("imagined world", turn << 32 | i as u64),
             // Staggered, so that the worlds do not all begin anew in the same turn.
             age: i * schedule.imagined_len / n.max(1),

@@ -89,9 +89,9 @@ pub(crate) fn confirm(
     let mut start = vec![0.0; env.spec().state_dim()];
     inverse.state(&first, &vec![0.0; start.len()], &mut start);
     let common = rng.clone();
-    let alike = (0..belief.models.len()).map(|i| promise(belief, i, policy, &start, &mut common.clone()));
+    let alike = (0..belief.n_systems()).map(|i| promise(belief, i, policy, &start, &mut common.clone()));
     let disagreement = deviation(&alike.collect::<Result<Vec<f64>, _>>()?);
-    let promised = (0..belief.models.len().max(PROMISES)).map(|i| promise(belief, i, policy, &start, rng));
+    let promised = (0..belief.n_systems().max(PROMISES)).map(|i| promise(belief, i, policy, &start, rng));
     let promised = promised.collect::<Result<_, _>>()?;
     Ok(Confirmation { real: rollout.rewards.sum(), promised, disagreement, scale })
 }
