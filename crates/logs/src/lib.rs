@@ -39,11 +39,5 @@ pub use error::{LogError, StateOption, Suggestion};
 pub use held_out::held_out;
 pub use log::Log;
 pub use note::Note;
-pub use options::{Clock, LogOptions};
+pub use options::{Clock, LogOptions, TIME, TRAJECTORY};
 pub use rates::closes_circle;
-
-/// Column of the time stamps \[s\].
-pub const TIME: &str = "t";
-
-/// Column that tells trajectories apart.
-pub const TRAJECTORY: &str = "trajectory";

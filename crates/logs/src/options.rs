@@ -2,6 +2,12 @@
 
 use sindyna_core::Precision;
 
+/// Column of the time stamps \[s\].
+pub const TIME: &str = "t";
+
+/// Column that tells trajectories apart.
+pub const TRAJECTORY: &str = "trajectory";
+
 /// What is known of a log's columns. Any value will do: it is checked against the file when that is read.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct LogOptions {

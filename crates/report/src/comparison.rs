@@ -2,11 +2,8 @@
 
 use sindyna_record::comparison::Digest;
 
-use crate::document::Block;
+use crate::Catalog;
 use crate::groups::{Group, groups};
-use crate::{Catalog, Page, content};
-
-const TITLE: &str = "How many real steps each method needs";
 
 /// A comparison of methods: records, facts that no record holds, and the numbers that follow.
 pub struct Comparison<'a> {
@@ -26,25 +23,5 @@ impl<'a> Comparison<'a> {
     #[must_use]
     pub fn groups(&self) -> &[Group] {
         &self.groups
-    }
-
-    /// Everything that is to be said.
-    #[must_use]
-    pub fn report(&self) -> Page {
-        Page { title: TITLE.into(), blocks: content::blocks(self) }
-    }
-
-    /// The table of real steps alone.
-    #[must_use]
-    pub fn steps_table(&self) -> Page {
-        let mut blocks = content::speed_ups(self);
-        blocks.extend(self.gaps().map(Block::Text));
-        Page { title: TITLE.into(), blocks }
-    }
-
-    /// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
-    #[must_use]
-    pub fn gaps(&self) -> Option<String> {
-        content::gaps(self.digest, self.catalog)
     }
 }

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use super::document::Block;
 use super::figure::page_style;
+use crate::escape::escaped;
 
 /// The report called `title`.
 pub(crate) fn page(title: &str, blocks: &[Block]) -> String {
@@ -77,10 +78,6 @@ fn with_code(text: &str) -> String {
         found += &format!("<code>{code}</code>{}", rest.unwrap_or(""));
     }
     found
-}
-
-pub(crate) fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 const STYLE: &str = "\

@@ -19,6 +19,7 @@ mod content;
 mod curve;
 mod document;
 mod equations;
+mod escape;
 mod figure;
 mod groups;
 mod html;

@@ -3,20 +3,13 @@
 mod digest;
 mod files;
 mod gather;
+mod names;
 mod outcome;
 mod request;
 
 pub use digest::{Check, Digest, FoundModel, Run, RunTime};
 pub use files::{SETTINGS, read_requests, read_seconds, write_requests, write_seconds};
 pub use gather::gather;
+pub use names::Names;
 pub use outcome::{Outcome, Point, mean};
 pub use request::{Request, merged};
-
-/// The names that a comparison may have, in their usual order: others become neither names of files nor text in pages.
-#[derive(Debug, Clone, Copy)]
-pub struct Names<'a> {
-    /// Tasks.
-    pub tasks: &'a [&'a str],
-    /// Methods.
-    pub methods: &'a [&'a str],
-}

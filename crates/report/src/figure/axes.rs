@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::html::escaped;
+use crate::escape::escaped;
 
 /// How numbers are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use super::axes::{Axes, Axis};
+use super::drawing::Figure;
+use super::frame::{BOTTOM, LEFT, NAMES_AT, TOP};
 use super::names::{self, Name};
-use super::{BOTTOM, Figure, LEFT, NAMES_AT, TOP, colour};
+use super::style::colour;
 use crate::Comparison;
 use crate::curve::{Point, curve};
 use crate::groups::{Group, spec};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use crate::html::escaped;
+use crate::escape::escaped;
 
 /// A name, and where its line ends.
 pub(super) struct Name<'a> {

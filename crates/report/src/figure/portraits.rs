@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use sindyna_core::{Channel, Kind, Spec};
 
 use super::axes::{Axes, Axis};
-use super::{BOTTOM, Figure, LEFT, TOP, WIDTH};
+use super::drawing::Figure;
+use super::frame::{BOTTOM, LEFT, TOP, WIDTH};
 use crate::portrait::{Path, Portrait};
 
 /// Between two panels: numbers of the right one.

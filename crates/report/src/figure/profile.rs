@@ -1,8 +1,10 @@
 //! Performance profiles.
 
 use super::axes::{Axes, Axis};
+use super::drawing::Figure;
+use super::frame::{BOTTOM, LEFT, NAMES_AT, TOP};
 use super::names;
-use super::{BOTTOM, Figure, LEFT, NAMES_AT, TOP, colour};
+use super::style::colour;
 use crate::Catalog;
 use crate::scores::profile;
 

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::{Figure, HEIGHT, WIDTH};
+use super::frame::{HEIGHT, WIDTH};
+use crate::Catalog;
+use crate::escape::escaped;
 
 /// Methods that have a colour of their own; others share the last.
 pub const METHOD_COLOURS: usize = METHODS.len();
@@ -47,6 +49,12 @@ const SHAPES: [(&str, &str); 11] = [
     (".name", "stroke: none; font-weight: 600"),
 ];
 
+/// The class whose colour is that of the method called `name`, in every drawing.
+pub(crate) fn colour(catalog: &dyn Catalog, name: &str) -> String {
+    let (place, last) = (catalog.methods().iter().position(|method| *method == name), METHOD_COLOURS - 1);
+    format!("c{}", place.unwrap_or(last).min(last))
+}
+
 /// The rules of drawings on a page, whose colours are variables that follow the reader's wish for light or dark.
 pub(crate) fn page_style() -> String {
     let variables = |of: &dyn Fn(&(&str, &str)) -> String, inks: &dyn Fn(&(&str, &str, &str)) -> String| {
@@ -63,7 +71,7 @@ pub(crate) fn page_style() -> String {
 }
 
 /// The drawing as a file of its own: dark on white, whatever the reader prefers.
-pub(crate) fn standalone(figure: &Figure) -> String {
+pub(crate) fn standalone(alternative: &str, elements: &str) -> String {
     let light = |name: &str| {
         let ink = INKS.iter().find(|ink| ink.0 == name).map(|ink| ink.1);
         let method = || METHODS.get(name.strip_prefix('c')?.parse::<usize>().ok()?).map(|pair| pair.0);
@@ -72,10 +80,10 @@ pub(crate) fn standalone(figure: &Figure) -> String {
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\">\n\
          <title>{}</title>\n<style>\n{}</style>\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{}\"/>\n{}</svg>\n",
-        crate::html::escaped(&figure.alternative),
+        escaped(alternative),
         rules("", &light),
         light("paper"),
-        figure.elements
+        elements
     )
 }
 
@@ -132,8 +140,7 @@ mod tests {
     #[test]
     fn a_file_of_its_own_needs_no_page() {
         let elements = "<text class=\"c0 name\" x=\"1\" y=\"2\">sindy</text>\n".to_owned();
-        let figure = Figure { name: "a".into(), alternative: "a < b".into(), caption: String::new(), elements };
-        let text = standalone(&figure);
+        let text = standalone("a < b", &elements);
         assert!(text.contains("text.c0 { fill: #0b5fa5; }") && text.contains("a &lt; b"), "{text}");
         assert!(!text.contains("var(") && !text.contains("VAR("), "{text}");
         assert!(page_style().contains("svg .c8 { stroke: var(--c8); }"));

@@ -11,7 +11,7 @@ use sindyna_record::comparison::{Outcome, gather};
 use sindyna_report::Comparison;
 use sindyna_rl::Isa;
 
-use super::{Common, Verdict, print};
+use super::common::{Common, Verdict, print};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::methods::{Job, Known, Method, Pace, Store, first_check};

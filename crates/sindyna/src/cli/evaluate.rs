@@ -6,7 +6,7 @@ use anyhow::Context as _;
 use sindyna_core::{Seed, Space, Spec};
 use sindyna_rl::SavedPolicy;
 
-use super::{Common, Verdict, print};
+use super::common::{Common, Verdict, print};
 use crate::cli::failure::Failure;
 use crate::problem::{Problem, Source};
 use crate::settings::{TrainConfig, check_episodes};

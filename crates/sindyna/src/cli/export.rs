@@ -7,7 +7,7 @@ use serde_json::Value;
 use sindyna_core::Channel;
 use sindyna_sindy::{Model, export};
 
-use super::{Verdict, print, write_out};
+use super::common::{Verdict, print, write_out};
 use crate::cli::failure::Failure;
 use crate::settings::TrainConfig;
 use sindyna_record::Own;

@@ -3,7 +3,6 @@
 use std::fmt;
 
 use sindyna_record::RecordError;
-use strsim::levenshtein;
 
 use crate::cli::hints;
 use crate::cli::plain::message;
@@ -72,29 +71,9 @@ impl fmt::Display for Failure {
     }
 }
 
-/// The known name most like `given`, if one is alike enough to be a slip.
-pub(crate) fn closest<'a>(given: &str, known: &[&'a str]) -> Option<&'a str> {
-    let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
-    let distances = known.iter().map(|name| (levenshtein(&plain(given), &plain(name)), *name));
-    distances.min().filter(|(distance, name)| *distance <= name.len() / 3).map(|(_, name)| name)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn slips_find_their_name() {
-        let known = ["cart-pole", "mountain-car", "pendulum", "inverted-pendulum"];
-        for (given, meant) in [
-            ("cartpole", Some("cart-pole")),
-            ("pendulm", Some("pendulum")),
-            ("MountainCar", Some("mountain-car")),
-            ("walker", None),
-        ] {
-            assert_eq!(closest(given, &known), meant, "{given}");
-        }
-    }
 
     #[test]
     fn causes_and_hints_are_printed() {

@@ -7,7 +7,7 @@ use sindyna_record::RecordError;
 use sindyna_rl::Isa;
 
 use crate::Error;
-use crate::cli::failure::closest;
+use crate::cli::closest::closest;
 
 /// A hint for the first error in the chain of `error` that has one.
 pub(crate) fn of(error: &anyhow::Error) -> Option<String> {

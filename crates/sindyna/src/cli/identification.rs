@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::settings::set;
+use super::common::set;
 use crate::cli::failure::Failure;
 use crate::settings::{IdentificationConfig, LibraryName, SolverName, TargetName};
 

@@ -1,24 +1,26 @@
 //! `sindyna identify`: equations from logged data.
 
+mod record;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use clap::ValueEnum;
-use serde::Serialize;
-use sindyna_core::{Channel, Dataset, FitError, Kind, Precision, Spec};
+use sindyna_core::{Channel, Dataset, FitError, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
 use sindyna_record::run::RunDir;
 use sindyna_sindy::{Identified, Identifier, NoiseChoice, Watch};
 
+use super::common::{Common, Verdict, print};
 use super::identification::IdentificationOptions;
-use super::{Common, Verdict, print};
 use crate::cli::account_text;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Looking, Progress};
 use crate::settings::IdentificationConfig;
+use record::{Document, Record};
 use sindyna_core::number::{plural, significant};
 
 /// Finds equations of motion in logged data, with no learning of a controller
@@ -316,81 +318,6 @@ fn instead(note: &Note) -> &'static str {
         Note::Rounded { .. } => "; say --precision f64 to stop this",
         _ => "",
     }
-}
-
-/// `config.toml`: everything to run an identification again.
-#[derive(Debug, Serialize)]
-struct Record {
-    version: &'static str,
-    commit: &'static str,
-    log: String,
-    dt: f64,
-    precision: &'static str,
-    states: Vec<Named>,
-    inputs: Vec<Named>,
-    identification: IdentificationConfig,
-}
-
-/// A column as it was understood.
-#[derive(Debug, Serialize)]
-struct Named {
-    name: String,
-    unit: String,
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    angle: bool,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    rate_of: Option<String>,
-    /// Largest magnitude in the log.
-    scale: f64,
-    /// Lowest and highest value it may have, where such were given.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    limits: Option<(f64, f64)>,
-    /// Standard deviation of its error, as given and as its digits show.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    error: Option<f64>,
-}
-
-impl Record {
-    fn new(path: &Path, spec: &Spec, identification: IdentificationConfig) -> Self {
-        let error = |name: &str| {
-            let mut shown = spec.observation.iter().zip(spec.noise_deviations());
-            shown.find(|(o, deviation)| o.name == name && *deviation > 0.0).map(|(_, deviation)| deviation)
-        };
-        let named = |channel: &Channel| Named {
-            name: channel.name.clone(),
-            unit: channel.unit.clone(),
-            angle: channel.kind == Kind::Angle,
-            rate_of: match channel.kind {
-                Kind::RateOf(i) => Some(spec.state[i].name.clone()),
-                _ => None,
-            },
-            scale: channel.scale,
-            limits: (channel.bounds.0.is_finite() || channel.bounds.1.is_finite()).then_some(channel.bounds),
-            error: error(&channel.name),
-        };
-        Self {
-            version: env!("CARGO_PKG_VERSION"),
-            commit: env!("SINDYNA_COMMIT"),
-            log: path.display().to_string(),
-            dt: spec.dt,
-            precision: match spec.precision {
-                Precision::F32 => "f32",
-                Precision::F64 => "f64",
-            },
-            states: spec.state.iter().map(named).collect(),
-            inputs: spec.control.iter().map(named).collect(),
-            identification,
-        }
-    }
-}
-
-/// `identify.json`.
-#[derive(Serialize)]
-struct Document<'a> {
-    #[serde(flatten)]
-    record: &'a Record,
-    #[serde(flatten)]
-    account: &'a Account,
 }
 
 /// The files of a model's directory, in the order in which they are written.

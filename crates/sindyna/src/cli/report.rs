@@ -8,7 +8,7 @@ use sindyna_record::run::DirLock;
 use sindyna_record::sweep;
 use sindyna_report::{Comparison, Group};
 
-use super::{Verdict, print};
+use super::common::{Verdict, print};
 use crate::cli::failure::Failure;
 use crate::cli::methods::Known;
 use crate::cli::report_files;

@@ -7,6 +7,7 @@ use anyhow::Context as _;
 use clap::Args;
 use sindyna_dyna::Rollouts;
 
+use super::common::set;
 use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
 use crate::problem::{Problem, Source};
@@ -220,12 +221,5 @@ fn same_task(named: Option<&str>, task: &str, path: &Path) -> Result<(), Failure
     match named.filter(|name| *name != task) {
         None => Ok(()),
         Some(name) => Err(Failure::new(format!("{} is for `{task}`, not for `{name}`", path.display()))),
-    }
-}
-
-/// Writes an option that was given over the setting it is for.
-pub(super) fn set<T: Clone>(setting: &mut T, option: &Option<T>) {
-    if let Some(value) = option {
-        setting.clone_from(value);
     }
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sindyna_core::{Channel, Space};
 use sindyna_envs::System;
 
-use super::{Verdict, print};
+use super::common::{Verdict, print};
 use crate::cli::failure::Failure;
 use crate::problem;
 use sindyna_core::number::shortest;

@@ -12,9 +12,9 @@ use sindyna_record::identification::Account;
 use sindyna_record::json;
 use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
 
+use super::common::{Common, Verdict, print};
 use super::evaluate::{report, verdict};
 use super::settings::Settings;
-use super::{Common, Verdict, print};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::Progress;
