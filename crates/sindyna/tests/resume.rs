@@ -69,14 +69,14 @@ fn a_configuration_no_run_can_have_is_refused_when_it_is_resumed() {
     run(temp.path(), &["pendulum"]);
     let config = fs::read_to_string(temp.path().join("whole/config.toml")).unwrap();
     for (setting, says) in [
-        ("evaluation_episodes = 0", "evaluation_episodes) must be at least 1"),
+        ("evaluation_episodes = 0", "evaluation_episodes must be at least 1"),
         ("scattered_starts = 2.0", "scattered_starts must be between 0 and 1"),
         ("trial_episodes = 0", "trial_episodes must be at least 1"),
         ("worlds = 0", "imagination.worlds must be at least 1"),
         ("updates_per_turn = 0", "updates_per_turn must be at least 1"),
-        ("batch_size = 1000000000000", "--batch-size must be at most 65536"),
-        ("rollouts = 1000000000000", "are more than the 100000"),
-        ("noise = 2.0", "--noise must be between 0 and 1"),
+        ("batch_size = 1000000000000", "sac.batch_size must be at most 65536"),
+        ("rollouts = 1000000000000", "at most 100000 over all rollouts"),
+        ("noise = 2.0", "noise must be between 0 and 1"),
     ] {
         cut(temp.path(), &[]);
         let key = setting.split(" = ").next().unwrap();

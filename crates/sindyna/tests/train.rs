@@ -263,7 +263,7 @@ fn noise_is_on_every_observation_and_in_the_record() {
     assert_eq!(returns(temp.path(), &["--noise", "0.05"]), recorded);
     assert_ne!(returns(temp.path(), &["--noise", "0"]), recorded);
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run", "--noise", "-1"]));
-    assert!(code == 2 && stderr.contains("--noise must be between 0 and 1, got -1"), "{stderr}");
+    assert!(code == 2 && stderr.contains("noise must be between 0 and 1, got -1"), "{stderr}");
 }
 
 #[test]
