@@ -2,30 +2,22 @@
 
 #![allow(clippy::print_stdout, reason = "printing is what it is for")]
 
-use sindyna::problem::{OwnSystem, Plant, PlantError, TaskBuilder};
+use sindyna::problem::{OwnSystem, TaskBuilder, stepped};
 use sindyna::{Training, Verdict};
 
-/// The cart, simulated here; hardware would be read and driven in the same two functions.
-struct Cart {
-    state: [f64; 2],
-}
+/// A cart of some mass \[kg\] with viscous friction \[N s/m\].
+struct Cart(f64, f64);
 
-impl Plant for Cart {
-    fn reset(&mut self, start: &[f64]) -> Result<Vec<f64>, PlantError> {
-        self.state = [start[0], start[1]];
-        Ok(self.state.to_vec())
-    }
-
-    fn step(&mut self, u: &[f64]) -> Result<Vec<f64>, PlantError> {
-        // 0.1 s of a mass of 2 kg under the force u, with viscous friction.
-        let [x, v] = self.state;
-        let v = v + 0.1 * (u[0] - 0.4 * v) / 2.0;
-        self.state = [x + 0.1 * v, v];
-        Ok(self.state.to_vec())
+impl Cart {
+    /// Position and velocity 0.1 s later, under the force `u`. Hardware would be a `sindyna::problem::Plant`.
+    fn step(&self, x: &[f64], u: &[f64]) -> Vec<f64> {
+        let v = x[1] + 0.1 * (u[0] - self.1 * x[1]) / self.0;
+        vec![x[0] + 0.1 * v, v]
     }
 }
 
 fn main() -> Result<(), sindyna::Error> {
+    // What is declared: channels with their units and start states, the reward, and what counts as solved.
     let task = TaskBuilder::new("cart", 0.1)
         .state("x", "m", (-1.0, 1.0))
         .rate("v", "m/s", "x", (0.0, 0.0))
@@ -34,7 +26,8 @@ fn main() -> Result<(), sindyna::Error> {
         .max_steps(60)
         .solved_at(-5.0)
         .build()?;
-    let system = OwnSystem::connected(task, || Ok(Cart { state: [0.0; 2] }))?;
+    let cart = Cart(2.0, 0.4);
+    let system = OwnSystem::simulated(task, stepped(move |x, u| cart.step(x, u)))?;
 
     let trained = Training::of(system).run()?;
     println!("{}\n{:?}", trained.equations().join("\n"), trained.verdict());

@@ -1,6 +1,6 @@
 //! Identifying equations of motion from arrays or logged data.
 //!
-//! [`arrays`] takes recordings as they are in memory, [`log`] one that [`Log`](crate::logs::Log) has read. Both give [`Found`]: the
+//! [`arrays`] takes recordings as they are in memory, [`log`] one that [`Log`] has read. Both give [`Found`]: the
 //! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
 //! PySINDy.
 

@@ -9,7 +9,7 @@ mod source;
 mod task_builder;
 mod traits;
 
-pub use own::{OwnSystem, Plant, PlantError, ode};
+pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub(crate) use source::{Source, system};
 pub use source::{named, names};
 pub use task_builder::{OwnTask, TaskBuilder};

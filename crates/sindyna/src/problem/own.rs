@@ -104,6 +104,23 @@ pub fn ode(dt: f64, rates: impl Fn(&[f64], &[f64], &mut [f64]) + Send + Sync + '
     Held::new(Rates(rates), Scheme::Rk4 { substeps: 8 }, dt)
 }
 
+/// Dynamics of a function that gives the next state (n) of state x (n) and control u (k), one control interval later.
+pub fn stepped(step: impl Fn(&[f64], &[f64]) -> Vec<f64> + Send + Sync + 'static) -> impl Dynamics {
+    Stepped(step)
+}
+
+struct Stepped<F>(F);
+
+impl<F: Fn(&[f64], &[f64]) -> Vec<f64> + Send + Sync> Dynamics for Stepped<F> {
+    fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        let found = (self.0)(x, u);
+        // States that are not there are no numbers.
+        next.fill(f64::NAN);
+        next.iter_mut().zip(found).for_each(|(next, found)| *next = found);
+        Diverged::check(next)
+    }
+}
+
 struct Rates<F>(F);
 
 impl<F: Fn(&[f64], &[f64], &mut [f64]) + Send + Sync> VectorField for Rates<F> {
@@ -185,4 +202,92 @@ impl<P: Plant> Environment for Connected<P> {
 
 fn failed(error: PlantError) -> EnvError {
     EnvError::System { reason: error.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use sindyna_core::Seed;
+
+    use super::*;
+    use crate::problem::TaskBuilder;
+    use crate::training::evaluation;
+
+    /// A point that moves by its input; how many of it are open is counted.
+    struct Point(Arc<AtomicUsize>, f64);
+
+    impl Plant for Point {
+        fn reset(&mut self, start: &[f64]) -> Result<Vec<f64>, PlantError> {
+            self.1 = start[0];
+            Ok(vec![self.1])
+        }
+        fn step(&mut self, u: &[f64]) -> Result<Vec<f64>, PlantError> {
+            self.1 += u[0];
+            if self.1 > 10.0 { Err("the end of the rail".into()) } else { Ok(vec![self.1]) }
+        }
+    }
+
+    impl Drop for Point {
+        fn drop(&mut self) {
+            self.0.fetch_sub(1, Ordering::SeqCst);
+        }
+    }
+
+    fn task() -> crate::problem::OwnTask {
+        let builder = TaskBuilder::new("point", 1.0).state("x", "m", (1.0, 1.0)).input("u", "m", -1.0, 1.0);
+        builder.reward(|x, _, _| x[0]).max_steps(3).build().unwrap()
+    }
+
+    /// Always the input 1.
+    struct Ahead;
+
+    impl sindyna_core::Policy for Ahead {
+        fn act_batch(
+            &self,
+            _: ndarray::ArrayView2<'_, f64>,
+            _: sindyna_core::Mode,
+            _: &mut Rng,
+            mut actions: ndarray::ArrayViewMut2<'_, f64>,
+        ) {
+            actions.fill(1.0);
+        }
+    }
+
+    #[test]
+    fn a_plant_is_opened_once_and_earns_what_the_task_says() {
+        let open = Arc::new(AtomicUsize::new(0));
+        let count = open.clone();
+        let connect = move || {
+            assert_eq!(count.fetch_add(1, Ordering::SeqCst), 0, "there is only one");
+            Ok(Point(count.clone(), 0.0))
+        };
+        let system = OwnSystem::connected(task(), connect).unwrap();
+        let evaluation = evaluation(&system, &Ahead, 4, Seed::new(0)).unwrap();
+        assert_eq!((evaluation.returns, open.load(Ordering::SeqCst)), (vec![6.0; 4], 0));
+    }
+
+    #[test]
+    fn what_a_plant_refuses_is_told() {
+        let system = OwnSystem::connected(task(), || Ok(Point(Arc::new(AtomicUsize::new(1)), 0.0))).unwrap();
+        let (mut env, mut rng) = (system.environment().unwrap(), Seed::new(0).numpy());
+        assert_eq!(env.step(&[0.0], &mut rng), Err(EnvError::NeedsReset));
+        env.reset(&mut rng).unwrap();
+        assert!(env.step(&[1.0, 2.0], &mut rng).is_err());
+        let broken = OwnSystem::connected(task(), || Err::<Point, _>("no cable".into())).unwrap();
+        assert!(broken.environment().err().unwrap().to_string().contains("no cable"));
+    }
+
+    #[test]
+    fn a_step_with_too_few_states_diverges() {
+        let mut next = [0.0; 2];
+        let step = |dynamics: &dyn Dynamics, next: &mut [f64]| {
+            dynamics.step(&[1.0, 2.0], &[3.0], &mut Seed::new(0).numpy(), next)
+        };
+        assert_eq!(step(&stepped(|x, u| vec![x[0] + u[0], x[1]]), &mut next), Ok(()));
+        assert_eq!(next, [4.0, 2.0]);
+        assert_eq!(step(&stepped(|_, _| vec![0.0]), &mut next), Err(Diverged { index: 1 }));
+        assert_eq!(step(&ode(0.5, |x, u, rate| rate.copy_from_slice(&[u[0], 0.0 * x[0]])), &mut next), Ok(()));
+        assert!((next[0] - 2.5).abs() < 1e-12);
+    }
 }
