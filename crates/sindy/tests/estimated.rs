@@ -237,3 +237,21 @@ fn saturation_is_found_with_its_scale_and_the_error_of_that() {
     // The mean square of a standard normal number over four draws is above 3.7 one time in 200.
     assert!(squares / f64::from(seeds as u32) < 3.7, "{squares}");
 }
+
+/// Short recordings leave residuals that are correlated by what was fitted to each: where it begins. Their prediction errors are not.
+#[test]
+fn a_true_model_of_many_short_recordings_is_not_called_correlated() {
+    let field: Field = |x, u| vec![x[1], -4.0 * x[0] - 0.5 * x[1] + 3.0 * u];
+    let identifier = Identifier::new(&spec(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], 0.1));
+    for seed in 0..4 {
+        let piece = |i: u64| {
+            let mut rng = Seed::new(seed).stream("start", i);
+            let start = [normal(&mut rng), normal(&mut rng)];
+            record(field, &start, (5, 0.1), (0.02, 1.0, false), 1000 * seed + i)
+        };
+        let pieces: Vec<Recording> = (0..60).map(piece).collect();
+        let found = identifier.identify_recordings(&pieces).expect("equations");
+        assert_equation(&found, 1, &[("x", -4.0), ("v", -0.5), ("u", 3.0)], 0.1);
+        assert_eq!(found.report.equations[1].doubt, None, "seed {seed}");
+    }
+}

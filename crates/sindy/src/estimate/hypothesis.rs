@@ -1,5 +1,7 @@
 //! One hypothesis and its score.
 
+use std::cell::OnceCell;
+
 use ndarray::Array2;
 
 use super::search::Problem;
@@ -25,6 +27,8 @@ pub(super) struct Hypothesis {
     pub(super) numerical: bool,
     /// Number of the [`PARTS`] with which it was fitted last.
     pub(super) part: usize,
+    /// Its innovations, once somebody asked; none where a step of it is not finite.
+    innovations: OnceCell<Option<Vec<Array2<f64>>>>,
 }
 
 /// Where the fit of a hypothesis begins.
@@ -47,6 +51,14 @@ impl Hypothesis {
     /// Its coefficients, equation by equation.
     pub(super) fn coefficients(&self) -> &[f64] {
         &self.fit.xi[..self.supports.iter().map(Vec::len).sum()]
+    }
+
+    /// Its prediction errors, per segment of `problem`, in units of their standard deviations (·, n).
+    pub(super) fn innovations(&self, problem: &Problem<'_>) -> Option<&[Array2<f64>]> {
+        let Self { flow, fit, part, .. } = self;
+        let go_on = problem.watch.asks();
+        let found = || shooting::innovations(flow, problem.segments, (&fit.xi, &fit.x), &fit.sigma, *part, go_on);
+        self.innovations.get_or_init(found).as_deref()
     }
 
     /// Where a fit begins that goes on from this one.
@@ -152,7 +164,9 @@ impl Problem<'_> {
         let score = self.score(&supports, &seen) + prior;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);
-        score.is_finite().then_some(Hypothesis { supports, flow, fit, inside, score, contributions, numerical, part })
+        let innovations = OnceCell::new();
+        let found = Hypothesis { supports, flow, fit, inside, score, contributions, numerical, part, innovations };
+        found.score.is_finite().then_some(found)
     }
 
     fn fit(

@@ -2,8 +2,6 @@
 
 use std::cell::Cell;
 
-use ndarray::Array2;
-
 use super::account::Estimate;
 use super::constraints::Constraints;
 use super::hypothesis::{BUDGET, Hypothesis, Start};
@@ -279,16 +277,13 @@ impl Problem<'_> {
         (0..self.rates.len()).all(|i| self.is_noise(hypothesis, i))
     }
 
-    /// Whether what the equations leave of state `i`, and of those it is the rate of, is uncorrelated.
+    /// Whether the prediction errors of state `i`, and of those it is the rate of, are uncorrelated.
     pub(super) fn is_noise(&self, hypothesis: &Hypothesis, i: usize) -> bool {
-        let left = |(s, x): (&Segment, &Array2<f64>)| {
-            Array2::from_shape_fn(x.dim(), |(t, i)| (s.x[[t, i]] - x[[t, i]]) / s.relative(t, i))
-        };
-        let residuals: Vec<Array2<f64>> = self.segments.iter().zip(&hypothesis.fit.x).map(left).collect();
+        let Some(innovations) = hypothesis.innovations(self) else { return false };
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {
-            if !is_white(&residuals, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
+            if !is_white(innovations, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
                 return false;
             }
             seen.push(i);

@@ -29,6 +29,28 @@ impl Elimination {
         Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new(), with_states }
     }
 
+    /// What a sample adds to what is known before it, with the parameters as they are: y − δx as predicted, one per state, each in
+    /// units of its standard deviation. `None` where the samples before do not determine the state.
+    ///
+    /// # References
+    /// Bierman (1977), chapter VI: the prior R δx = z has the estimate R⁻¹ z and the covariance R⁻¹ R⁻ᵀ.
+    pub(super) fn innovations(&self, y: &[f64], sigma: &[f64]) -> Option<Vec<f64>> {
+        let (n, width) = (self.n, self.n + self.p + 1);
+        let predicted = back(&self.prior, width, n, |row| row[width - 1])?;
+        let mut innovations = Vec::with_capacity(n);
+        for i in 0..n {
+            // Row i of R⁻¹, by Rᵀ w = eᵢ.
+            let mut w = vec![0.0; n];
+            for j in 0..n {
+                let known: f64 = (0..j).map(|k| self.prior[k * width + j] * w[k]).sum();
+                w[j] = (f64::from(u8::from(i == j)) - known) / self.prior[j * width + j];
+            }
+            let variance = sigma[i] * sigma[i] + w.iter().map(|v| v * v).sum::<f64>();
+            innovations.push((y[i] - predicted[i]) / variance.sqrt());
+        }
+        innovations.iter().all(|v| v.is_finite()).then_some(innovations)
+    }
+
     /// One sample and the step after it: misses `y` (n) of the sample, `d` (n) of the step, its Jacobian `s` (n, n + p).
     pub(super) fn step(&mut self, y: &[f64], sigma: &[f64], s: &[f64], d: &[f64], q: &[f64]) {
         let (n, p) = (self.n, self.p);

@@ -103,7 +103,32 @@ pub(crate) fn linearised(
     go_on: &dyn Fn() -> bool,
 ) -> Option<Triangle> {
     let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
-    Some(state.eliminated(flow, segments, (PARTS[part], false), go_on)?.0)
+    Some(state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.0)
+}
+
+/// What every sample after the first ones adds to those before it, if `flow` has the coefficients `xi`: the prediction errors of its states, in units of their standard
+/// deviations (·, n), per segment. Where the equations are the true ones they are independent, unlike what a fit leaves of short segments.
+/// `None` if a step is not finite, or `go_on` says no.
+pub(crate) fn innovations(
+    flow: &Flow,
+    segments: &[Segment],
+    (xi, x): (&[f64], &[Array2<f64>]),
+    sigma: &[f64],
+    part: usize,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Vec<Array2<f64>>> {
+    let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
+    let mut all = vec![Vec::new(); segments.len()];
+    state.eliminated(
+        flow,
+        segments,
+        (PARTS[part], false),
+        go_on,
+        Some(&mut |segment, innovations| all[segment].extend(innovations)),
+    )?;
+    let n = sigma.len();
+    let rows = |values: Vec<f64>| Array2::from_shape_vec((values.len() / n, n), values).expect("rows are pushed whole");
+    Some(all.into_iter().map(rows).collect())
 }
 
 /// The step of the coefficients that the factor tells, damped in units of their columns, and that of the states with it.
@@ -192,7 +217,7 @@ impl State {
             return None;
         }
         for _ in 0..iterations {
-            let (factor, eliminations) = self.eliminated(flow, segments, (part, true), go_on)?;
+            let (factor, eliminations) = self.eliminated(flow, segments, (part, true), go_on, None)?;
             let mut taken = None;
             // First the whole step and parts of it; then, of parameters inside terms, steps that ill-determined combinations take no part in.
             let whole = (0..HALVINGS).map(|halvings| (0.0, 0.5_f64.powi(halvings)));
@@ -229,13 +254,15 @@ impl State {
         triangle
     }
 
-    /// The factor over changes of the coefficients and what is left, and per segment what tells the states, if these are wanted.
+    /// The factor over changes of the coefficients and what is left, and per segment what tells the states, if these are wanted. `visit` is shown the
+    /// innovations of every sample, with the number of its segment.
     fn eliminated(
         &self,
         flow: &Flow,
         segments: &[Segment],
         (part, with_states): (f64, bool),
         go_on: &dyn Fn() -> bool,
+        mut visit: Option<&mut dyn FnMut(usize, Vec<f64>)>,
     ) -> Option<(Triangle, Vec<Elimination>)> {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
         let rough = flow.for_derivatives();
@@ -244,7 +271,7 @@ impl State {
         let q: Vec<f64> = self.sigma.iter().map(|s| part * s).collect();
         let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * (n + p)]);
         let mut eliminations = Vec::with_capacity(segments.len());
-        for (segment, x) in segments.iter().zip(&self.x) {
+        for (number, (segment, x)) in segments.iter().zip(&self.x).enumerate() {
             let mut elimination = Elimination::new(n, p, with_states);
             for t in 0..=segment.len() {
                 if t.is_multiple_of(ASKED) {
@@ -255,6 +282,9 @@ impl State {
                 }
                 let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
                 let sigma: Vec<f64> = (0..n).map(|i| self.sigma[i] * segment.relative(t, i)).collect();
+                if let Some(visit) = &mut visit {
+                    elimination.innovations(&y, &sigma).into_iter().for_each(|innovations| visit(number, innovations));
+                }
                 if t == segment.len() {
                     elimination.finish(&y, &sigma);
                     break;

@@ -9,6 +9,6 @@ mod switches;
 mod tableau;
 mod turn;
 
-pub(crate) use fit::{Bounds, Fit, PARTS, fit, linearised};
+pub(crate) use fit::{Bounds, Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
 pub(crate) use step::Scratch;
