@@ -62,7 +62,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--core", type=int, default=1)
     args = parser.parse_args()
-    release = build("-p", "sindyna-lab", "-p", "sindyna-rl", "--bins", "--examples")
+    release = build("-p", "sindyna", "-p", "sindyna-bench", "-p", "sindyna-rl", "--bins", "--examples")
     many = {(count, at_once): [] for count in SEEDS for at_once in (1, 2)}
     for _ in range(args.rounds):
         for count, at_once in many:

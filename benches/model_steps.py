@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A step of the learned model: ours, PySINDy's predict, and the step of Gymnasium's environment, in turn on one core.
 
-Writes results/model-steps.json. Ours are of the model of `sindyna train TASK --seed 0` (crates/lab/examples/model_steps.rs).
+Writes results/model-steps.json. Ours are of the model of `sindyna train TASK --seed 0` (crates/bench/examples/model_steps.rs).
 
 Usage: .venv-peers/bin/python benches/model_steps.py [--rounds 5] [--core 1]      (scripts/peers_install makes .venv-peers)
 """
@@ -53,7 +53,7 @@ def main():
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--core", type=int, default=1)
     args = parser.parse_args()
-    release = build("-p", "sindyna-lab", "--bins", "--examples")
+    release = build("-p", "sindyna", "-p", "sindyna-bench", "--bins", "--examples")
     write("model-steps.json", {"command": "benches/model_steps.py " + " ".join(sys.argv[1:]),
                                "tasks": [measure(release, task, args.rounds, args.core) for task in ENVIRONMENTS]})
 

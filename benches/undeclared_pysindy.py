@@ -1,6 +1,6 @@
 """PySINDy on the logs of scripts/undeclared.py: how often its terms are the true ones.
 
-The logs are written by `undeclared --set reported --export FOLDER` of crates/studies. For each, and for each equation that does not only say that
+The logs are written by `undeclared --set reported --export FOLDER` of crates/bench. For each, and for each equation that does not only say that
 a state is the rate of another (those rows are given), STLSQ and ensembles of STLSQ (bagging, 20 models, median) are fitted to
 smoothed finite differences (Savitzky–Golay, 11 samples, degree 3: PySINDy's default) of the smoothed states. Candidates: polynomials to
 degree 3 of states and inputs, in which an angle stands as sin and cos, and as itself too if it does not go round; squares of cosines are

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Standard errors of coefficients against the truth: do 95 % intervals cover, and is the error no more than the data must leave?
 
-Runs the program `undeclared` of crates/studies on three systems with noise that is not declared, over many seeds, and writes
+Runs the program `undeclared` of crates/bench on three systems with noise that is not declared, over many seeds, and writes
 results/coverage.json and docs/coverage.md.
 
 Usage: scripts/coverage.py [--systems lorenz van-der-pol duffing] [--noise 0.01] [--samples 300] [--seeds 0-199]
@@ -50,7 +50,7 @@ def main():
     parser.add_argument("--samples", type=int, default=300)
     parser.add_argument("--seeds", type=parse_seeds, default=range(200), help="such as 0-199")
     args = parser.parse_args()
-    program = build("sindyna-studies") / "undeclared"
+    program = build("sindyna-bench") / "undeclared"
     seeds = f"{args.seeds[0]}-{args.seeds[-1]}"
     groups = []
     for name in args.systems:

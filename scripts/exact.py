@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How often the equations found are the true ones, from clean data.
 
-Runs the program `exact` of crates/studies for every task and number of real steps, and for other systems, and writes
+Runs the program `exact` of crates/bench for every task and number of real steps, and for other systems, and writes
 results/exact.json, docs/exact.md and docs/exact.svg. What was run before is taken from runs/exact; delete that folder after a
 change of the identifier.
 
@@ -183,7 +183,7 @@ def main():
     parser.add_argument("--other-steps", nargs="+", type=int, default=OTHER_STEPS, help="samples of the other systems")
     parser.add_argument("--jobs", type=int, default=1, help="programs at a time; times are those of one")
     args = parser.parse_args()
-    program = build("sindyna-studies") / "exact"
+    program = build("sindyna-bench") / "exact"
     cases = [(task, r, args.seeds) for task in TASKS for r in STEPS]
     cases += [(name, r, args.other_seeds) for name in OTHERS for r in args.other_steps]
 

@@ -109,7 +109,7 @@ def main():
     parser.add_argument("--out", default="loop", help="stem of the files in results and docs")
     parser.add_argument("options", nargs="*", help="options passed on to `sindyna train`, after --")
     args = parser.parse_args()
-    program = build("sindyna-lab") / "sindyna"
+    program = build("sindyna") / "sindyna"
     # Without noise nothing is gained by more steps than ten.
     cells = [(t, f, r) for t in args.tasks for f in args.noises for r in args.steps if f > 0 or r == min(args.steps)]
     cases = [(*cell, s) for cell in cells for s in args.seeds]

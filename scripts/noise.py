@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What sensor noise costs: equations, coefficients, regulators. Controllers trained in the equations are in scripts/loop.py.
 
-For every task, noise level, number of real steps and seed, the program `noise` of crates/studies identifies the equations (and
+For every task, noise level, number of real steps and seed, the program `noise` of crates/bench identifies the equations (and
 lets linear-quadratic regulators act, where the task is to balance), without being told how noisy the sensors are and again told so. Writes
 results/noise.json, docs/noise.md and docs/noise.svg. What was run before is taken from runs/noise; delete that folder after a
 change of the identifier.
@@ -134,7 +134,7 @@ def main():
     parser.add_argument("--steps", nargs="+", type=int, default=STEPS)
     parser.add_argument("--out", default="noise", help="stem of the files in results and docs")
     args = parser.parse_args()
-    folder = build("sindyna-studies")
+    folder = build("sindyna-bench")
 
     def identified(task, noise, steps, seed):
         arguments = [task, f"{noise:g}", steps, seed, seed, *(["--regulate"] if task in BALANCED else [])]

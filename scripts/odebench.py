@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """ODEBench: 63 published ordinary differential equations, identified from one start and judged from another.
 
-Runs the program `odebench` of crates/studies on clean and noisy, whole and thinned data, and writes results/odebench.json and docs/odebench.md.
+Runs the program `odebench` of crates/bench on clean and noisy, whole and thinned data, and writes results/odebench.json and docs/odebench.md.
 
 Usage: scripts/odebench.py [--seed 0] [--limit 10]
 Needs: cargo, nothing else.
@@ -32,7 +32,7 @@ def page(document):
         "# ODEBench",
         "",
         f"Written by `{document['command']}` from `results/odebench.json`, with the identifier of commit {document['commit']}. 63 equations of one to four dimensions (ODEFormer, d'Ascoli et al., 2024;"
-        " crates/studies/data), 512 samples over 10 s from the first start, equations judged by the motion they predict from the first start"
+        " crates/bench/data), 512 samples over 10 s from the first start, equations judged by the motion they predict from the first start"
         " (*reconstruction*) and from the second, which was not seen (*generalisation*). Noise multiplies each sample by 1 + 0.05 ε; samples are"
         " dropped at random. The method is told names alone. ODEFormer prints R² > 0.9 for 66 % and 33 %.",
         "",
@@ -54,7 +54,7 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--limit", type=float, default=10, help="seconds a run may take")
     args = parser.parse_args()
-    program = build("sindyna-studies") / "odebench"
+    program = build("sindyna-bench") / "odebench"
     out = subprocess.run([program, "--seed", str(args.seed), "--limit", str(args.limit)], check=True, stdout=subprocess.PIPE).stdout
     lines = [json.loads(line) for line in out.splitlines()]
     summaries = [line["summary"] for line in lines if "summary" in line]

@@ -58,7 +58,7 @@ def main():
     parser.add_argument("--updates", type=int, default=4000, help="of every run")
     parser.add_argument("variants", nargs="+")
     args = parser.parse_args()
-    binary = build("sindyna-lab") / "sindyna"
+    binary = build("sindyna") / "sindyna"
     rows = []
     for variant in args.variants:
         for task in args.tasks:

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Identification from data whose noise nobody declares: how often right, how often wrong without saying so.
 
-Runs the program `undeclared` of crates/studies for every system, noise and number of samples, and writes results/undeclared.json
+Runs the program `undeclared` of crates/bench for every system, noise and number of samples, and writes results/undeclared.json
 (with --set functions results/undeclared-functions.json) and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
 from runs/undeclared; delete that folder after a change of the identifier. What PySINDy makes of the same logs is added to the page
 if results/undeclared-pysindy.json and results/undeclared-pysindy-ensembles.json are there (benches/undeclared_pysindy.py).
@@ -127,7 +127,7 @@ def main():
     parser.add_argument("--limit", type=float, default=60, help="seconds a run may take")
     parser.add_argument("--jobs", type=int, default=1, help="programs at a time; times are those of one")
     args = parser.parse_args()
-    program = build("sindyna-studies") / "undeclared"
+    program = build("sindyna-bench") / "undeclared"
     listed = subprocess.run([program, "--set", args.set, "--list"], check=True, capture_output=True, text=True).stdout.split()
     cases = [(s, e, n) for s in args.systems or listed for e in args.noise for n in args.samples]
     seeds = f"{args.seeds[0]}-{args.seeds[-1]}"

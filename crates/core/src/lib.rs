@@ -19,6 +19,7 @@ mod environment;
 mod event;
 mod inverse;
 mod learner;
+pub mod number;
 mod policy;
 mod region;
 mod replay;

@@ -20,7 +20,6 @@ mod library;
 mod model;
 mod motion;
 mod names;
-mod number;
 mod plain;
 mod regression;
 mod shooting;

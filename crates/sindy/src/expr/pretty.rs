@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::Expr;
-use crate::number::readable;
+use sindyna_core::number::coefficient as readable;
 
 /// Text of a term for people; made by [`Expr::pretty`]. Not meant to be read back.
 #[derive(Debug, Clone, Copy)]

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{Entry, Form, Model};
-use crate::number::readable;
+use sindyna_core::number::coefficient as readable;
 
 impl Model {
     /// The equations, one per state: `Δω/Δt = 15 sin θ + 3 u`.

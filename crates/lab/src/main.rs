@@ -1,7 +1,0 @@
-//! The `sindyna` command.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    sindyna_lab::main()
-}

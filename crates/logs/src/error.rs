@@ -1,0 +1,383 @@
+//! Why a log could not be read, with file, line and column where there is one.
+
+use std::fmt;
+use std::path::PathBuf;
+
+use sindyna_core::DatasetError;
+
+/// Why a log could not be read or does not fit what was said about it.
+///
+/// `line` counts from 1, the header included; `column` is a name of the header.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The file cannot be read.
+    #[error("cannot read {}", path.display())]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// The file is not text.
+    #[error("{}, line {line}: not UTF-8 text", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+    },
+    /// Lines end in carriage returns alone.
+    #[error("{} has one line: carriage returns break none", path.display())]
+    CarriageReturns {
+        /// The file.
+        path: PathBuf,
+    },
+    /// There is nothing in it.
+    #[error("{} is empty", path.display())]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+    /// There is nothing below the header.
+    #[error("{} has a header but no rows", path.display())]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+    },
+    /// Cells are not separated by commas.
+    #[error("{}, line {line}: `{header}` is one column", path.display())]
+    OneColumn {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// The line that should name the columns.
+        header: String,
+    },
+    /// The first line names no columns.
+    #[error("{}, line {line}: `{row}` is a row of numbers, not the names of the columns", path.display())]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// The line.
+        row: String,
+    },
+    /// Two columns have one name.
+    #[error("{}, line {line}: columns {first} and {second} are both named `{column}`", path.display())]
+    DuplicateColumn {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Number of the first one, from 1.
+        first: usize,
+        /// Number of the second one.
+        second: usize,
+        /// Name of the column.
+        column: String,
+    },
+    /// The file ends within a line.
+    #[error("{}, line {line}: cut off (`{text}`)", path.display())]
+    CutOff {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// What is left of the line.
+        text: String,
+    },
+    /// A line within the file is empty.
+    #[error("{}, line {line}: empty", path.display())]
+    EmptyLine {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+    },
+    /// A line has more or fewer cells than the header.
+    #[error("{}, line {line}: {cells} cell{} where the header names {expected} columns", path.display(), if *cells == 1 { "" } else { "s" })]
+    Width {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Cells of the line.
+        cells: usize,
+        /// What there should be.
+        expected: usize,
+    },
+    /// A quotation mark without its second.
+    #[error("{}, line {line}: a quote is opened and never closed", path.display())]
+    OpenQuote {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+    },
+    /// A cell that must be a number is none.
+    #[error("{}, line {line}: column `{column}`: {} is not a number", path.display(), Cell(cell))]
+    NotANumber {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// The text.
+        cell: String,
+    },
+    /// A number is NaN or infinite.
+    #[error("{}, line {line}: column `{column}`: {} is not a finite number", path.display(), Cell(cell))]
+    NotFinite {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Name of the column.
+        column: String,
+        /// The text.
+        cell: String,
+    },
+    /// The rows of one trajectory do not stand together.
+    #[error("{}, line {line}: trajectory `{label}` goes on after another one began", path.display())]
+    Interleaved {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// The trajectory.
+        label: String,
+    },
+    /// The header gives a unit that this column cannot have.
+    #[error("{}, line 1: the column `{column}` is in `{unit}`; it must be in {expected}", path.display())]
+    Unit {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+        /// The unit in the header.
+        unit: String,
+        /// What there should be.
+        expected: &'static str,
+    },
+
+    /// No column was named as a state.
+    #[error("which of the columns {} are states, and which are inputs?", quoted(columns))]
+    ColumnsNotNamed {
+        /// The file.
+        path: PathBuf,
+        /// Columns there are.
+        columns: Vec<String>,
+        /// Which are likely to be what.
+        suggestion: Suggestion,
+    },
+    /// There is no column that could be a state.
+    #[error("{} has no column but `t` and `trajectory`", path.display())]
+    NoColumns {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A column was named that is not there.
+    #[error("no column named `{column}`; known: {}", quoted(known))]
+    UnknownColumn {
+        /// Name of the column.
+        column: String,
+        /// Names there are.
+        known: Vec<String>,
+    },
+    /// `t` or `trajectory` was named as a state or an input.
+    #[error("`{column}` is {}, not a state or an input", if column == crate::TIME { "the time" } else { "what tells rollouts apart" })]
+    Reserved {
+        /// Name of the column.
+        column: String,
+    },
+    /// One column was named twice.
+    #[error("the column `{column}` is named twice among states and inputs")]
+    NamedTwice {
+        /// Name of the column.
+        column: String,
+    },
+    /// An option names a state that is not there.
+    #[error("no state for `{option}` named `{state}`; known: {}", quoted(known))]
+    UnknownState {
+        /// Which option.
+        option: StateOption,
+        /// The state.
+        state: String,
+        /// Names there are.
+        known: Vec<String>,
+    },
+
+    /// There are no time stamps, and no sampling interval was given.
+    #[error("{} has no column `t` and no sampling interval was given", path.display())]
+    NoTime {
+        /// The file.
+        path: PathBuf,
+        /// A column whose name says that it holds times.
+        similar: Option<String>,
+    },
+    /// Resampling needs time stamps.
+    #[error("resampling needs time stamps: a column `t` in seconds")]
+    NoTimeToResample,
+    /// No rollout has a step.
+    #[error("no rollout has two rows; a step needs the row it leads to")]
+    NoStep,
+    /// Time stands still or runs back.
+    #[error("{}, line {line}: t = {after} s does not come after {before} s (line {line_before})", path.display())]
+    TimeNotIncreasing {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Time of the row \[s\].
+        after: f64,
+        /// Time of the row before \[s\].
+        before: f64,
+        /// Line of the row before.
+        line_before: usize,
+    },
+    /// The time stamps are not evenly spaced.
+    #[error(
+        "{}, line {line}: the samples are not evenly spaced: steps of `t` from {shortest:.6} s (before line {line_shortest}) to \
+         {longest:.6} s (before line {line}), {mean:.6} s on average; {forgiven_percent} % is forgiven", path.display()
+    )]
+    Uneven {
+        /// The file.
+        path: PathBuf,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Shortest step \[s\].
+        shortest: f64,
+        /// Line of the row it leads to.
+        line_shortest: usize,
+        /// Longest step \[s\].
+        longest: f64,
+        /// Mean step \[s\].
+        mean: f64,
+        /// A number with few digits near the mean, to resample to.
+        suggested: f64,
+        /// Deviation of a time stamp that is forgiven, in percent of a step.
+        forgiven_percent: f64,
+    },
+    /// Resampling would make more rows than are held in memory.
+    #[error("resampling every {dt} s would make {rows:.0} rows; at most {most:.0} are held")]
+    TooManyRows {
+        /// The sampling interval \[s\].
+        dt: f64,
+        /// Rows there would be.
+        rows: f64,
+        /// Rows there may be.
+        most: f64,
+    },
+
+    /// Two states were declared cosine and sine of one angle and are not.
+    #[error("`{cosine}` and `{sine}` are no cosine and sine: their squares do not add up to 1")]
+    NotACircle {
+        /// The column declared as cosine.
+        cosine: String,
+        /// The column declared as sine.
+        sine: String,
+    },
+    /// A state was declared part of two angles.
+    #[error("`{cosine}` and `{sine}`: a state shows one angle, with one other state")]
+    CircleTaken {
+        /// The column declared as cosine.
+        cosine: String,
+        /// The column declared as sine.
+        sine: String,
+    },
+    /// A state was declared its own rate.
+    #[error("`{state}` cannot be its own rate")]
+    OwnRate {
+        /// The state.
+        state: String,
+    },
+    /// A state was declared the rate of two, or to have two rates.
+    #[error(
+        "`{rate}` as the rate of `{of}` does not go with `{other_rate}` as that of `{other_of}`: one rate for one state"
+    )]
+    RateTaken {
+        /// The state declared as rate.
+        rate: String,
+        /// The state whose rate it should be.
+        of: String,
+        /// The rate declared before.
+        other_rate: String,
+        /// The state whose rate that is.
+        other_of: String,
+    },
+    /// Rates were declared in a circle.
+    #[error("`{rate}` as the rate of `{of}` closes a circle: `{rate}` would be its own rate by way of others")]
+    RateCircle {
+        /// The state declared as rate.
+        rate: String,
+        /// The state whose rate it should be.
+        of: String,
+    },
+    /// A state was declared an angle and is the rate of another.
+    #[error("`{state}` cannot be an angle and the rate of `{of}`")]
+    AngleAndRate {
+        /// The state.
+        state: String,
+        /// The state whose rate it should be.
+        of: String,
+    },
+
+    /// The rows do not make a data set.
+    #[error(transparent)]
+    Dataset(#[from] DatasetError),
+}
+
+/// Which columns are likely to be what, by their names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Suggestion {
+    /// Columns that look like states.
+    pub states: Vec<String>,
+    /// Columns that look like inputs, such as `u` or `force`.
+    pub inputs: Vec<String>,
+    /// Whether there is a column `t`.
+    pub has_time: bool,
+}
+
+/// The field of [`LogOptions`](crate::LogOptions) that names states.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StateOption {
+    /// [`LogOptions::angles`](crate::LogOptions::angles).
+    Angles,
+    /// [`LogOptions::rates`](crate::LogOptions::rates).
+    Rates,
+    /// [`LogOptions::circles`](crate::LogOptions::circles).
+    Circles,
+    /// [`LogOptions::noise`](crate::LogOptions::noise).
+    Noise,
+    /// [`LogOptions::limits`](crate::LogOptions::limits).
+    Limits,
+}
+
+impl fmt::Display for StateOption {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Angles => "angles",
+            Self::Rates => "rates",
+            Self::Circles => "circles",
+            Self::Noise => "noise",
+            Self::Limits => "limits",
+        })
+    }
+}
+
+/// A cell as a message shows it.
+struct Cell<'a>(&'a str);
+
+impl fmt::Display for Cell<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.0.is_empty() { f.write_str("an empty cell") } else { write!(f, "`{}`", self.0) }
+    }
+}
+
+fn quoted(names: &[String]) -> String {
+    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,43 @@
+//! Logged data for system identification: a CSV file, and what is known of its columns, as trajectories of a declared system.
+//!
+//! [`Log::read`] checks the file line by line, splits it into trajectories, finds the sampling interval, and recognises
+//! what nobody declared: which state is the rate of which, which two columns are cosine and sine of one angle, to how
+//! many digits a column was rounded. Each such decision is a [`Note`]. From there on a log is a
+//! [`Spec`](sindyna_core::Spec) and a [`Dataset`](sindyna_core::Dataset) like any other.
+//!
+//! ```
+//! use sindyna_logs::{Log, LogOptions, Note};
+//!
+//! let text = "t,x,v,u\n0,0,0,1\n0.1,0.01,0.1,1\n0.2,0.03,0.2,-1\n0.3,0.04,0.1,-1\n0.4,0.04,0,0\n";
+//! let options = LogOptions::new(["x", "v"]).with_inputs(["u"]);
+//! let log = Log::parse("cart.csv", text.to_owned(), &options)?;
+//! assert_eq!((log.rows, log.data.n_steps()), (5, 4));
+//! assert!(log.notes.iter().any(|note| matches!(note, Note::Rate { rate, of, .. } if rate == "v" && of == "x")));
+//! # Ok::<(), sindyna_logs::LogError>(())
+//! ```
+//!
+//! Not here: regression, equations, the command line.
+
+mod circles;
+mod clock;
+mod columns;
+mod declare;
+mod doubts;
+mod error;
+mod held_out;
+mod jumps;
+mod log;
+mod note;
+mod options;
+mod rates;
+mod recording;
+mod resolution;
+mod states;
+mod table;
+
+pub use error::{LogError, StateOption, Suggestion};
+pub use held_out::held_out;
+pub use log::Log;
+pub use note::Note;
+pub use options::{Clock, LogOptions, TIME, TRAJECTORY};
+pub use rates::closes_circle;

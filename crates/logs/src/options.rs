@@ -1,0 +1,70 @@
+//! What is known of a log beforehand.
+
+use sindyna_core::Precision;
+
+/// Column of the time stamps \[s\].
+pub const TIME: &str = "t";
+
+/// Column that tells trajectories apart.
+pub const TRAJECTORY: &str = "trajectory";
+
+/// What is known of a log's columns. Any value will do: it is checked against the file when that is read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct LogOptions {
+    /// Columns that are states.
+    pub states: Vec<String>,
+    /// Columns that are inputs, each held until the next row.
+    pub inputs: Vec<String>,
+    /// States that are angles \[rad\].
+    pub angles: Vec<String>,
+    /// States that are rates of others, as (rate, state); `None` for what the data show.
+    pub rates: Option<Vec<(String, String)>>,
+    /// Pairs of states that are (cosine, sine) of one angle; `None` for what the data show.
+    pub circles: Option<Vec<(String, String)>>,
+    /// Standard deviations of the measurement noise on states, in their units.
+    pub noise: Vec<(String, f64)>,
+    /// States with the lowest and highest value they can have: steps that end there are left out of the regression.
+    pub limits: Vec<(String, f64, f64)>,
+    /// Where the sampling interval comes from.
+    pub clock: Clock,
+    /// How finely the states were recorded; `None` for what the digits show.
+    pub precision: Option<Precision>,
+}
+
+/// Where the sampling interval comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Clock {
+    /// Evenly spaced time stamps in a column `t` \[s\].
+    #[default]
+    Stamps,
+    /// The user \[s\].
+    Given(f64),
+    /// Interpolation of whatever time stamps there are \[s\].
+    Resampled(f64),
+}
+
+impl LogOptions {
+    /// A log whose columns `states` are the states of a system without inputs.
+    #[must_use]
+    pub fn new<S: Into<String>>(states: impl IntoIterator<Item = S>) -> Self {
+        Self { states: states.into_iter().map(Into::into).collect(), ..Self::default() }
+    }
+
+    /// The same with the columns `inputs` as inputs.
+    #[must_use]
+    pub fn with_inputs<S: Into<String>>(self, inputs: impl IntoIterator<Item = S>) -> Self {
+        Self { inputs: inputs.into_iter().map(Into::into).collect(), ..self }
+    }
+
+    /// The same with the states `angles` as angles \[rad\].
+    #[must_use]
+    pub fn with_angles<S: Into<String>>(self, angles: impl IntoIterator<Item = S>) -> Self {
+        Self { angles: angles.into_iter().map(Into::into).collect(), ..self }
+    }
+
+    /// The same with a row every `dt` \[s\], whatever time stamps say.
+    #[must_use]
+    pub fn with_dt(self, dt: f64) -> Self {
+        Self { clock: Clock::Given(dt), ..self }
+    }
+}

@@ -1,0 +1,13 @@
+//! What was identified, and how far to believe it.
+
+mod account;
+mod equation;
+mod held_out;
+mod model;
+mod stepping;
+
+pub use account::{Account, NoiseSource, Offset, StateNoise};
+pub use equation::{Equation, InsideTerm, SubsetOfSize, Summand};
+pub use held_out::{FreeRun, HeldOut};
+pub use model::{ModelFileError, read_model};
+pub use stepping::Stepping;

@@ -1,0 +1,31 @@
+//! What sindyna leaves on the disk, as types that others can read and write.
+//!
+//! - [`run`]: a training run (`summary.json`, `timing.json`, `events.jsonl`, `rollout.csv`) and its directory;
+//! - [`identification`]: what was identified and how far to believe it (`identify.json`), and models (`model.json`);
+//! - [`comparison`]: what runs of several methods came to, one file each, and the digest of all of them.
+//!
+//! Every JSON file has a format version in its field `format`; where the field is absent it is 1. A reader refuses
+//! versions it does not know. Files are written under a temporary name and renamed, so none is ever half there.
+//!
+//! ```
+//! use sindyna_record::run::Evaluation;
+//!
+//! let evaluation = Evaluation::of(vec![-150.0, -170.0]);
+//! assert_eq!((evaluation.mean_return, evaluation.std_return), (-160.0, 10.0));
+//! ```
+//!
+//! Not here: settings of a run, pages and figures, the command line.
+
+pub mod comparison;
+mod error;
+mod file;
+mod format;
+pub mod identification;
+mod own;
+pub mod run;
+mod table_csv;
+
+pub use error::RecordError;
+pub use file::{is_unfinished, json, save, sweep};
+pub use own::Own;
+pub use table_csv::{from_csv, to_csv};

@@ -1,0 +1,190 @@
+//! The files of a run record that programs read: `summary.json` and `timing.json`.
+
+use serde::{Deserialize, Serialize};
+
+use crate::identification::{Offset, Stepping, Summand};
+use crate::{RecordError, format};
+
+/// `summary.json`: what a run did and what came of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// Version of the format; not written while it is 1.
+    #[serde(default = "format::first", skip_serializing_if = "format::is_first")]
+    pub format: u32,
+    /// Name of the task.
+    pub task: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// Every step on the real system before evaluation, over all resets.
+    pub real_steps: usize,
+    /// Resets of the real system before evaluation.
+    pub real_episodes: usize,
+    /// Whether the evaluation reached the threshold; `null` where there was no evaluation or no threshold.
+    pub solved: Option<bool>,
+    /// Mean return from which the task counts as solved.
+    pub threshold: Option<f64>,
+    /// `null` for a run stopped before its evaluation.
+    pub evaluation: Option<Evaluation>,
+    /// `null` where no model was made.
+    pub identification: Option<Identification>,
+    /// How the policy came about.
+    pub training: Training,
+    /// Stopped by Ctrl-C before it was done.
+    pub interrupted: bool,
+}
+
+impl Summary {
+    /// Reads a `summary.json`.
+    ///
+    /// # Errors
+    /// [`RecordError::Json`] for any other text, [`RecordError::Format`] for a version that is not known.
+    pub fn from_json(text: &str) -> Result<Self, RecordError> {
+        let summary: Self = serde_json::from_str(text)?;
+        format::check("summary.json", summary.format)?;
+        Ok(summary)
+    }
+
+    /// The files beside it in the record of a run that came to its end.
+    #[must_use]
+    pub fn files(&self) -> Vec<&'static str> {
+        let model = self.identification.as_ref().map(|_| "model.json");
+        let policy = self.evaluation.as_ref().map(|_| "policy.safetensors");
+        ["rollout.csv", "events.jsonl", "timing.json"].into_iter().chain(model).chain(policy).collect()
+    }
+}
+
+/// Returns of the deterministic policy on the real system.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Evaluation {
+    /// Number of episodes.
+    pub episodes: usize,
+    /// Mean of the returns.
+    pub mean_return: f64,
+    /// Population standard deviation of the returns.
+    pub std_return: f64,
+    /// Return of each episode.
+    pub returns: Vec<f64>,
+}
+
+impl Evaluation {
+    /// Mean and (population) standard deviation of `returns`.
+    #[must_use]
+    pub fn of(returns: Vec<f64>) -> Self {
+        let n = returns.len().max(1) as f64;
+        let mean_return = returns.iter().sum::<f64>() / n;
+        let variance = returns.iter().map(|r| (r - mean_return).powi(2)).sum::<f64>() / n;
+        Self { episodes: returns.len(), mean_return, std_return: variance.sqrt(), returns }
+    }
+}
+
+/// What was identified, and from how much.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identification {
+    /// Name of the method: for an identification, of the sparse regression.
+    pub method: String,
+    /// Candidate terms.
+    pub library: String,
+    /// Candidate features F.
+    pub features: usize,
+    /// States × features (the paper's P).
+    pub parameters: usize,
+    /// Fitted numbers, angle offsets among them; declared rates are not fitted.
+    pub nonzero: usize,
+    /// Non-zero coefficients, kinematic rows included (the paper's P′).
+    pub nonzero_paper: usize,
+    /// Transitions the model was fitted to.
+    pub rows: usize,
+    /// Transitions kept out because a channel sat at its declared bound.
+    pub rows_at_limit: usize,
+    /// Transitions kept out because they do not follow the equations of all the others.
+    pub rows_astray: usize,
+    /// The equations as text, one per state.
+    pub equations: Vec<String>,
+    /// How the equations are stepped.
+    pub stepping: Stepping,
+    /// What is added to an angle before the terms are computed, where that is not zero.
+    pub offsets: Vec<Offset>,
+    /// Whether the residual of every equation is no more than the sensors explain; `null` where that is not known.
+    pub explained: Option<bool>,
+    /// Per equation: coefficients with standard errors.
+    pub coefficients: Vec<Vec<Summand>>,
+}
+
+/// How the policy came about.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Training {
+    /// Learning algorithm.
+    pub algorithm: String,
+    /// Instructions the updates ran with: the same seed gives the same bytes with the same ones.
+    pub isa: String,
+    /// Gradient updates.
+    pub updates: u64,
+    /// Simulated steps in the model.
+    pub model_steps: u64,
+    /// Simulated rollouts in the model.
+    pub model_rollouts: u64,
+    /// Imagined rollouts cut because the model diverged.
+    pub diverged: u64,
+    /// Imagined rollouts ended because they left the trusted region.
+    pub left_region: u64,
+    /// Mean return of the kept policy in the model.
+    pub model_return: Option<f64>,
+    /// Whether the stop rule called it optimal in the model.
+    pub optimal_in_model: bool,
+    /// What the policy was expected to earn on the real system, before it was evaluated there.
+    #[serde(default)]
+    pub prediction: Option<Prediction>,
+    /// Its real episode before that, where the model was not believed without one.
+    #[serde(default)]
+    pub confirmation: Option<Confirmation>,
+    /// Why training stopped short, if it did.
+    pub failure: Option<String>,
+}
+
+/// The mean return of the evaluation's episodes, as predicted.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Prediction {
+    /// The value expected.
+    pub mean: f64,
+    /// Probability that the interval holds it.
+    pub level: f64,
+    /// Lower end of the interval.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+}
+
+/// A real episode beside what was promised for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Confirmation {
+    /// Return of the episode.
+    pub real: f64,
+    /// Return that the models predicted for it.
+    pub promised: f64,
+    /// Standard deviation of what the models drawn promise.
+    pub spread: f64,
+    /// The same with the same noise in all of them.
+    pub disagreement: f64,
+    /// Whether it came out as predicted.
+    pub kept: bool,
+}
+
+/// `timing.json`: the only file of a record that differs between two runs with one seed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Version of the format; not written while it is 1.
+    #[serde(default = "format::first", skip_serializing_if = "format::is_first")]
+    pub format: u32,
+    /// Seconds spent on identification, over all fits.
+    pub identify_seconds: f64,
+    /// Seconds of everything else before the evaluation.
+    pub train_seconds: f64,
+    /// Seconds of the evaluation.
+    pub evaluate_seconds: f64,
+    /// Seconds in all.
+    pub wall_seconds: f64,
+    /// Processor and cores.
+    pub machine: String,
+    /// Threads that worked on it.
+    pub threads: usize,
+}

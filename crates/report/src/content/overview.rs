@@ -1,0 +1,166 @@
+//! The whole report, and what is not in it.
+
+use sindyna_record::comparison::Digest;
+
+use super::steps::speed_ups;
+use super::{costs, found, returns, steps};
+use crate::document::Block;
+use crate::equations::equations;
+use crate::numbers::plural;
+use crate::scores::scales;
+use crate::{Catalog, Comparison, Page};
+
+const TITLE: &str = "How many real steps each method needs";
+
+impl Comparison<'_> {
+    /// Everything that is to be said.
+    #[must_use]
+    pub fn report(&self) -> Page {
+        Page { title: TITLE.into(), blocks: blocks(self) }
+    }
+
+    /// The table of real steps alone.
+    #[must_use]
+    pub fn steps_table(&self) -> Page {
+        let mut blocks = speed_ups(self);
+        blocks.extend(self.gaps().map(Block::Text));
+        Page { title: TITLE.into(), blocks }
+    }
+
+    /// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
+    #[must_use]
+    pub fn gaps(&self) -> Option<String> {
+        gaps(self.digest, self.catalog)
+    }
+}
+
+/// The report on a comparison.
+fn blocks(comparison: &Comparison<'_>) -> Vec<Block> {
+    let Comparison { digest, catalog, .. } = *comparison;
+    let found = equations(digest, catalog);
+    let scales = scales(digest);
+    let mut blocks = vec![Block::text(overview(digest))];
+    blocks.extend(gaps(digest, catalog).map(Block::Text));
+    blocks.extend(steps::curves(comparison));
+    blocks.push(Block::Section("Real steps until solved".into()));
+    blocks.extend(speed_ups(comparison));
+    blocks.extend(returns::returns(comparison));
+    blocks.extend(returns::one_scale(comparison, &scales));
+    blocks.extend(found::equations(&found));
+    blocks.extend(found::portraits(&found));
+    blocks.extend(found::table_of_the_paper(comparison, &found));
+    blocks.extend(costs::costs(comparison));
+    blocks.push(Block::Section("Settings".into()));
+    let (common, methods) = digest.settings.split_once("\n\n").unwrap_or((&digest.settings, ""));
+    blocks.push(Block::text(
+        "Version, commit and instructions of all runs; what is not set below is as the program has it at that commit.",
+    ));
+    blocks.push(Block::Code(common.into()));
+    if !methods.is_empty() {
+        blocks.push(Block::Folded { summary: "Settings of every method on every task".into(), code: methods.into() });
+    }
+    blocks
+}
+
+fn overview(digest: &Digest) -> String {
+    let (tasks, methods) = (digest.tasks(), digest.methods());
+    let mut seeds: Vec<u64> = digest.runs.iter().map(|run| run.seed).collect();
+    seeds.sort_unstable();
+    seeds.dedup();
+    format!(
+        "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
+         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 10,000 samples, each task and method drawn from \
+         itself).",
+        plural(digest.runs.len(), "run"),
+        plural(methods.len(), "method"),
+        plural(tasks.len(), "task"),
+        plural(seeds.len(), "seed")
+    )
+}
+
+/// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
+pub(crate) fn gaps(digest: &Digest, catalog: &dyn Catalog) -> Option<String> {
+    let asked = |task: &str, method: &str| {
+        digest.asked.iter().find(|a| a.task == task && a.method == method).map(|a| a.seeds as usize)
+    };
+    let count = |task: &str, method: &str| digest.of(task, method).count();
+    let named = digest.asked.iter().map(|a| (a.task.as_str(), a.method.as_str()));
+    let (mut tasks, mut methods) = (digest.tasks(), digest.methods());
+    for (task, method) in named {
+        if !tasks.contains(&task) {
+            tasks.push(task);
+        }
+        if !methods.contains(&method) {
+            methods.push(method);
+        }
+    }
+    let pairs = || tasks.iter().flat_map(|task| methods.iter().map(move |method| (*task, *method)));
+    let most = pairs().map(|(task, method)| count(task, method)).max().unwrap_or(0);
+    let gap = |(task, method): (&str, &str)| {
+        let few = count(task, method);
+        match asked(task, method) {
+            Some(all) if few < all => {
+                Some(format!("{method} on {task} has {few} of the {} asked for", plural(all, "run")))
+            }
+            _ if few == 0 && catalog.methods().contains(&method) && !catalog.applies(method, task) => {
+                Some(format!("{method} is not for {task}"))
+            }
+            _ if few < most => Some(format!("{method} on {task} has {} of {most}", plural(few, "run"))),
+            _ => None,
+        }
+    };
+    let gaps: Vec<String> = pairs().filter_map(gap).collect();
+    (!gaps.is_empty()).then(|| format!("Not in it: {}.", gaps.join("; ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalog::tests::Some7;
+    use sindyna_record::comparison::{Outcome, Request};
+
+    #[test]
+    fn gaps_are_told() {
+        let mut digest = Digest::default();
+        for (task, method, seed) in [
+            ("pendulum", "sac", 0),
+            ("pendulum", "sac", 1),
+            ("cart-pole", "lqr", 0),
+            ("cart-pole", "lqr", 1),
+            ("cart-pole", "sac", 0),
+        ] {
+            digest.add(&Outcome::new(task, method, seed), None);
+        }
+        let told = gaps(&digest, &Some7).expect("there are gaps");
+        assert_eq!(told, "Not in it: lqr is not for pendulum; sac on cart-pole has 1 run of 2.");
+        let asked = |task: &str, method: &str| Request { task: task.into(), method: method.into(), seeds: 3 };
+        digest.asked = vec![asked("cart-pole", "sac"), asked("mountain-car", "sindy")];
+        let told = gaps(&digest, &Some7).expect("there are gaps");
+        assert!(told.contains("sac on cart-pole has 1 of the 3 runs asked for"), "{told}");
+        assert!(told.contains("sindy on mountain-car has 0 of the 3 runs asked for"), "{told}");
+        assert!(overview(&digest).starts_with("5 runs of 2 methods on 2 tasks, 2 seeds"));
+    }
+
+    #[test]
+    fn a_report_has_all_its_sections_whatever_there_is() {
+        let mut digest = Digest::default();
+        digest.add(&Outcome::new("pendulum", "sac", 0), None);
+        let blocks = blocks(&Comparison::new(&digest, &Some7));
+        let sections: Vec<&str> = blocks
+            .iter()
+            .filter_map(|block| if let Block::Section(name) = block { Some(name.as_str()) } else { None })
+            .collect();
+        let expected = [
+            "Learning curves",
+            "Real steps until solved",
+            "Returns at the end",
+            "All tasks on one scale",
+            "Equations found",
+            "Phase portraits",
+            "Table 1 of the paper",
+            "Models and costs",
+            "Settings",
+        ];
+        assert_eq!(sections, expected);
+    }
+}

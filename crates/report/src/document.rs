@@ -1,0 +1,45 @@
+//! What a report consists of, before it is a page or Markdown.
+
+use super::figure::Figure;
+
+/// A part of a report.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Block {
+    /// A section begins.
+    Section(String),
+    /// A part of a section begins.
+    Part(String),
+    Text(String),
+    /// Names of things in the first `words` columns, numbers in the others.
+    Table {
+        words: usize,
+        head: Vec<String>,
+        rows: Vec<Vec<String>>,
+    },
+    Figures(Vec<Figure>),
+    Code(String),
+    /// Code that few want to see.
+    Folded {
+        summary: String,
+        code: String,
+    },
+}
+
+impl Block {
+    pub(crate) fn text(text: impl Into<String>) -> Self {
+        Self::Text(text.into())
+    }
+
+    pub(crate) fn table<const N: usize>(words: usize, head: [&str; N], rows: Vec<[String; N]>) -> Self {
+        let rows = rows.into_iter().map(|row| row.to_vec()).collect();
+        Self::Table { words, head: head.map(String::from).to_vec(), rows }
+    }
+}
+
+/// All figures of a report.
+pub(crate) fn figures(blocks: &[Block]) -> impl Iterator<Item = &Figure> {
+    blocks.iter().flat_map(|block| match block {
+        Block::Figures(figures) => &figures[..],
+        _ => &[],
+    })
+}

@@ -1,0 +1,169 @@
+//! A rectangle of a drawing with numbers at its borders.
+
+use std::fmt::Write as _;
+
+use crate::escape::escaped;
+
+/// How numbers are spread over an axis.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Spacing {
+    Even,
+    Logarithmic,
+}
+
+/// One axis.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axis {
+    pub(super) label: String,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) spacing: Spacing,
+}
+
+impl Axis {
+    pub(super) fn even(label: &str, low: f64, high: f64) -> Self {
+        let (low, high) = if low < high { (low, high) } else { (low - 1.0, low + 1.0) };
+        Self { label: label.into(), low, high, spacing: Spacing::Even }
+    }
+
+    pub(super) fn logarithmic(label: &str, low: f64, high: f64) -> Self {
+        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic }
+    }
+
+    /// Where `value` lies between both ends, 0 to 1; what is beyond lies at the end.
+    fn share(&self, value: f64) -> f64 {
+        let place = |v: f64| if self.spacing == Spacing::Logarithmic { v.max(self.low).log10() } else { v };
+        ((place(value) - place(self.low)) / (place(self.high) - place(self.low))).clamp(0.0, 1.0)
+    }
+
+    fn ticks(&self) -> Vec<f64> {
+        match self.spacing {
+            Spacing::Even => round_numbers(self.low, self.high),
+            Spacing::Logarithmic => powers_of_ten(self.low, self.high),
+        }
+    }
+}
+
+/// The rectangle, in units of the drawing.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Axes {
+    pub(super) x: Axis,
+    pub(super) y: Axis,
+    pub(super) left: f64,
+    pub(super) right: f64,
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+}
+
+impl Axes {
+    pub(super) fn x(&self, value: f64) -> f64 {
+        self.left + self.x.share(value) * (self.right - self.left)
+    }
+
+    pub(super) fn y(&self, value: f64) -> f64 {
+        self.bottom - self.y.share(value) * (self.bottom - self.top)
+    }
+
+    /// Both coordinates as a polyline has them.
+    pub(super) fn point(&self, (x, y): (f64, f64)) -> String {
+        format!("{:.1},{:.1}", self.x(x), self.y(y))
+    }
+
+    /// Grid, numbers and names of both axes.
+    pub(super) fn draw(&self, text: &mut String) {
+        let Self { left, right, top, bottom, .. } = *self;
+        for tick in self.x.ticks() {
+            let x = self.x(tick);
+            let _ = writeln!(text, r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}"/>"#);
+            let _ =
+                writeln!(text, r#"<text class="middle" x="{x:.1}" y="{:.1}">{}</text>"#, bottom + 17.0, shown(tick));
+        }
+        for tick in self.y.ticks() {
+            let y = self.y(tick);
+            let _ = writeln!(text, r#"<line class="grid" x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}"/>"#);
+            let _ =
+                writeln!(text, r#"<text class="end" x="{:.1}" y="{:.1}">{}</text>"#, left - 6.0, y + 4.5, shown(tick));
+        }
+        let middle = 0.5 * (left + right);
+        let _ = writeln!(
+            text,
+            r#"<text class="middle" x="{middle:.1}" y="{:.1}">{}</text>"#,
+            bottom + 35.0,
+            escaped(&self.x.label)
+        );
+        let _ = writeln!(text, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, left, top - 8.0, escaped(&self.y.label));
+    }
+
+    /// A level all across.
+    pub(super) fn level(&self, text: &mut String, class: &str, value: f64) {
+        let (left, right, y) = (self.left, self.right, self.y(value));
+        let _ = writeln!(text, r#"<line class="{class}" x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}"/>"#);
+    }
+
+    /// Straight lines from point to point.
+    pub(super) fn line(&self, text: &mut String, class: &str, points: &[(f64, f64)]) {
+        let points: Vec<String> = points.iter().map(|p| self.point(*p)).collect();
+        let _ = writeln!(text, r#"<polyline class="{class}" points="{}"/>"#, points.join(" "));
+    }
+
+    pub(super) fn dot(&self, text: &mut String, class: &str, (x, y): (f64, f64), radius: f64) {
+        let (x, y) = (self.x(x), self.y(y));
+        let _ = writeln!(text, r#"<circle class="{class}" cx="{x:.1}" cy="{y:.1}" r="{radius}"/>"#);
+    }
+}
+
+/// A number at an axis: with a true minus.
+fn shown(value: f64) -> String {
+    value.to_string().replace('-', "\u{2212}")
+}
+
+fn powers_of_ten(low: f64, high: f64) -> Vec<f64> {
+    let exponents = (low.log10().ceil() as i32)..=(high.log10().floor() as i32);
+    exponents.map(|exponent| 10_f64.powi(exponent)).collect()
+}
+
+/// Four to eight round numbers between `low` and `high`.
+fn round_numbers(low: f64, high: f64) -> Vec<f64> {
+    let rough = (high - low) / 5.0;
+    let power = rough.log10().floor() as i32;
+    let steps = [(1, power), (2, power), (5, power), (1, power + 1)];
+    let size = |(digit, power): (i32, i32)| f64::from(digit) * 10_f64.powi(power);
+    let (digit, power) = steps.into_iter().find(|step| size(*step) >= rough * (1.0 - 1e-9)).unwrap_or((1, power + 1));
+    let step = size((digit, power));
+    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
+    // Divided by a whole number where there is one, so that 0.6 is 0.6 and not 0.6000000000000001.
+    let number = |i: i64| {
+        let whole = (i * i64::from(digit)) as f64;
+        if power < 0 { whole / 10_f64.powi(-power) } else { whole * 10_f64.powi(power) }
+    };
+    (first..=last).map(number).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ticks_are_round_and_few() {
+        assert_eq!(round_numbers(-1200.0, -140.0), [-1000.0, -500.0]);
+        assert_eq!(round_numbers(0.0, 100.0), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
+        assert_eq!(round_numbers(0.0, 1.0), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+        assert_eq!(powers_of_ten(5.0, 20_000.0), [10.0, 100.0, 1_000.0, 10_000.0]);
+        assert_eq!(shown(-0.5), "−0.5");
+    }
+
+    #[test]
+    fn what_lies_beyond_an_axis_is_drawn_at_its_end() {
+        let axes = Axes {
+            x: Axis::logarithmic("", 10.0, 1_000.0),
+            y: Axis::even("", 0.0, 2.0),
+            left: 0.0,
+            right: 100.0,
+            top: 0.0,
+            bottom: 50.0,
+        };
+        assert_eq!((axes.x(100.0), axes.x(1.0), axes.x(1e6)), (50.0, 0.0, 100.0));
+        assert_eq!((axes.y(1.0), axes.y(-3.0), axes.y(2.0)), (25.0, 50.0, 0.0));
+        assert_eq!(Axis::even("", 3.0, 3.0), Axis::even("", 2.0, 4.0), "a single value has room around it");
+    }
+}

@@ -1,0 +1,21 @@
+//! Drawings as SVG whose colours are classes: a page has its own colours, light or dark, for all of them.
+
+mod axes;
+mod curves;
+mod drawing;
+mod frame;
+mod names;
+#[cfg(feature = "png")]
+mod png;
+mod portraits;
+mod profile;
+mod style;
+
+pub(crate) use curves::curves;
+pub use drawing::Figure;
+#[cfg(feature = "png")]
+pub use png::PngError;
+pub(crate) use portraits::portraits;
+pub(crate) use profile::profiles;
+pub use style::METHOD_COLOURS;
+pub(crate) use style::page_style;

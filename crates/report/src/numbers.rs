@@ -1,0 +1,37 @@
+//! Numbers as a report shows them.
+
+pub(crate) use sindyna_core::number::{fixed, plural, significant};
+
+use crate::stats::Interval;
+
+/// What there is not.
+pub(crate) const NONE: &str = "–";
+
+/// `value` with two significant digits.
+pub(crate) fn rough(value: f64) -> String {
+    if value.abs() >= 10.0 { fixed(value, 0) } else { significant(value, 2).replace('-', "−") }
+}
+
+pub(crate) fn or_none(value: Option<String>) -> String {
+    value.unwrap_or_else(|| NONE.into())
+}
+
+/// `value [low, high]`, the interval as far as there is one.
+pub(crate) fn with_interval(value: f64, interval: Option<Interval>, shown: impl Fn(f64) -> String) -> String {
+    match interval {
+        Some(Interval { low, high }) => format!("{} [{}, {}]", shown(value), shown(low), shown(high)),
+        None => shown(value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn intervals_stand_behind_their_value() {
+        assert_eq!((rough(3.04), rough(437.6)), ("3".into(), "438".into()));
+        let interval = Some(Interval { low: 1.0, high: f64::INFINITY });
+        assert_eq!(with_interval(2.0, interval, |v| fixed(v, 0)), "2 [1, ∞]");
+    }
+}

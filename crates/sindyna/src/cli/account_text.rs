@@ -1,0 +1,299 @@
+//! An account of an identification, for people.
+
+use std::fmt::Write as _;
+
+use sindyna_core::number::significant;
+use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise};
+
+use crate::cli::table::aligned;
+
+/// What the residuals of equations are compared with where the noise was estimated.
+const ESTIMATED: &str = "the estimated noise";
+
+/// What was held out, and how well it is predicted.
+fn held_out_lines(held_out: &HeldOut) -> String {
+    let mut text = format!("\nheld out: {} steps", held_out.steps);
+    for prediction in &held_out.predictions {
+        let how = match prediction.horizon {
+            Some(1) => "1 step ahead".to_owned(),
+            Some(steps) => format!("{steps} steps ahead"),
+            None => "from the first sample".to_owned(),
+        };
+        let fit = |(state, fit): &(String, Option<f64>)| match fit {
+            Some(fit) => format!("{state} {fit:.1} %"),
+            None => format!("{state} —"),
+        };
+        let all: Vec<String> = prediction.fit_percent.iter().map(fit).collect();
+        let _ = write!(text, "\n  fit of predictions {how}: {}", all.join(", "));
+    }
+    if let Some(failed) = &held_out.failed {
+        let _ = write!(text, "\n  no more predictions: {failed}");
+    }
+    text
+}
+
+/// The equations, each with its terms, and what speaks for them.
+pub(crate) fn text(account: &Account) -> String {
+    let approximation = if account.explained == Some(false) { "an approximation, " } else { "" };
+    let mut text = format!("equations: {approximation}{}\n", account.stepping);
+    for equation in &account.equations {
+        let _ = writeln!(text, "  {}", equation.equation);
+    }
+    text += &offset_lines(account);
+    for warning in &account.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
+    for equation in &account.equations {
+        text.push('\n');
+        text.push_str(&table(account, equation));
+    }
+    let _ = write!(text, "\nsteps used: {}", steps(account));
+    let condition = match account.condition {
+        Some(condition) => significant(condition, 2),
+        None => "infinite (fewer steps than terms)".into(),
+    };
+    if !account.noise_deviations.is_empty() {
+        let sigma = |d: &StateNoise| {
+            let grows = if d.growing > 0.0 { ", growing with it" } else { "" };
+            let sigma = format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit);
+            let sigma = sigma.trim_end().to_owned() + grows;
+            d.fit_percent.map_or_else(|| sigma.clone(), |fit| format!("{sigma} (fit {fit:.1} %)"))
+        };
+        let all: Vec<String> = account.noise_deviations.iter().map(sigma).collect();
+        let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
+    }
+    text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
+    if !account.search_complete {
+        text += "\nthe search for terms ended before all proposals were tried: fewer rows or states make it complete";
+    }
+    let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", account.features.len());
+    text
+}
+
+/// How the equations are stepped, and whether they are all there is: lines below them.
+pub(crate) fn verdict(account: &Account) -> String {
+    let mut text = format!("{}\n", account.stepping);
+    text += &offset_lines(account);
+    if account.rows_at_limit + account.rows_astray > 0 {
+        let _ = writeln!(text, "steps used: {}", steps(account));
+    }
+    if account.explained == Some(true) {
+        let _ = writeln!(text, "what is left of every fitted equation is as small as {} explains", sensors(account));
+    }
+    let missed: Vec<String> = account.equations.iter().filter_map(|e| excess(account, e)).collect();
+    for excess in &missed {
+        let _ = writeln!(text, "not exact: {excess}");
+    }
+    if !missed.is_empty() {
+        text += "more real steps (--real-steps), another --library or a --term of your own may find what is missing\n";
+    }
+    text
+}
+
+/// How many steps were used, and how many were not.
+fn steps(account: &Account) -> String {
+    let left_out = |count: usize, why: &str| match count {
+        0 => String::new(),
+        _ => format!(", left out {why}: {count}"),
+    };
+    let (at_limit, astray) = (account.rows_at_limit, account.rows_astray);
+    account.rows.to_string() + &left_out(at_limit, "at a limit") + &left_out(astray, "as unlike all others")
+}
+
+fn offset_lines(account: &Account) -> String {
+    let line = |Offset { state, offset }: &Offset| {
+        format!("angle offset: the zero of {state} is taken to be at {}\n", significant(-offset, 6))
+    };
+    account.offsets.iter().map(line).collect()
+}
+
+/// What is known to be wrong with what sensors say.
+fn sensors(account: &Account) -> &'static str {
+    match account.noise {
+        NoiseSource::Estimated => ESTIMATED,
+        NoiseSource::Declared => "noise",
+        _ => "rounding",
+    }
+}
+
+/// Coefficients with their errors, and the residual, which is compared with what the sensors explain.
+fn table(account: &Account, equation: &Equation) -> String {
+    let sensors = sensors(account);
+    let Some(residual) = equation.residual else { return declaration(equation) };
+    let mut text = coefficients(equation);
+    let residual = quantity(equation, residual);
+    let verdict = match (equation.reached_floor, equation.floor > 0.0) {
+        (true, _) if sensors == ESTIMATED => "white noise".into(),
+        (false, _) if sensors == ESTIMATED => equation.doubt.as_deref().unwrap_or_default().into(),
+        (true, _) => format!("as small as {sensors} explains ({})", significant(equation.floor, 2)),
+        (false, true) if equation.terms.len() >= account.rows => {
+            "as many terms as steps leave nothing to judge by".into()
+        }
+        (false, true) if equation.has_rivals() => {
+            format!("as small as {sensors} explains, but other terms explain the data as well")
+        }
+        (false, true) => {
+            let floor = significant(equation.floor, 2);
+            format!("above what {sensors} explains ({floor}): noise, or a term that is missing")
+        }
+        (false, false) => "what the sensors explain is not known for this target".into(),
+    };
+    let search = if equation.proved || equation.path.is_empty() || sensors == ESTIMATED {
+        ""
+    } else {
+        "; not every subset of this size was tried"
+    };
+    let _ = writeln!(text, "  residual {residual}: {verdict}{search}");
+    if !equation.ties.is_empty() {
+        let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
+        let _ = writeln!(text, "  the data cannot tell these terms from: {}", ties.join("; or "));
+    }
+    text
+}
+
+/// Why this equation is not all there is, in a few words; `None` if it is, or if that is not known.
+fn excess(account: &Account, equation: &Equation) -> Option<String> {
+    let sensors = sensors(account);
+    let residual = equation.residual.filter(|_| equation.is_explained() == Some(false))?;
+    let (state, residual, floor) = (&equation.state, quantity(equation, residual), significant(equation.floor, 2));
+    if equation.terms.len() >= account.rows {
+        let (terms, rows) = (equation.terms.len(), account.rows);
+        return Some(format!(
+            "the equation of {state} has {terms} terms for {rows} steps, which leave nothing to judge by"
+        ));
+    }
+    if equation.has_rivals() {
+        return Some(format!("other terms explain the data on {state} as well"));
+    }
+    if sensors == ESTIMATED {
+        return Some(format!(
+            "the equation of {state} leaves {residual} RMS, {}",
+            equation.doubt.as_deref().unwrap_or_default()
+        ));
+    }
+    Some(format!("the equation of {state} leaves {residual} RMS where {sensors} explains {floor}"))
+}
+
+fn quantity(equation: &Equation, value: f64) -> String {
+    format!("{} {}", significant(value, 2), equation.unit).trim_end().to_owned()
+}
+
+fn left(equation: &Equation) -> &str {
+    equation.equation.split(" = ").next().unwrap_or(&equation.state)
+}
+
+fn declaration(equation: &Equation) -> String {
+    let rate = equation.terms.first().map_or("", |summand| summand.term.as_str());
+    format!("  {}   is {rate}, as declared\n", left(equation))
+}
+
+fn coefficients(equation: &Equation) -> String {
+    let lines = equation.terms.iter().map(|summand| {
+        let error = match summand.standard_error {
+            Some(error) => significant(error, 2),
+            None if summand.known => "as given".into(),
+            None => "not known".into(),
+        };
+        [
+            summand.term.clone(),
+            significant(summand.coefficient, digits(summand.coefficient, summand.standard_error)),
+            error,
+        ]
+    });
+    let inside = equation.parameters.iter().map(|inside| {
+        let error = inside.standard_error.map_or_else(|| "not known".into(), |error| significant(error, 2));
+        let value = significant(inside.value, digits(inside.value, inside.standard_error));
+        [format!("inside {}", inside.term), value, error]
+    });
+    let lines = lines.chain(inside);
+    let heading = [left(equation).to_owned(), "coefficient".into(), "standard error".into()];
+    let lines: Vec<[String; 3]> = std::iter::once(heading).chain(lines).collect();
+    aligned(&lines).lines().map(|line| format!("  {line}\n")).collect()
+}
+
+/// Significant digits of `value` that go as far as two digits of its error.
+fn digits(value: f64, standard_error: Option<f64>) -> usize {
+    let known = |error: f64| (value.abs().log10().floor() - error.log10().floor() + 2.0).clamp(2.0, 15.0);
+    standard_error.filter(|e| *e > 0.0).map_or(9, |error| known(error) as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyna_record::identification::{Stepping, SubsetOfSize, Summand};
+
+    fn account(rows: usize) -> Account {
+        Account {
+            format: 1,
+            rows,
+            rows_at_limit: 0,
+            rows_astray: 0,
+            condition: None,
+            features: vec![],
+            stepping: Stepping { scheme: "euler".into(), substeps: 1, dt: 0.1 },
+            offsets: vec![],
+            explained: None,
+            equations: vec![],
+            noise: NoiseSource::Rounding,
+            noise_deviations: vec![],
+            search_complete: true,
+            warnings: vec![],
+            held_out: None,
+        }
+    }
+
+    fn equation() -> Equation {
+        let summand = |term: &str, coefficient, standard_error| Summand {
+            term: term.into(),
+            coefficient,
+            standard_error,
+            known: false,
+        };
+        Equation {
+            state: "w".into(),
+            equation: "w\u{307} = 15 sin th − 0.1 w".into(),
+            declared: false,
+            unit: "rad/s²".into(),
+            parameters: vec![],
+            terms: vec![summand("sin th", 15.000_000_213, Some(1.234e-7)), summand("w", -0.1, None)],
+            residual: Some(1.26e-6),
+            floor: 2e-6,
+            reached_floor: true,
+            doubt: None,
+            proved: false,
+            path: vec![SubsetOfSize { terms: vec![], residual: 1.0, aic: None, bic: None, proved: true }],
+            ties: vec![],
+        }
+    }
+
+    #[test]
+    fn a_table_lines_up_and_says_what_speaks_for_it() {
+        let expected = "\
+\u{20} w\u{307}        coefficient   standard error
+\u{20} sin th   15.00000021   1.2e-7
+\u{20} w        -0.1          not known
+\u{20} residual 1.3e-6 rad/s²: as small as rounding explains (2e-6); not every subset of this size was tried
+";
+        assert_eq!(table(&account(100), &equation()), expected);
+    }
+
+    #[test]
+    fn ties_are_told() {
+        let ties = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
+        let table = super::table(&account(100), &Equation { ties, ..equation() });
+        assert!(table.ends_with("  the data cannot tell these terms from: th, w; or sin 2 th\n"), "{table}");
+    }
+
+    #[test]
+    fn what_is_left_over_is_told_with_its_unit() {
+        let missed = Equation { residual: Some(0.12), reached_floor: false, ..equation() };
+        assert_eq!(missed.is_explained(), Some(false));
+        let says = "the equation of w leaves 0.12 rad/s² RMS where rounding explains 2e-6";
+        assert_eq!(excess(&account(100), &missed).as_deref(), Some(says));
+        assert!(table(&account(100), &missed).contains("above what rounding explains (2e-6): noise, or a term"));
+        let says = "the equation of w has 2 terms for 2 steps, which leave nothing to judge by";
+        assert_eq!(excess(&account(2), &missed).as_deref(), Some(says));
+        let unknown = Equation { floor: 0.0, ..missed };
+        assert_eq!(unknown.is_explained(), None);
+    }
+}

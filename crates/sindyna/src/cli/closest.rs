@@ -1,0 +1,28 @@
+//! The name that was meant.
+
+use strsim::levenshtein;
+
+/// The known name most like `given`, if one is alike enough to be a slip.
+pub(crate) fn closest<'a>(given: &str, known: &[&'a str]) -> Option<&'a str> {
+    let plain = |s: &str| s.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_lowercase();
+    let distances = known.iter().map(|name| (levenshtein(&plain(given), &plain(name)), *name));
+    distances.min().filter(|(distance, name)| *distance <= name.len() / 3).map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slips_find_their_name() {
+        let known = ["cart-pole", "mountain-car", "pendulum", "inverted-pendulum"];
+        for (given, meant) in [
+            ("cartpole", Some("cart-pole")),
+            ("pendulm", Some("pendulum")),
+            ("MountainCar", Some("mountain-car")),
+            ("walker", None),
+        ] {
+            assert_eq!(closest(given, &known), meant, "{given}");
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! `sindyna compare`: methods side by side.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use sindyna_core::number::plural;
+use sindyna_record::comparison::{Outcome, gather};
+use sindyna_report::Comparison;
+use sindyna_rl::Isa;
+
+use super::common::{Common, Verdict, print};
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::methods::{Job, Known, Method, Pace, Store, first_check};
+use crate::cli::progress::Progress;
+use crate::cli::report_files;
+use crate::problem;
+
+/// Compares methods: how many real steps each needs until it solves each task
+///
+/// Every run of a method on a task with a seed leaves a file, all of them a page to look at. A comparison that was cut off goes on where it stopped when the
+/// same command is given again; what is there is not done twice. Tables, figures and page are always of all the runs in the
+/// directory, those of earlier commands with other tasks, methods or seeds among them; the folder `digest` holds what they follow
+/// from, small enough to be kept with a project (`sindyna report`). Runs share the cores, each on one; what comes
+/// out does not depend on how many there are.
+#[derive(Debug, clap::Args)]
+#[command(after_help = METHODS, allow_negative_numbers = true)]
+pub(crate) struct Args {
+    /// Tasks, `sindyna tasks` lists them
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        value_parser = name,
+        default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum,cart-pole-swing-up"
+    )]
+    tasks: Vec<String>,
+    /// Methods, those below
+    #[arg(
+        long,
+        value_name = "NAMES",
+        value_delimiter = ',',
+        value_parser = name,
+        default_value = "sindy,sac,lqr,hand,random"
+    )]
+    methods: Vec<String>,
+    /// Seeds 0 to N−1
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    seeds: u64,
+    /// Real steps at most, for sac, sac20, mbpo, mbpo-paper and sindy-mbpo; the others take what they need [default: 5000 on cart-pole and pendulum, else 20000]
+    #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    budget: Option<u64>,
+    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = noise)]
+    noise: f64,
+    /// Go on after a task is solved, up to the last of the real steps: what methods reach in the end
+    #[arg(long)]
+    whole_budget: bool,
+    /// Directory of the comparison, new or to go on with
+    #[arg(long, value_name = "DIR", default_value = "runs/compare")]
+    out: PathBuf,
+    #[command(flatten)]
+    common: Common,
+}
+
+const METHODS: &str = "\
+Methods:
+  sindy          equations from ten real steps on, soft actor-critic inside them: `sindyna train`
+  least-squares  the same loop with a linear model, fitted by least squares
+  ensemble       the same loop with an ensemble of neural networks (Janner's)
+  mbpo           soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
+  mbpo-paper     the same with the ensemble whose size the SINDy paper gives
+  sindy-mbpo     mbpo with identified equations instead of the ensemble
+  sac            soft actor-critic on the real system, one update a step
+  sac20          the same with twenty updates a step
+  truth          soft actor-critic inside the true equations: what the best of models could give
+  lqr            least squares on six real episodes of five small random actions, and a linear-quadratic regulator (tasks to balance)
+  sindy-lqr      a linear-quadratic regulator of the equations identified from ten real steps (tasks to balance)
+  hand           a controller written by somebody who knows the equations
+  random         uniformly random actions";
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let interrupt = Interrupt::listen()?;
+    let progress = Progress::new(args.common.quiet);
+    let jobs = args.jobs(&progress)?;
+    let settings = settings(args)?;
+    let store = Store::open(&args.out, &settings, &jobs)?;
+    let (before, left): (Vec<&Job>, Vec<&Job>) = jobs.iter().partition(|job| store.done(job).is_some());
+    let stop = || interrupt.pressed();
+    let pool = args.common.pool()?;
+    let mut pace = Pace::new(left.iter().copied(), pool.current_num_threads());
+    before.iter().for_each(|job| pace.know(job, store.seconds(job).unwrap_or(0.0)));
+    let time =
+        pace.seconds_left().filter(|_| !left.is_empty()).map_or_else(String::new, |s| format!(", {} left", shown(s)));
+    progress.say(&format!("{}, {} of them done before{time}", plural(jobs.len(), "run"), before.len()));
+    let state = Mutex::new((0, pace));
+    pool.install(|| {
+        // One job after the other goes to whichever core is free.
+        left.iter().par_bridge().try_for_each(|job| {
+            let begun = Instant::now();
+            let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(()) };
+            let seconds = begun.elapsed().as_secs_f64();
+            store.keep(job, &outcome, seconds)?;
+            let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
+            state.0 += 1;
+            state.1.done(job, seconds);
+            progress.say(&line(&outcome, state.0, left.len(), &state.1));
+            Ok::<_, Failure>(())
+        })
+    })?;
+    // A comparison stopped before its first run came to an end has nothing to report.
+    let done = state.into_inner().unwrap_or_else(PoisonError::into_inner).0;
+    let any = done > 0 || !before.is_empty();
+    if any {
+        let tasks = Known::tasks();
+        let digest = gather(&args.out, &Known::names(&tasks))?;
+        digest.write(&args.out.join(report_files::DIGEST))?;
+        let comparison = Comparison::new(&digest, &Known);
+        report_files::write(&comparison, &args.out)?;
+        let (table, missing) = (super::report::table(comparison.groups()), super::report::missing(&comparison));
+        print(&format!("{table}\n{missing}record: {}\n", super::report::contents(&args.out)))?;
+    }
+    if interrupt.pressed() {
+        progress.say("stopped; give the same command again to go on");
+        return Ok(Verdict::Interrupted);
+    }
+    Ok(Verdict::Done)
+}
+
+/// A fraction of the sensors' scales.
+fn noise(text: &str) -> Result<f64, &'static str> {
+    text.parse()
+        .ok()
+        .filter(|value| (0.0..=1.0).contains(value))
+        .ok_or("it must be a number between 0 and 1, such as 0.01")
+}
+
+/// A name in a list.
+fn name(text: &str) -> Result<String, &'static str> {
+    if text.is_empty() { Err("a name in the list is empty") } else { Ok(text.to_owned()) }
+}
+
+impl Args {
+    fn jobs(&self, progress: &Progress) -> Result<Vec<Job>, Failure> {
+        let mut jobs = Vec::new();
+        let mut methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut tasks = self.tasks.clone();
+        unique(&mut methods);
+        unique(&mut tasks);
+        let system = |task: &String| Ok::<_, Failure>(problem::system(task)?.with_noise(self.noise));
+        let systems = tasks.iter().map(system).collect::<Result<Vec<_>, _>>()?;
+        let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
+        // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
+        for seed in 0..self.seeds {
+            for system in &systems {
+                let fitting = methods.iter().filter(|m| m.fits(system.name()));
+                jobs.extend(fitting.map(|&method| Job { system: system.clone(), method, seed, budget, whole_budget }));
+            }
+        }
+        for method in &methods {
+            let not: Vec<&str> = tasks.iter().filter(|task| !method.fits(task)).map(String::as_str).collect();
+            if !not.is_empty() {
+                progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
+            }
+        }
+        let learners = jobs.iter().filter_map(|job| first_check(job.method, job.system.spec()));
+        if let (Some(budget), Some(least)) = (budget, learners.max())
+            && budget < least
+        {
+            progress.say(&format!(
+                "note: within {budget} real steps some can solve nothing: their first check is after {least}"
+            ));
+        }
+        if jobs.is_empty() {
+            return Err(Failure::new("none of these methods fits any of these tasks")
+                .hint("`lqr` and `sindy-lqr` are for tasks to balance, `hand` for those that somebody has written a controller for"));
+        }
+        Ok(jobs)
+    }
+}
+
+/// Keeps the first of equal ones.
+fn unique<T: PartialEq + Clone>(list: &mut Vec<T>) {
+    let mut seen: Vec<T> = Vec::new();
+    list.retain(|item| {
+        !seen.contains(item) && {
+            seen.push(item.clone());
+            true
+        }
+    });
+}
+
+/// What runs depend on besides task, method and seed.
+#[derive(Serialize)]
+struct Settings {
+    version: &'static str,
+    commit: &'static str,
+    isa: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    budget: Option<u64>,
+    #[serde(skip_serializing_if = "is_zero")]
+    noise: f64,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    whole_budget: bool,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
+fn settings(args: &Args) -> Result<String, Failure> {
+    let settings = Settings {
+        version: env!("CARGO_PKG_VERSION"),
+        commit: env!("SINDYNA_COMMIT"),
+        isa: Isa::widest().name(),
+        budget: args.budget,
+        noise: args.noise,
+        whole_budget: args.whole_budget,
+    };
+    Ok(toml::to_string(&settings)?)
+}
+
+/// How one run came out, and how long the rest will take.
+fn line(outcome: &Outcome, count: usize, total: usize, pace: &Pace) -> String {
+    let result = match (&outcome.failure, outcome.solved_after) {
+        (Some(failure), _) => format!("failed: {failure}"),
+        // Real steps say nothing of who knows the answer beforehand.
+        (None, Some(_)) if Method::named(&outcome.method).is_ok_and(Method::is_reference) => "solved".into(),
+        (None, Some(steps)) => format!("solved after {steps} real steps"),
+        (None, None) => "not solved".into(),
+    };
+    let left = shown(pace.seconds_left().unwrap_or(0.0));
+    format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
+}
+
+fn shown(seconds: f64) -> String {
+    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
+}

@@ -1,0 +1,167 @@
+//! `sindyna evaluate`: a trained policy on the real system again.
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+use sindyna_core::{Seed, Space, Spec};
+use sindyna_rl::SavedPolicy;
+
+use super::common::{Common, Verdict, print};
+use crate::cli::failure::Failure;
+use crate::problem::{Problem, Source};
+use crate::settings::{TrainConfig, check_episodes};
+use crate::training::evaluation;
+use sindyna_record::run::Evaluation;
+
+/// Runs a trained policy on the real system again
+///
+/// Without options this repeats the evaluation of the run itself: same start states, same returns.
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct Args {
+    /// Directory a run left
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Episodes [default: the run's own number]
+    #[arg(long, value_name = "N")]
+    episodes: Option<usize>,
+    /// Seed of the start states [default: the run's own seed]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Sensor noise, as a fraction of every observation channel's scale, 0 to 1 [default: the run's own]
+    #[arg(long, value_name = "FRACTION")]
+    noise: Option<f64>,
+    /// Also print the return of every episode
+    #[arg(long)]
+    returns: bool,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let read = |name: &str| {
+        let path = args.run.join(name);
+        std::fs::read(&path).with_context(|| format!("cannot read {}", path.display())).map_err(|e| {
+            Failure::from(e)
+                .hint("RUN is a directory that `sindyna train` left, with config.toml and policy.safetensors")
+        })
+    };
+    let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
+        .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
+    if !args.run.join("policy.safetensors").exists() {
+        let config = args.run.join("config.toml");
+        return Err(Failure::new(format!("{} holds no policy: its training left none", args.run.display()))
+            .hint(format!("run it again with `sindyna train --config {}`", config.display())));
+    }
+    let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
+        .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
+    let source = Source::of(&config, &args.run);
+    let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
+    let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
+    check_episodes(episodes)?;
+    let seed = Seed::new(args.seed.unwrap_or(config.seed));
+    fits(&policy, problem.spec())?;
+    let evaluation = args.common.pool()?.install(|| evaluation(&*problem, &policy, episodes, seed))?;
+    print(&report(&*problem, &evaluation, args.returns))?;
+    Ok(verdict(&*problem, &evaluation))
+}
+
+/// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
+fn fits(policy: &SavedPolicy, spec: &Spec) -> Result<(), Failure> {
+    let name = &spec.name;
+    let refuse = |what: String| {
+        Err(Failure::new(what).hint("policy.safetensors belongs to the run whose config.toml lies beside it"))
+    };
+    let (has, needs) = (policy.observation_dim(), spec.observation_dim());
+    if has != needs {
+        return refuse(format!("the policy observes {has} values, `{name}` shows {needs}"));
+    }
+    match (policy, &spec.action_space) {
+        (SavedPolicy::Gaussian(policy), Space::Box { low, high }) => {
+            let (has, takes) = (policy.action_dim(), low.len());
+            if has != takes {
+                return refuse(format!("the policy has {has} action values, `{name}` takes {takes}"));
+            }
+            let ends = |low: &[f64], high: &[f64]| low.iter().copied().zip(high.iter().copied()).collect::<Vec<_>>();
+            let (acts, taken) = (ends(policy.action_low(), policy.action_high()), ends(low, high));
+            let differ = acts.into_iter().zip(taken).enumerate().find(|(_, (acts, taken))| acts != taken);
+            differ.map_or(Ok(()), |(i, ((low, high), (least, most)))| {
+                refuse(format!("action {i} of the policy goes from {low:?} to {high:?}, that of `{name}` from {least:?} to {most:?}"))
+            })
+        }
+        (SavedPolicy::Categorical(policy), Space::Discrete { controls }) => {
+            let (has, takes) = (policy.n_actions(), controls.nrows());
+            if has == takes { Ok(()) } else { refuse(format!("the policy has {has} actions, `{name}` takes {takes}")) }
+        }
+        (SavedPolicy::Gaussian(_), Space::Discrete { .. }) => {
+            refuse(format!("the policy has real actions, `{name}` takes numbered ones"))
+        }
+        (SavedPolicy::Categorical(_), Space::Box { .. }) => {
+            refuse(format!("the policy has numbered actions, `{name}` takes real ones"))
+        }
+    }
+}
+
+/// Whether the evaluation reached the task's threshold, in one line.
+pub(crate) fn report(problem: &dyn Problem, evaluation: &Evaluation, each: bool) -> String {
+    let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
+    let judgement = match problem.spec().solved_at {
+        Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
+        Some(mark) => format!(": not solved (< {mark})"),
+        None => String::new(),
+    };
+    let mut text =
+        format!("return on the real system: {mean_return:.1} ± {std_return:.1} over {episodes} episodes{judgement}\n");
+    if each {
+        text.extend(returns.iter().map(|r| format!("{r}\n")));
+    }
+    text
+}
+
+/// [`Verdict::MissedTarget`] below the task's threshold.
+pub(crate) fn verdict(problem: &dyn Problem, evaluation: &Evaluation) -> Verdict {
+    match problem.spec().solved_at {
+        Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
+        _ => Verdict::Done,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sindyna_rl::Isa;
+
+    use super::*;
+    use crate::problem::named;
+    use crate::settings::agent;
+
+    /// A policy for the task called `name` if its actions were those of `space`.
+    fn policy(name: &str, space: Space) -> SavedPolicy {
+        let problem = named(name).unwrap();
+        let spec = sindyna_core::Spec { action_space: space, ..problem.spec().clone() };
+        let settings = TrainConfig::defaults(&spec).sac;
+        let agent = agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap();
+        SavedPolicy::from_safetensors(&agent.policy().to_bytes()).unwrap()
+    }
+
+    #[test]
+    fn only_a_policy_with_the_actions_of_the_task_fits() {
+        let range = |low: &[f64], high: &[f64]| Space::Box { low: low.to_vec(), high: high.to_vec() };
+        let numbered = |actions: usize| Space::Discrete { controls: ndarray::Array2::zeros((actions, 1)) };
+        let of = |name: &str| named(name).unwrap().spec().action_space.clone();
+        for (name, space, says) in [
+            ("pendulum", range(&[-2.0; 2], &[2.0; 2]), "has 2 action values, `pendulum` takes 1"),
+            ("pendulum", range(&[-1e6], &[1e6]), "from -1000000.0 to 1000000.0, that of `pendulum` from -2.0 to 2.0"),
+            ("pendulum", numbered(2), "has numbered actions, `pendulum` takes real ones"),
+            ("cart-pole", numbered(3), "has 3 actions, `cart-pole` takes 2"),
+            ("cart-pole", range(&[-1.0], &[1.0]), "has real actions, `cart-pole` takes numbered ones"),
+        ] {
+            let refusal = fits(&policy(name, space), named(name).unwrap().spec()).unwrap_err().to_string();
+            assert!(refusal.contains(says) && refusal.contains("hint:"), "{refusal}");
+        }
+        for name in ["pendulum", "cart-pole", "mountain-car"] {
+            assert!(fits(&policy(name, of(name)), named(name).unwrap().spec()).is_ok());
+        }
+        let refusal = fits(&policy("pendulum", of("pendulum")), named("mountain-car").unwrap().spec()).unwrap_err();
+        assert!(refusal.to_string().contains("observes 3 values, `mountain-car` shows 2"), "{refusal}");
+    }
+}

@@ -1,0 +1,124 @@
+//! `sindyna export`: equations as a program in another language.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use serde_json::Value;
+use sindyna_core::Channel;
+use sindyna_sindy::{Model, export};
+
+use super::common::{Verdict, print, write_out};
+use crate::cli::failure::Failure;
+use crate::settings::TrainConfig;
+use sindyna_record::Own;
+use sindyna_record::identification::{Stepping, read_model};
+
+/// Writes equations as a program in another language
+///
+/// `--to python` writes a module that needs NumPy alone: `rhs(x, u)` gives the rates of the states (a map has none),
+/// `step(x, u)` the state one control interval later, both for one state or for arrays of them.
+#[derive(Debug, clap::Args)]
+#[command(after_help = EXAMPLE)]
+pub(crate) struct Args {
+    /// Directory that `sindyna identify` or `sindyna train` left, or a model.json
+    #[arg(value_name = "DIR")]
+    from: PathBuf,
+    /// Language to write
+    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    to: Language,
+    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py next to model.json]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+const EXAMPLE: &str = "\
+Example:  sindyna export models/pendulum --to python
+          python3 -c 'import sys; sys.path.append(\"models/pendulum\"); import model; print(model.step([0.1, 0.0], [0.5]))'";
+
+/// Languages there are.
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
+enum Language {
+    /// A module that needs NumPy alone
+    Python,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };
+    let text =
+        std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
+            Failure::from(e).hint("DIR is a directory that `sindyna identify` or `sindyna train` left, or a model.json")
+        })?;
+    let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
+    let directory = file.parent().unwrap_or(Path::new(""));
+    let (system, notes) = (export::System::from(&model), notes(directory, &model));
+    let module = match args.to {
+        Language::Python => export::python(&system, &notes)?,
+    };
+    // To rename a file over what standard output leads to would replace it.
+    if args.out.as_deref().is_some_and(is_stdout) {
+        write_out(&module)?;
+        return Ok(Verdict::Done);
+    }
+    let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
+    Own { path: &out, what: "export of sindyna" }.save(module.as_bytes()).map_err(|e| Failure::of_own(e, "--out"))?;
+    print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
+    Ok(Verdict::Done)
+}
+
+/// Whether `out` is a name of standard output.
+fn is_stdout(out: &Path) -> bool {
+    ["-", "/dev/stdout"].map(Path::new).contains(&out)
+}
+
+/// What is known besides the model: where it comes from, units, in which space it lives.
+fn notes(directory: &Path, model: &Model) -> Vec<String> {
+    let (source, units) = identified(directory).or_else(|| trained(directory)).unwrap_or_default();
+    let list = |names: &[String]| {
+        let one = |name: &String| match units.iter().find(|(n, unit)| n == name && !unit.is_empty()) {
+            Some((_, unit)) => format!("{name} [{unit}]"),
+            None => name.clone(),
+        };
+        if names.is_empty() { "none".to_owned() } else { names.iter().map(one).collect::<Vec<_>>().join(", ") }
+    };
+    let mut notes = vec![format!("States: {}; inputs: {}.", list(model.states()), list(model.controls()))];
+    notes.extend(Some(source).filter(|s| !s.is_empty()));
+    if model.readings().is_some() {
+        notes.push("The states are what is observed: nothing here keeps a cosine and its sine on the circle.".into());
+    }
+    notes
+}
+
+/// A sentence about where a model comes from, and units by name.
+type Origin = (String, Vec<(String, String)>);
+
+/// From the account that `sindyna identify` left.
+fn identified(directory: &Path) -> Option<Origin> {
+    let text = std::fs::read_to_string(directory.join("identify.json")).ok()?;
+    let document: Value = serde_json::from_str(&text).ok()?;
+    let channels = ["states", "inputs"].iter().filter_map(|key| document[key].as_array()).flatten();
+    let unit = |c: &Value| Some((c["name"].as_str()?.to_owned(), c["unit"].as_str()?.to_owned()));
+    Some((format!("Found in {}.", document["log"].as_str()?), channels.filter_map(unit).collect()))
+}
+
+/// From the configuration that `sindyna train` left.
+fn trained(directory: &Path) -> Option<Origin> {
+    let config = TrainConfig::parse(&std::fs::read_to_string(directory.join("config.toml")).ok()?).ok()?;
+    let source = format!("Found in {} (seed {}).", config.task, config.seed);
+    let Some(system) = sindyna_envs::find(&config.task).filter(|_| config.task_file.is_none()) else {
+        return Some((source, Vec::new()));
+    };
+    let spec = system.spec();
+    let unit = |c: &Channel| (c.name.clone(), c.unit.clone());
+    Some((source, spec.state.iter().chain(&spec.observation).chain(&spec.control).map(unit).collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standard_output_has_two_names() {
+        let is = ["-", "/dev/stdout", "./-", "stdout", "/dev/null"].map(|out| is_stdout(Path::new(out)));
+        assert_eq!(is, [true, true, false, false, false]);
+    }
+}

@@ -1,0 +1,145 @@
+//! What a user of the command can do about an error of a library.
+
+use std::path::Path;
+
+use sindyna_logs::{LogError, Suggestion};
+use sindyna_record::RecordError;
+use sindyna_rl::Isa;
+
+use crate::Error;
+use crate::cli::closest::closest;
+
+/// A hint for the first error in the chain of `error` that has one.
+pub(crate) fn of(error: &anyhow::Error) -> Option<String> {
+    error.chain().find_map(|cause| {
+        // An error that is passed on as it is stands in for its cause.
+        match cause.downcast_ref::<Error>() {
+            Some(Error::Log(error)) => of_log(error),
+            Some(Error::Record(error)) => of_record(error),
+            Some(error) => of_ours(error),
+            None => {
+                let log = cause.downcast_ref::<LogError>().and_then(of_log);
+                log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
+            }
+        }
+    })
+}
+
+fn of_ours(error: &Error) -> Option<String> {
+    Some(match error {
+        Error::UnknownName { name, known, .. } => return near(name, known),
+        Error::Setting { name, .. } => return of_setting(name),
+        Error::Override { .. } => "--set takes KEY=VALUE, such as sac.reward_scale=1; config.toml has all keys".into(),
+        Error::TooFewSteps { .. } => "give it more with --real-steps".into(),
+        Error::ConstraintForm { option, .. } => match *option {
+            "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
+            "--require" => "--require \"dw/dt: u\" says that u is in the equation of w",
+            "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
+            _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
+        }
+        .into(),
+        Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
+        Error::TaskFile { .. } => "docs/task-files.md tells what stands in a task file".into(),
+        Error::Reward { .. } => "guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into(),
+        Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
+        _ => return None,
+    })
+}
+
+/// How the setting called `name` in `config.toml` is set.
+fn of_setting(name: &str) -> Option<String> {
+    let option = match name {
+        "warmup.rollouts" => "--warmup-rollouts",
+        "warmup.rollout_len" => "--real-steps (or --rollout-len)",
+        "imagination.max_real_steps" => "--max-real-steps",
+        "sac.batch_size" => "--batch-size",
+        "optimality.max_updates" => "--max-updates",
+        "evaluation_episodes" => "--episodes",
+        "sac.discount" => {
+            return Some(
+                "rewards without end have no finite value undiscounted; --discount 0.999 looks a thousand steps ahead"
+                    .into(),
+            );
+        }
+        "noise" => {
+            return Some("--noise is a fraction of every observation's scale: 0.01 is one per cent".into());
+        }
+        _ => return None,
+    };
+    Some(format!("{option} sets it"))
+}
+
+fn of_log(error: &LogError) -> Option<String> {
+    Some(match error {
+        LogError::NotText { .. } => "a log is a CSV file: a header, then lines of numbers separated by commas".into(),
+        LogError::CarriageReturns { .. } => "end every line with a line feed, as `tr '\\r' '\\n' < LOG` does".into(),
+        LogError::Empty { .. } => "a log begins with a header line".into(),
+        LogError::OneColumn { .. } => "cells are separated by commas".into(),
+        LogError::NoHeader { .. } => "the first line names the columns, such as t,th,w,u".into(),
+        LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
+        LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
+        LogError::NotFinite { .. } => {
+            "remove the row, and begin another `trajectory` after it: what follows is a rollout of its own".into()
+        }
+        LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
+        LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
+        LogError::UnknownColumn { column, known } => return near(column, known),
+        LogError::UnknownState { state, known, .. } => return near(state, known),
+        LogError::NoTime { similar: Some(column), .. } => format!(
+            "if `{column}` holds the time in seconds, name it `t` in the header; else give the time between two rows with --dt"
+        ),
+        LogError::NoTime { .. } => {
+            "give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
+        }
+        LogError::TimeNotIncreasing { .. } => {
+            "a column `trajectory` tells where another rollout begins; --dt S leaves `t` aside".into()
+        }
+        LogError::Uneven { suggested, .. } => format!(
+            "--resample {suggested} interpolates to even steps; --dt S takes the rows as evenly spaced whatever `t` says"
+        ),
+        LogError::TooManyRows { .. } => "give --resample a longer step".into(),
+        LogError::NotACircle { .. } | LogError::CircleTaken { .. } => {
+            "--circles names pairs of columns that are cosine and sine of one angle".into()
+        }
+        LogError::OwnRate { .. } | LogError::RateTaken { .. } => "--rates names pairs RATE=OF of two states".into(),
+        LogError::RateCircle { .. } => "leave one of the pairs of --rates out: its equation is then looked for".into(),
+        LogError::AngleAndRate { .. } => "take it off --angles, or say --rates none".into(),
+        _ => return None,
+    })
+}
+
+/// The call that names the columns of the log at `path`.
+fn call(path: &Path, Suggestion { states, inputs, has_time }: &Suggestion) -> String {
+    let quote = |list: &[String]| match list.join(",") {
+        list if list.contains([' ', '(', '*']) => format!("'{list}'"),
+        list => list,
+    };
+    let inputs = if inputs.is_empty() { String::new() } else { format!(" --inputs {}", quote(inputs)) };
+    let dt = if *has_time { "" } else { " --dt SECONDS" };
+    format!("sindyna identify {} --states {}{inputs}{dt}", path.display(), quote(states))
+}
+
+fn of_record(error: &RecordError) -> Option<String> {
+    let hint = match error {
+        RecordError::InUse { .. } => "wait for it, or name another directory",
+        RecordError::Exists { .. } => "name another directory with --out, or remove this one",
+        RecordError::NotARun { .. } => {
+            "`sindyna train TASK` prints the directory of its run; killed before that file was there, it is given again"
+        }
+        RecordError::Inconsistent { is_digest: true, .. } => {
+            "`sindyna report` makes it again from the directory of the comparison"
+        }
+        RecordError::Inconsistent { .. } => "`sindyna compare` makes again what is taken away",
+        RecordError::NotAComparison { .. } => "name the directory of a comparison",
+        RecordError::NoRuns { .. } => "`sindyna compare --out DIR` makes some",
+        RecordError::OtherRun { .. } => "take it away; `sindyna compare` makes it again",
+        _ => return None,
+    };
+    Some(hint.into())
+}
+
+/// The name among `known` that was meant.
+fn near(name: &str, known: &[String]) -> Option<String> {
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    closest(name, &known).map(|near| format!("did you mean `{near}`?"))
+}

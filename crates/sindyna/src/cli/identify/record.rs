@@ -1,0 +1,84 @@
+//! What an identification leaves: `config.toml` and `identify.json`.
+
+use std::path::Path;
+
+use serde::Serialize;
+use sindyna_core::{Channel, Kind, Precision, Spec};
+use sindyna_record::identification::Account;
+
+use crate::settings::IdentificationConfig;
+
+/// `config.toml`: everything to run an identification again.
+#[derive(Debug, Serialize)]
+pub(super) struct Record {
+    version: &'static str,
+    commit: &'static str,
+    pub(super) log: String,
+    dt: f64,
+    precision: &'static str,
+    states: Vec<Named>,
+    inputs: Vec<Named>,
+    identification: IdentificationConfig,
+}
+
+/// A column as it was understood.
+#[derive(Debug, Serialize)]
+struct Named {
+    name: String,
+    unit: String,
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    angle: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rate_of: Option<String>,
+    /// Largest magnitude in the log.
+    scale: f64,
+    /// Lowest and highest value it may have, where such were given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    limits: Option<(f64, f64)>,
+    /// Standard deviation of its error, as given and as its digits show.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<f64>,
+}
+
+impl Record {
+    pub(super) fn new(path: &Path, spec: &Spec, identification: IdentificationConfig) -> Self {
+        let error = |name: &str| {
+            let mut shown = spec.observation.iter().zip(spec.noise_deviations());
+            shown.find(|(o, deviation)| o.name == name && *deviation > 0.0).map(|(_, deviation)| deviation)
+        };
+        let named = |channel: &Channel| Named {
+            name: channel.name.clone(),
+            unit: channel.unit.clone(),
+            angle: channel.kind == Kind::Angle,
+            rate_of: match channel.kind {
+                Kind::RateOf(i) => Some(spec.state[i].name.clone()),
+                _ => None,
+            },
+            scale: channel.scale,
+            limits: (channel.bounds.0.is_finite() || channel.bounds.1.is_finite()).then_some(channel.bounds),
+            error: error(&channel.name),
+        };
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            commit: env!("SINDYNA_COMMIT"),
+            log: path.display().to_string(),
+            dt: spec.dt,
+            precision: match spec.precision {
+                Precision::F32 => "f32",
+                Precision::F64 => "f64",
+            },
+            states: spec.state.iter().map(named).collect(),
+            inputs: spec.control.iter().map(named).collect(),
+            identification,
+        }
+    }
+}
+
+/// `identify.json`.
+#[derive(Serialize)]
+pub(super) struct Document<'a> {
+    #[serde(flatten)]
+    pub(super) record: &'a Record,
+    #[serde(flatten)]
+    pub(super) account: &'a Account,
+}

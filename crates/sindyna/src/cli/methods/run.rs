@@ -1,0 +1,328 @@
+//! One run of one method on one task.
+
+use std::sync::Arc;
+
+use serde::Serialize;
+use sindyna_control::{ByHand, Costs, Lqr};
+use sindyna_core::{
+    Agent, Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
+};
+use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
+use sindyna_envs::System;
+use sindyna_record::comparison::{Outcome, Point, Request, mean};
+use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
+use sindyna_sindy::{Identifier, Model, NoiseChoice};
+
+use super::method::Method;
+use super::presets::{self, EPISODES, Preset};
+use crate::cli::failure::Failure;
+use crate::settings::{TrainConfig, agent};
+
+/// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
+const PUSHES: Pushes = Pushes { episodes: 6, steps: 5, share: 0.1 };
+
+#[derive(Serialize)]
+struct Pushes {
+    episodes: usize,
+    /// Real steps of each.
+    steps: usize,
+    /// Part of the range of the actions.
+    share: f64,
+}
+
+/// What the regulators minimise, and where.
+const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and control (Bryson's rule)";
+
+/// What has to be done.
+#[derive(Clone)]
+pub(crate) struct Job {
+    pub(crate) system: System,
+    pub(crate) method: Method,
+    pub(crate) seed: u64,
+    /// Real steps at most for those who learn on the real system, if they are not the task's.
+    pub(crate) budget: Option<usize>,
+    /// Whether they go on after they have solved the task.
+    pub(crate) whole_budget: bool,
+}
+
+impl Job {
+    /// What it asks for: its seed and all before.
+    pub(crate) fn request(&self) -> Request {
+        Request { task: self.system.name().into(), method: self.method.name().into(), seeds: self.seed + 1 }
+    }
+
+    /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
+    pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
+        let mut outcome = Outcome::new(self.system.name(), self.method.name(), self.seed);
+        match self.attempt(&mut outcome, interrupted) {
+            Ok(Ended::Whole) => Some(outcome),
+            Ok(Ended::Interrupted) => None,
+            Err(failure) => {
+                outcome.failure = Some(failure.text());
+                Some(outcome)
+            }
+        }
+    }
+
+    fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        match self.method {
+            Method::Sindy => self.inside(&self.identifier(), outcome, interrupted, tell),
+            Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, interrupted, |model, outcome| {
+                outcome.model_parameters = Some(model.nonzero());
+            }),
+            Method::Ensemble => {
+                let learner = EnsembleLearner::new(presets::ensemble(EnsembleConfig::janner()), spec)?;
+                outcome.model_parameters = Some(learner.n_parameters());
+                self.inside(&learner, outcome, interrupted, |_, _| {})
+            }
+            Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
+            Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper | Method::SindyMbpo => {
+                let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
+                self.outside(&preset, outcome, interrupted)
+            }
+            Method::Lqr => self.regulate_linear(outcome),
+            Method::SindyLqr => self.regulate_identified(outcome),
+            Method::Hand => {
+                let law = ByHand::new(self.system.name());
+                let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
+                self.judge(&law, outcome)?;
+                Ok(Ended::Whole)
+            }
+            Method::Random => {
+                self.judge(&Uniform::new(spec), outcome)?;
+                Ok(Ended::Whole)
+            }
+        }
+    }
+
+    /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
+    pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
+        Ok(match self.method {
+            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth => {
+                let model = match self.method {
+                    Method::LeastSquares => {
+                        "# The model is linear, fitted by least squares, instead of what [identification] says.\n"
+                    }
+                    Method::Ensemble => "# The model is the ensemble of mbpo, instead of what [identification] says.\n",
+                    Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
+                    _ => "",
+                };
+                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
+            }
+            Method::SindyLqr => Some(format!("# {COSTS}; warm-up and identification are those of sindy.\n")),
+            Method::Lqr => Some(format!("# {COSTS}.\n{}", toml::to_string(&PUSHES)?)),
+            _ => self.preset().as_ref().map(toml::to_string).transpose()?,
+        })
+    }
+
+    /// What those learn with who learn on the real system.
+    fn preset(&self) -> Option<Preset> {
+        let mut preset = presets::of(self.method, self.system.spec())?;
+        if let Some(budget) = self.budget {
+            preset.schedule.real_steps = budget;
+            // Who may not go so far is looked at where the steps end.
+            preset.schedule.checks.every = preset.schedule.checks.every.min(budget);
+        }
+        if self.whole_budget {
+            preset.schedule.checks.until = None;
+        }
+        Some(preset)
+    }
+
+    /// The settings of `sindyna train`.
+    fn inner_settings(&self) -> TrainConfig {
+        TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) }
+    }
+
+    /// Algorithm 1 with the models of `learner`.
+    fn inside<L: DynamicsLearner>(
+        &self,
+        learner: &L,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+        tell: fn(&L::Model, &mut Outcome),
+    ) -> Result<Ended, Failure> {
+        let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
+        let config = self.inner_settings();
+        // How noisy the sensors are is told to nobody.
+        let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule());
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
+        let mut env = self.system.environment();
+        let mut explorer = config.warmup.explorer.explorer(spec);
+        let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
+        if learned.interrupted {
+            return Ok(Ended::Interrupted);
+        }
+        (outcome.real_steps, outcome.real_episodes) = (learned.data.n_steps(), learned.data.n_rollouts());
+        (outcome.updates, outcome.model_steps) = (learned.updates, learned.model_steps);
+        if let Some(model) = &learned.model {
+            tell(model, outcome);
+        }
+        outcome.failure = learned.failure.as_ref().map(ToString::to_string);
+        if let Some(policy) = &learned.policy {
+            self.judge(&**policy, outcome)?;
+            let (real_steps, updates, returns) = (outcome.real_steps, outcome.updates, outcome.returns.clone());
+            outcome.curve.push(Point { real_steps, updates, returns });
+        }
+        Ok(Ended::Whole)
+    }
+
+    /// Learning on the real system, with what the ensemble of `preset` or identified equations make of its data, if it has them.
+    fn outside(
+        &self,
+        preset: &Preset,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Ended, Failure> {
+        let Some(ensemble) = preset.ensemble.clone() else {
+            return match preset.schedule.branches {
+                Some(_) => self.online(&self.identifier(), preset, outcome, interrupted),
+                None => self.online(&NoModel, preset, outcome, interrupted),
+            };
+        };
+        let learner = EnsembleLearner::new(ensemble, self.system.spec())?;
+        outcome.model_parameters = Some(learner.n_parameters());
+        self.online(&learner, preset, outcome, interrupted)
+    }
+
+    fn online<L: DynamicsLearner>(
+        &self,
+        learner: &L,
+        preset: &Preset,
+        outcome: &mut Outcome,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Ended, Failure> {
+        let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
+        let (task, sensors) = (self.system.task(), self.system.sensors().with_noise(&[]));
+        let online = Online { task: &*task, sensors: &sensors, learner, schedule: &preset.schedule, seed };
+        let mut env = self.system.environment();
+        let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
+        let mut explorer = Uniform::new(spec);
+        let mut agent = self.agent(preset.sac.clone())?;
+        let left = online.run(&mut env, &mut judges, &mut explorer, &mut *agent, interrupted)?;
+        self.account(left, outcome)
+    }
+
+    fn account<M>(&self, left: Practised<M>, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        if left.interrupted {
+            return Ok(Ended::Interrupted);
+        }
+        (outcome.real_steps, outcome.real_episodes) = (left.real_steps, left.real_episodes);
+        (outcome.updates, outcome.model_steps) = (left.updates, left.model_steps);
+        outcome.failure = left.failure.as_ref().map(ToString::to_string);
+        let points = left.checks.into_iter();
+        outcome.curve =
+            points.map(|c| Point { real_steps: c.real_steps, updates: c.updates, returns: c.returns }).collect();
+        self.judge(&*left.policy, outcome)?;
+        // The last evaluation is for what a run ends with; what counts as solved is the first check that reaches the mark.
+        let reaches = |point: &&Point| {
+            self.system.spec().solved_at.zip(mean(&point.returns)).is_some_and(|(mark, reached)| reached >= mark)
+        };
+        outcome.solved_after = outcome.curve.iter().find(reaches).map(|check| check.real_steps);
+        Ok(Ended::Whole)
+    }
+
+    /// A regulator of a linear model, fitted to small random pushes of its own.
+    fn regulate_linear(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        let data = self.warm_up(&mut Gentle::new(spec, PUSHES.share), (PUSHES.episodes, PUSHES.steps))?;
+        let model = Identifier::linear(spec)?.identify(&data)?.model;
+        self.regulate(&model, &data, outcome)
+    }
+
+    /// A regulator of the equations identified from the data that `sindy` begins with.
+    fn regulate_identified(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let (spec, config) = (self.system.spec(), self.inner_settings());
+        let mut explorer = config.warmup.explorer.explorer(spec);
+        let data = self.warm_up(&mut *explorer, (1, config.schedule().rollout_len))?;
+        let model = self.identifier().identify(&data)?.model;
+        tell(&model, outcome);
+        self.regulate(&model, &data, outcome)
+    }
+
+    /// A regulator of `model`, which `data` was needed for, around the origin.
+    fn regulate(&self, model: &Model, data: &Dataset, outcome: &mut Outcome) -> Result<Ended, Failure> {
+        let spec = self.system.spec();
+        (outcome.real_steps, outcome.real_episodes) = (data.n_steps(), data.n_rollouts());
+        outcome.model_parameters = Some(model.nonzero());
+        let (x, u) = (vec![0.0; spec.state_dim()], vec![0.0; spec.control_dim()]);
+        let mut rng = Seed::new(self.seed).stream("differences", 0);
+        let lqr = Lqr::around(model, spec, (&x, &u), &Costs::of_scales(spec), &mut rng)?;
+        self.judge(&lqr, outcome)?;
+        Ok(Ended::Whole)
+    }
+
+    /// Who finds the equations, as `sindyna train` does.
+    fn identifier(&self) -> Identifier {
+        Identifier::new(self.system.spec()).with_noise(NoiseChoice::Estimated)
+    }
+
+    /// The first real steps, so many times so many, by `explorer`.
+    fn warm_up(
+        &self,
+        explorer: &mut dyn Explorer,
+        (warmup_rollouts, rollout_len): (usize, usize),
+    ) -> Result<Dataset, Failure> {
+        let config = self.inner_settings();
+        let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule() };
+        let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
+        // A learner that makes no model ends after the warm-up.
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
+        let mut env = self.system.environment();
+        Ok(dyna.run(&mut env, explorer, self.agent(config.sac)?, &mut Silent, &|| false)?.data)
+    }
+
+    fn agent(&self, settings: SacConfig) -> Result<Box<dyn Agent>, Failure> {
+        let mut weights = Seed::new(self.seed).stream("initial weights", 0);
+        Ok(agent(settings, self.system.spec(), Isa::widest(), &mut weights)?)
+    }
+
+    /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.
+    fn judge(&self, policy: &dyn Policy, outcome: &mut Outcome) -> Result<(), Failure> {
+        let mut envs: Vec<_> = (0..EPISODES).map(|_| self.system.environment()).collect();
+        outcome.returns = evaluate(&mut envs, policy, EPISODES, Seed::new(self.seed), "evaluation")?;
+        let solved =
+            self.system.spec().solved_at.zip(mean(&outcome.returns)).is_some_and(|(mark, reached)| reached >= mark);
+        outcome.solved_after = solved.then_some(outcome.real_steps);
+        Ok(())
+    }
+}
+
+/// What is told of identified equations.
+fn tell(model: &Model, outcome: &mut Outcome) {
+    outcome.model_parameters = Some(model.nonzero());
+    outcome.equations = model.equations();
+    outcome.model = serde_json::from_str(&model.to_json()).ok();
+}
+
+/// Whether a run came to its end.
+enum Ended {
+    Whole,
+    Interrupted,
+}
+
+/// Who knows the true dynamics.
+struct Known(Arc<dyn Dynamics>);
+
+impl DynamicsLearner for Known {
+    type Model = Arc<dyn Dynamics>;
+
+    fn fit(
+        &self,
+        _: &Dataset,
+        _: Option<&Self::Model>,
+        _: &mut Rng,
+    ) -> Result<Option<Knowledge<Self::Model>>, FitError> {
+        Ok(Some(Knowledge::certain(self.0.clone())))
+    }
+}
+
+/// Who does not watch.
+struct Silent;
+
+impl Observer for Silent {
+    fn on(&mut self, _event: &sindyna_core::Event<'_>) -> std::io::Result<()> {
+        Ok(())
+    }
+}

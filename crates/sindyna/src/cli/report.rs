@@ -1,0 +1,96 @@
+//! `sindyna report`: a comparison told again.
+
+use std::path::{Path, PathBuf};
+
+use sindyna_core::number::fixed;
+use sindyna_record::comparison::{Digest, gather};
+use sindyna_record::run::DirLock;
+use sindyna_record::sweep;
+use sindyna_report::{Comparison, Group};
+
+use super::common::{Verdict, print};
+use crate::cli::failure::Failure;
+use crate::cli::methods::Known;
+use crate::cli::report_files;
+
+/// Makes tables, figures and page of a comparison again, from what its runs left
+///
+/// Nothing is run. DIR is a comparison, whatever version of the program made its runs, or a digest of one: the folder `digest` that
+/// every comparison leaves, a few small files that everything reported follows from.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// Directory of a comparison, or of its digest
+    #[arg(value_name = "DIR", default_value = "runs/compare")]
+    directory: PathBuf,
+    /// Write the report as Markdown to FILE instead, with its figures in a folder of that name beside it; DIR stays as it is
+    #[arg(long, value_name = "FILE")]
+    markdown: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let directory = &args.directory;
+    // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
+    let held = match args.markdown {
+        None if directory.is_dir() => Some(DirLock::take(directory).map_err(|at_work| {
+            Failure::from(at_work).hint("wait for it, or look at what there is so far with --markdown FILE")
+        })?),
+        _ => None,
+    };
+    let tasks = Known::tasks();
+    let names = Known::names(&tasks);
+    let digest = if Digest::is_in(directory) { Digest::read(directory, &names)? } else { gather(directory, &names)? };
+    if digest.runs.is_empty() {
+        return Err(Failure::new(format!("{} holds no runs", directory.display()))
+            .hint("`sindyna compare --out DIR` makes some"));
+    }
+    if held.is_some() && !Digest::is_in(directory) {
+        sweep(directory)?;
+        digest.write(&directory.join(report_files::DIGEST))?;
+    }
+    let comparison = Comparison::new(&digest, &Known);
+    let written = match &args.markdown {
+        Some(path) => {
+            report_files::write_markdown(&comparison, directory, path)?;
+            path.display().to_string()
+        }
+        None => {
+            report_files::write(&comparison, directory)?;
+            contents(directory)
+        }
+    };
+    print(&format!("{}\n{}report: {written}\n", table(comparison.groups()), missing(&comparison)))?;
+    Ok(Verdict::Done)
+}
+
+/// What lies in the directory of a report.
+pub(super) fn contents(directory: &Path) -> String {
+    format!("{} (report.html to look at, figures, table.md, summary.json)", directory.display())
+}
+
+/// A line about runs that are not there, if some are not.
+pub(super) fn missing(comparison: &Comparison<'_>) -> String {
+    comparison.gaps().map_or_else(String::new, |gaps| gaps + "\n")
+}
+
+/// The table for the terminal.
+pub(super) fn table(groups: &[Group]) -> String {
+    let head = ["task", "method", "solved", "real steps", "over sindy", "return", "lowest"];
+    let mut lines = vec![head.map(str::to_owned)];
+    let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".into(), |v| fixed(v, digits));
+    for group in groups {
+        let (steps, returns) = (group.steps.as_ref(), group.returns.as_ref());
+        lines.push([
+            group.task.clone(),
+            group.method.clone(),
+            format!("{} of {}", group.solved, group.runs),
+            number(steps.map(|steps| steps.median), 0),
+            number(steps.and_then(|steps| steps.over_sindy.as_ref()).map(|ratio| ratio.value), 0),
+            number(returns.map(|returns| returns.mean), 1),
+            returns.map_or_else(
+                || number(None, 1),
+                |r| r.lowest.map_or_else(|| "no policy".into(), |v| number(Some(v), 1)),
+            ),
+        ]);
+    }
+    crate::cli::table::aligned(&lines)
+}

@@ -1,0 +1,225 @@
+//! The settings of `sindyna train` as options, and how they change the defaults.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use clap::Args;
+use sindyna_dyna::Rollouts;
+
+use super::common::set;
+use super::identification::IdentificationOptions;
+use crate::cli::failure::Failure;
+use crate::problem::{Problem, Source};
+use crate::settings::{
+    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, TrainConfig, key,
+};
+use crate::task_file::RECORDED_TASK;
+
+/// Options that change the defaults of a run, or of the configuration it repeats.
+#[derive(Debug, Default, PartialEq, Args)]
+pub(crate) struct Settings {
+    /// Seed of everything random: same seed, same record [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Learn the MuJoCo model and task this TOML file describes (docs/task-files.md)
+    #[arg(long, value_name = "FILE", conflicts_with = "config")]
+    task_file: Option<PathBuf>,
+    /// Repeat the run this config.toml describes; other options change it
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Change any setting of config.toml, such as `sac.reward_scale=1`; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+
+    /// Where the real system lives; `mujoco` for `inverted-pendulum` and task files [default: native]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
+    simulator: Option<SimulatorName>,
+    /// Gaussian noise on every observation of the real system, in training and evaluation: its standard deviation as a
+    /// fraction of the channel's scale, 0 to 1 [default: 0]
+    #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
+    noise: Option<f64>,
+    /// Real steps before anything is learned, over all warm-up rollouts; more follow where the equations are not certain
+    /// (--imagined-rollouts auto) [default: 10]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
+    real_steps: Option<usize>,
+    /// N_e: rollouts on the real system before anything is learned [default: 1]
+    #[arg(long, value_name = "N", help_heading = "Real data")]
+    warmup_rollouts: Option<usize>,
+    /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 10]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data")]
+    rollout_len: Option<usize>,
+    /// Who acts in the warm-up [default: swings]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
+    explorer: Option<ExplorerName>,
+
+    #[command(flatten)]
+    identification: IdentificationOptions,
+    /// Coordinates of the states [default: recognised; raw for the paper's libraries]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
+    coordinates: Option<CoordinatesName>,
+
+    /// N: imagined rollouts per real one. `inf` never goes back to the real system; with a number, a policy that is optimal in the model
+    /// also has a real episode to keep what the model promises; `auto` is `inf` where the equations explain the data down to rounding, and
+    /// elsewhere has real episodes until one keeps the promise [default: auto]
+    #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
+    imagined_rollouts: Option<ImaginedRollouts>,
+    /// Whether to fit the model anew after every real rollout [default: true]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
+    refit: Option<bool>,
+    /// Real steps at most in all, warm-up included; an episode that might go beyond is not begun [default: as many as it takes]
+    #[arg(long, value_name = "STEPS", help_heading = "Real data")]
+    max_real_steps: Option<usize>,
+    /// Updates after which training stops, optimal or not [default: 60000]
+    #[arg(long, value_name = "N", help_heading = "Training")]
+    max_updates: Option<u64>,
+    /// Learning rate of actor, critics and temperature [default: 0.002]
+    #[arg(long, value_name = "X", help_heading = "Training")]
+    learning_rate: Option<f64>,
+    /// Discount γ [default: 1 − 1/max_steps of the task]
+    #[arg(long, value_name = "X", help_heading = "Training")]
+    discount: Option<f64>,
+    /// Transitions per update [default: 128]
+    #[arg(long, value_name = "N", help_heading = "Training")]
+    batch_size: Option<usize>,
+    /// Vector instructions of the updates [default: the widest this machine has]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
+    isa: Option<IsaName>,
+
+    /// Episodes of the evaluation on the real system [default: 100]
+    #[arg(long, value_name = "N", help_heading = "Evaluation")]
+    episodes: Option<usize>,
+}
+
+impl Settings {
+    /// The configuration of the run in `directory`, as it was.
+    pub(super) fn of_run(directory: &Path) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
+        let path = directory.join("config.toml");
+        let (config, source) = recorded(&path)?;
+        let (spec, _) = source.spec()?;
+        if config.task != spec.name {
+            let (named, described) = (&config.task, &spec.name);
+            let message = format!("{} is for `{named}`, the task beside it is `{described}`", path.display());
+            return Err(Failure::new(message).hint("a run goes on with the files it began with"));
+        }
+        settled(config, &source)
+    }
+
+    /// The configuration these options ask for, for `task` or the task of `--task-file` or `--config`.
+    pub(crate) fn config(&self, task: Option<&str>) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
+        let source = match (&self.config, &self.task_file, task) {
+            (Some(path), _, _) => {
+                let (config, source) = recorded(path)?;
+                same_task(task, &config.task, path)?;
+                (Some(config), source)
+            }
+            (None, Some(path), _) => (None, Source::File(path.clone())),
+            (None, None, Some(task)) => (None, Source::Named(task.to_owned())),
+            (None, None, None) => return Err(Failure::new("neither a task nor --task-file nor --config was given")),
+        };
+        let (config, source) = source;
+        let (spec, simulator) = source.spec()?;
+        let mut config = match config {
+            Some(config) => config,
+            None => {
+                if let (Some(path), Source::File(_)) = (&self.task_file, &source) {
+                    same_task(task, &spec.name, path)?;
+                }
+                let mut config = TrainConfig::defaults(&spec);
+                config.simulator = simulator;
+                config.task_file = matches!(source, Source::File(_)).then(|| RECORDED_TASK.into());
+                config
+            }
+        };
+        self.apply(&mut config)?;
+        for text in &self.overrides {
+            config = config.with(text)?;
+        }
+        self.identification.check(&config.identification)?;
+        if self.refit == Some(true) && config.imagination.rollouts_per_real.0 == Rollouts::Unlimited {
+            return Err(Failure::new(
+                "--refit means nothing where no real rollouts follow: --imagined-rollouts is inf",
+            )
+            .hint("give --imagined-rollouts a number, or leave --refit out"));
+        }
+        self.settle_coordinates(&mut config);
+        if config.task != spec.name {
+            return Err(Failure::new("`task` cannot be set; name the task itself"));
+        }
+        // Whatever file the task came from, the record of this run has one of its own.
+        config.task_file = config.task_file.map(|_| RECORDED_TASK.into());
+        // Whatever wrote the file, this version runs it.
+        config.stamp();
+        settled(config, &source)
+    }
+
+    /// The paper's terms are over what is observed: cos θ, sin θ and ω are three states there. Whoever asks for its
+    /// library gets these, unless coordinates are asked for as well.
+    fn settle_coordinates(&self, config: &mut TrainConfig) {
+        let overridden = |name: &str| self.overrides.iter().any(|text| self::key(text) == name);
+        let library = self.identification.library.is_some() || overridden("identification.library");
+        let coordinates = self.coordinates.is_some() || overridden("identification.coordinates");
+        if library && !coordinates && config.identification.library != LibraryName::Auto {
+            config.identification.coordinates = CoordinatesName::Raw;
+        }
+    }
+
+    fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
+        set(&mut config.seed, &self.seed);
+        set(&mut config.simulator, &self.simulator);
+        set(&mut config.noise, &self.noise);
+        set(&mut config.warmup.rollouts, &self.warmup_rollouts);
+        set(&mut config.warmup.rollout_len, &self.rollout_len);
+        set(&mut config.warmup.explorer, &self.explorer);
+        if let Some(steps) = self.real_steps {
+            let rollouts = config.warmup.rollouts.max(1);
+            if !steps.is_multiple_of(rollouts) {
+                return Err(Failure::new(format!("--real-steps {steps} cannot be shared by {rollouts} rollouts"))
+                    .hint("give a multiple, or set --rollout-len"));
+            }
+            config.warmup.rollout_len = steps / rollouts;
+        }
+        self.identification.apply(&mut config.identification);
+        set(&mut config.identification.coordinates, &self.coordinates);
+        set(&mut config.imagination.rollouts_per_real, &self.imagined_rollouts);
+        set(&mut config.imagination.refit, &self.refit);
+        if self.max_real_steps.is_some() {
+            config.imagination.max_real_steps = self.max_real_steps;
+        }
+        set(&mut config.optimality.max_updates, &self.max_updates);
+        set(&mut config.sac.learning_rate, &self.learning_rate);
+        set(&mut config.sac.discount, &self.discount);
+        set(&mut config.sac.batch_size, &self.batch_size);
+        if self.isa.is_some() {
+            config.isa = self.isa;
+        }
+        set(&mut config.evaluation_episodes, &self.episodes);
+        Ok(())
+    }
+}
+
+/// What a run is made from, wherever its configuration came from: one that a run can have, and the problem with the noise it says.
+fn settled(config: TrainConfig, source: &Source) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
+    config.check()?;
+    let problem = source.problem(config.simulator, config.noise)?;
+    Ok((config, problem))
+}
+
+/// The configuration in the file `path`, and what it is about.
+fn recorded(path: &Path) -> Result<(TrainConfig, Source), Failure> {
+    let text = std::fs::read_to_string(path)
+        .with_context(|| format!("cannot read {}", path.display()))
+        .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
+    let config =
+        TrainConfig::parse(&text).with_context(|| format!("{} is not a run's configuration", path.display()))?;
+    let source = Source::of(&config, path.parent().unwrap_or(Path::new("")));
+    Ok((config, source))
+}
+
+/// Refuses a file that is for another task than the one named.
+fn same_task(named: Option<&str>, task: &str, path: &Path) -> Result<(), Failure> {
+    match named.filter(|name| *name != task) {
+        None => Ok(()),
+        Some(name) => Err(Failure::new(format!("{} is for `{task}`, not for `{name}`", path.display()))),
+    }
+}

@@ -1,0 +1,327 @@
+//! `sindyna train`: the main job.
+
+mod checkpoint;
+mod recorder;
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use sindyna_core::{Certainty, Event, FitError, Observer, Seed};
+use sindyna_dyna::{Dyna, DynaError, Learned};
+use sindyna_record::identification::Account;
+use sindyna_record::json;
+use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
+
+use super::common::{Common, Verdict, print};
+use super::evaluate::{report, verdict};
+use super::settings::Settings;
+use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
+use crate::cli::progress::Progress;
+use crate::cli::{account_text, machine, table};
+use crate::problem::Problem;
+use crate::settings::TrainConfig;
+use crate::training::learner::Fitted;
+use crate::training::{Plan, evaluation, summary};
+use checkpoint::Checkpoints;
+use recorder::{Clock, Recorder};
+use sindyna_core::number::{plural, significant};
+
+/// Learns a system from one short real rollout and trains a controller for it
+///
+/// Collects a few real steps, finds the equations of motion in them by sparse regression, trains soft actor-critic
+/// inside those equations, predicts the return as an interval, and evaluates the policy on the real system. Where the
+/// equations are not certain it collects more steps, and lets the policy have a real episode first. Leaves a run directory
+/// with the data, the equations, the policy and the results.
+#[derive(Debug, clap::Args)]
+#[command(allow_negative_numbers = true)]
+pub(crate) struct Args {
+    /// Task to learn, such as `pendulum`; `sindyna tasks` lists them
+    #[arg(value_name = "TASK", required_unless_present_any = ["config", "task_file", "resume"])]
+    task: Option<String>,
+    #[command(flatten)]
+    settings: Settings,
+    /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Go on with the run in this directory that was killed or stopped: its record becomes what it would have been, byte for byte. It goes on
+    /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
+    #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
+    resume: Option<PathBuf>,
+    #[command(flatten)]
+    common: Common,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+    let interrupt = Interrupt::listen()?;
+    if let Some(path) = &args.resume {
+        return resume(path, args, interrupt);
+    }
+    let (config, problem) = args.settings.config(args.task.as_deref())?;
+    // Everything that can be refused is refused before the first file and the first real step.
+    let plan = Plan::new(&config, problem.spec(), interrupt.flag())?;
+    let pool = args.common.pool()?;
+    // With config.toml, which comes last, a run can be resumed.
+    let mut files = problem.files()?;
+    files.push(("config.toml", config.to_toml()?.into_bytes()));
+    let run_dir = match &args.out {
+        Some(path) => RunDir::create(path, &files)?,
+        None => {
+            let stem = Path::new("runs").join(format!("{}-seed{}", config.task, config.seed));
+            RunDir::create_numbered(&stem, &files)?
+        }
+    };
+    let progress = Progress::new(args.common.quiet);
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    pool.install(|| run.go(plan))
+}
+
+/// Does what is left of the run in `path`, from its last checkpoint on. All of a run follows from its configuration: what the record
+/// holds has to come out again.
+fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Failure> {
+    if args.settings != Settings::default() {
+        return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
+            .hint("`--config RUN/config.toml` with other options begins a changed one"));
+    }
+    let run_dir = RunDir::reopen(path)?;
+    let progress = Progress::new(args.common.quiet);
+    let (config, problem) = Settings::of_run(run_dir.path())?;
+    let finished = run_dir.read("summary.json").and_then(|text| Summary::from_json(&text).ok());
+    if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
+        // No file of a record is empty.
+        let is_whole = |name: &str| path.join(name).metadata().is_ok_and(|file| file.is_file() && file.len() > 0);
+        let missing = summary.files().into_iter().find(|name| !is_whole(name));
+        let Some(missing) = missing else {
+            checkpoint::remove(&run_dir);
+            progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
+            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&*problem, &evaluation)));
+        };
+        progress.say(&format!("note: {missing} is missing, so all of it is done again"));
+    }
+    if config.commit != env!("SINDYNA_COMMIT") {
+        progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
+    }
+    let (plan, pool) = (Plan::new(&config, problem.spec(), interrupt.flag())?, args.common.pool()?);
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    pool.install(|| run.go(plan))
+}
+
+struct Run<'a> {
+    problem: &'a dyn Problem,
+    config: &'a TrainConfig,
+    run_dir: &'a RunDir,
+    progress: Progress,
+    interrupt: Interrupt,
+}
+
+impl Run<'_> {
+    fn go(self, plan: Plan) -> Result<Verdict, Failure> {
+        let start = Instant::now();
+        let (problem, config, spec) = (self.problem, self.config, self.problem.spec());
+        let mut recorder = Recorder {
+            spec,
+            run_dir: self.run_dir,
+            progress: &self.progress,
+            kept: self.run_dir.read("rollout.csv").unwrap_or_default(),
+            log: EventLog::default(),
+            clock: Clock::default(),
+            start,
+        };
+        let made_by = (plan.agent.name(), plan.isa);
+        let learned = self.learn(plan, &mut recorder);
+        self.progress.finish();
+        let learned = learned?;
+        let (trained, until_trained) = (Instant::now(), recorder.elapsed());
+
+        let mut evaluated = None;
+        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+            let result = evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
+            recorder.on(&Event::Evaluated { returns: &result.returns })?;
+            evaluated = Some(result);
+        }
+        let clock = recorder.clock;
+        let timing = Timing {
+            format: 1,
+            identify_seconds: clock.identified,
+            train_seconds: until_trained - clock.identified,
+            evaluate_seconds: trained.elapsed().as_secs_f64(),
+            wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
+            machine: machine::describe(),
+            threads: rayon::current_num_threads(),
+        };
+        let (log, kept) = (recorder.log, recorder.kept);
+        if !learned.interrupted && !rollout_csv(spec, &learned.data).starts_with(&kept) {
+            return Err(Failure::new("rollout.csv holds more than this run ever collects").hint(format!(
+                "look at the end of {}; it is left as it was",
+                self.run_dir.path().join("rollout.csv").display()
+            )));
+        }
+        let summary = summary::of(config, made_by, spec, &learned, evaluated.clone());
+        // What was found is told even if it cannot be written down.
+        let recorded = self.record(&learned, &summary, &timing, &log);
+        print(&self.conclusion(&learned, &summary, &timing))?;
+        recorded?;
+        if !learned.interrupted {
+            checkpoint::remove(self.run_dir);
+        }
+        if let (Some(failure), None) = (learned.failure, &evaluated) {
+            return Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"));
+        }
+        Ok(match evaluated {
+            _ if learned.interrupted => Verdict::Interrupted,
+            Some(evaluation) => verdict(problem, &evaluation),
+            None => Verdict::MissedTarget,
+        })
+    }
+
+    fn learn(&self, plan: Plan, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted>, Failure> {
+        let (spec, seed) = (self.problem.spec(), Seed::new(self.config.seed));
+        let Plan { learner, schedule, agent, isa, mut explorer } = plan;
+        // How noisy the sensors are is not told: it is estimated.
+        let (task, sensors) = (self.problem.task(), self.problem.sensors().with_noise(&[]));
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
+        let mut env = self.problem.environment()?;
+        let stop = || self.interrupt.pressed() || self.problem.check().is_err();
+        let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
+        let mut begun = None;
+        if let Some(saved) = checkpoints.read() {
+            let mut weights = seed.stream("initial weights", 0);
+            match dyna.resume(self.config.agent(spec, &mut weights)?, &mut *explorer, &saved.run) {
+                Ok(resumed) => {
+                    (recorder.log, recorder.clock) = (saved.log, saved.clock);
+                    self.progress.say(&format!("going on after {:.1} s", recorder.clock.before));
+                    begun = Some(resumed);
+                }
+                Err(DynaError::Checkpoint(error)) => {
+                    self.progress.say(&format!("note: {error}; the run begins anew"));
+                    explorer = self.config.warmup.explorer.explorer(spec);
+                }
+                // Who is stopped here has done nothing new: the checkpoint stays.
+                Err(DynaError::Fit(FitError::Interrupted)) => {}
+                Err(error) => return Err(explain(error)),
+            }
+        }
+        let mut begun = match begun {
+            Some(begun) => begun,
+            None => dyna.begin(agent)?,
+        };
+        while !begun.has_ended() {
+            let advanced = begun.advance(&mut env, &mut *explorer, recorder, &stop);
+            self.problem.check()?;
+            advanced.map_err(explain)?;
+            if stop() {
+                break;
+            }
+            checkpoints.offer(&recorder.log, &recorder.clock, recorder.elapsed(), || begun.save(&*explorer));
+        }
+        Ok(begun.finish())
+    }
+
+    fn record(
+        &self,
+        learned: &Learned<Fitted>,
+        summary: &Summary,
+        timing: &Timing,
+        log: &EventLog,
+    ) -> Result<(), Failure> {
+        let dir = self.run_dir;
+        let policy = learned.policy.as_ref().map(|policy| policy.to_bytes());
+        let (summary, timing) = (json(summary)?, json(timing)?);
+        let files = [
+            ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
+            ("events.jsonl", Some(log.as_bytes().to_vec())),
+            ("timing.json", Some(timing)),
+            ("policy.safetensors", policy),
+        ];
+        // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
+        let mut written = Ok(());
+        for (name, contents) in files {
+            if let Some(contents) = contents {
+                written = written.and(dir.write(name, &contents));
+            }
+        }
+        // Where this is, the run is whole: it comes after all others, or not at all.
+        written.and_then(|()| dir.write("summary.json", &summary)).map_err(|e| {
+            let path = dir.path().display();
+            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` goes on with the run"))
+        })
+    }
+
+    /// What the user reads when all is done.
+    fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
+        let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
+        let truth = self.problem.true_equations();
+        let mut text = table::beside(("found", found), ("true", &truth));
+        if let Some(fitted) = &learned.model {
+            text += &account_text::verdict(&Account::new(&fitted.0, self.problem.spec()));
+        }
+        text += &format!("\nreal steps: {} in {}", summary.real_steps, plural(summary.real_episodes, "episode"));
+        text += &match summary.identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
+            Some(rows) if rows < summary.real_steps => format!("; the equations were fitted to {rows} of them\n"),
+            _ => "\n".into(),
+        };
+        if let Some(model_return) = summary.training.model_return {
+            text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
+            text += if summary.training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
+        }
+        if let Some(confirmation) = &summary.training.confirmation {
+            text += &confirmed(confirmation);
+        }
+        if let Some(Prediction { mean, level, low, high }) = &summary.training.prediction {
+            let percent = 100.0 * level;
+            let episodes = self.config.evaluation_episodes;
+            text += &format!(
+                "predicted mean return of {episodes} episodes on the real system: {} ({percent:.0} % interval {} to {})\n",
+                significant(*mean, 4),
+                significant(*low, 4),
+                significant(*high, 4)
+            );
+            if learned.confirmation.is_none()
+                && learned.model.as_ref().is_some_and(|m| m.0.certainty() < Certainty::Exact)
+            {
+                text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
+            }
+        }
+        if let Some(failure) = &summary.training.failure {
+            text += &format!("training stopped short: {failure}\n");
+        }
+        text += &match &summary.evaluation {
+            Some(evaluation) => report(self.problem, evaluation, false),
+            None if learned.interrupted => format!(
+                "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
+                self.run_dir.path().display()
+            ),
+            None => "no policy to evaluate: training never came to a trial in the model\n".into(),
+        };
+        text += &format!(
+            "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
+            timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
+        );
+        text + &format!("record: {}\n", self.run_dir.path().display())
+    }
+}
+
+/// What came of the policy's real episode.
+fn confirmed(confirmation: &Confirmation) -> String {
+    let Confirmation { real, promised, spread, kept, .. } = confirmation;
+    let mut text = format!(
+        "real episode before the evaluation: return {real:.1}, the models expected {promised:.1} ± {spread:.1}\n"
+    );
+    if !kept {
+        text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";
+    }
+    text
+}
+
+/// What can be done about a run that could not go on.
+fn explain(error: DynaError) -> Failure {
+    let hint = match &error {
+        DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
+        _ => None,
+    };
+    let failure = Failure::from(error);
+    match hint {
+        Some(hint) => failure.hint(hint),
+        None => failure,
+    }
+}

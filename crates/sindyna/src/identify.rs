@@ -1,0 +1,62 @@
+//! Identifying equations of motion from arrays or logged data.
+//!
+//! [`arrays`] takes recordings as they are in memory, [`log`] one that [`Log`] has read. Both give [`Found`]: the
+//! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
+//! PySINDy.
+
+use sindyna_core::Spec;
+pub use sindyna_record::identification::{Account, Equation, HeldOut};
+pub use sindyna_sindy::{
+    Identified, Identifier, Library, Model, NoiseChoice, Recording, Signals, Sindy, SolverChoice, Stlsq, Target,
+    Trajectory, export,
+};
+
+use crate::Error;
+use crate::logs::Log;
+
+/// Equations that were identified.
+#[derive(Debug, Clone)]
+pub struct Found {
+    /// The equations, ready to simulate.
+    pub model: Model,
+    /// How far to believe them: terms, standard errors, residuals, as `identify.json` has it.
+    pub account: Account,
+}
+
+impl Found {
+    /// What `identified` says, found in data of the system `spec`.
+    #[must_use]
+    pub fn new(identified: Identified, spec: &Spec) -> Self {
+        Self { account: Account::new(&identified, spec), model: identified.model }
+    }
+
+    /// The equations as text, one per state.
+    #[must_use]
+    pub fn equations(&self) -> Vec<String> {
+        self.model.equations()
+    }
+
+    /// Whether the residuals of every equation are at the noise floor; `None` where that is not known.
+    #[must_use]
+    pub fn is_explained(&self) -> Option<bool> {
+        self.account.explained
+    }
+}
+
+/// Identifies equations in `recordings` of `signals`, sampled every `dt` \[s\] or about so often.
+///
+/// # Errors
+/// [`Error::Signals`] if names are not unique, [`Error::Fit`] if no equations are found.
+pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Found, Error> {
+    let identifier = Identifier::of_signals(signals, dt)?;
+    Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
+}
+
+/// Identifies equations in a log.
+///
+/// # Errors
+/// [`Error::Fit`] if no equations are found.
+pub fn log(log: &Log) -> Result<Found, Error> {
+    let identifier = Identifier::new(&log.spec);
+    Ok(Found::new(identifier.identify(&log.data)?, &log.spec))
+}

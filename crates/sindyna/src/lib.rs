@@ -1,0 +1,43 @@
+//! Equations of motion from little data, and controllers trained inside them.
+//!
+//! - [`identify`]: equations from arrays or from a log ([`logs`]);
+//! - [`training`]: a controller for a task, by name or of one's own ([`problem`]);
+//! - [`record`], [`report`]: what runs leave on the disk, and what comparisons come to;
+//! - [`core`], [`control`], [`rl`], [`dyna`], [`sindy`]: the parts, for programs that put them together otherwise.
+//!
+//! ```
+//! use sindyna::identify::{Recording, Signals, arrays};
+//! use sindyna::ndarray::Array2;
+//!
+//! // A decay, ẋ = −2 x, sampled every 0.01 s.
+//! let x = Array2::from_shape_fn((200, 1), |(i, _)| (-2.0 * 0.01 * i as f64).exp());
+//! let found = arrays(&Signals::new(&["x"], &[]), 0.01, &[Recording::even(0.01, x, None)])?;
+//! assert_eq!(found.equations(), ["x\u{307} = −2 x"]);
+//! # Ok::<(), sindyna::Error>(())
+//! ```
+//!
+//! The command `sindyna` is made of the same parts; `examples/` has one program for each of them.
+
+mod cli;
+mod error;
+pub mod identify;
+pub mod problem;
+mod settings;
+mod task_file;
+pub mod training;
+
+pub use cli::main;
+pub use error::Error;
+pub use problem::Problem;
+pub use training::{Trained, Training, Verdict};
+
+#[doc(no_inline)]
+pub use {
+    ndarray, sindyna_control as control, sindyna_core as core, sindyna_dyna as dyna, sindyna_logs as logs,
+    sindyna_record as record, sindyna_report as report, sindyna_rl as rl, sindyna_sindy as sindy,
+};
+
+/// The examples of the README, executed.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

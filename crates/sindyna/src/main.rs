@@ -1,0 +1,7 @@
+//! The `sindyna` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    sindyna::main()
+}

@@ -1,0 +1,82 @@
+//! Where problems come from: by name, or from a task file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sindyna_core::Spec;
+use sindyna_envs::System;
+
+use super::Problem;
+use super::mujoco::OnMujoco;
+use super::native::Native;
+use crate::Error;
+use crate::settings::{SimulatorName, TrainConfig};
+use crate::task_file::TaskFile;
+
+/// Names of the problems that come along.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    sindyna_envs::systems().iter().map(System::name).collect()
+}
+
+/// The problem that comes along under `name`, such as `pendulum` or `Pendulum-v1`.
+///
+/// # Errors
+/// [`Error::UnknownName`] with those there are.
+pub fn named(name: &str) -> Result<Arc<dyn Problem>, Error> {
+    system(name).map(Native::shared)
+}
+
+/// The system that comes along under `name`.
+pub(crate) fn system(name: &str) -> Result<System, Error> {
+    sindyna_envs::find(name).ok_or_else(|| Error::UnknownName {
+        what: "task",
+        name: name.to_owned(),
+        known: names().into_iter().map(String::from).collect(),
+    })
+}
+
+/// Where a problem comes from.
+#[derive(Debug, Clone)]
+pub(crate) enum Source {
+    /// It comes along under this name.
+    Named(String),
+    /// A task file describes it.
+    File(PathBuf),
+}
+
+impl Source {
+    /// The source of the run with these settings, whose record lies in `directory`.
+    pub(crate) fn of(config: &TrainConfig, directory: &Path) -> Self {
+        match &config.task_file {
+            Some(file) => Self::File(directory.join(file)),
+            None => Self::Named(config.task.clone()),
+        }
+    }
+
+    /// What is declared about it, and on which simulator it lives if nothing else is said.
+    pub(crate) fn spec(&self) -> Result<(Spec, SimulatorName), Error> {
+        Ok(match self {
+            Self::Named(name) => (system(name)?.spec().clone(), SimulatorName::Native),
+            Self::File(path) => (TaskFile::load(path)?.spec().clone(), SimulatorName::Mujoco),
+        })
+    }
+
+    /// The problem on `simulator`, with Gaussian noise on the sensors of its system: `noise` is a fraction of every
+    /// observation channel's scale. It is declared, so the learner may know of it; reward and termination know nothing of it.
+    pub(crate) fn problem(&self, simulator: SimulatorName, noise: f64) -> Result<Arc<dyn Problem>, Error> {
+        if !(0.0..=1.0).contains(&noise) {
+            return Err(Error::setting("noise", "between 0 and 1", noise));
+        }
+        match (self, simulator) {
+            (Self::Named(name), SimulatorName::Native) => Ok(Native::shared(system(name)?.with_noise(noise))),
+            (Self::Named(name), SimulatorName::Mujoco) => {
+                Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
+            }
+            (Self::File(path), SimulatorName::Mujoco) => Ok(Arc::new(TaskFile::load(path)?.with_noise(noise))),
+            (Self::File(_), other) => {
+                Err(Error::setting("simulator", "`mujoco` for a task file", format!("`{other}`")))
+            }
+        }
+    }
+}

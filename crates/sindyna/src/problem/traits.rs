@@ -1,0 +1,51 @@
+//! What everything that can be trained on has in common.
+
+use std::sync::Arc;
+
+use sindyna_core::{Environment, Sensors, Spec, Task};
+
+use crate::Error;
+
+/// A system with a task on it.
+pub trait Problem: Send + Sync {
+    /// Names, units and bounds of the channels, control interval, horizon.
+    fn spec(&self) -> &Spec;
+
+    /// Start states, reward and termination: all the agent may know.
+    fn task(&self) -> Arc<dyn Task>;
+
+    /// The sensors that [`Self::spec`] declares.
+    fn sensors(&self) -> Sensors;
+
+    /// One such system; the first call must be a reset.
+    ///
+    /// # Errors
+    /// [`Error`] if the system cannot be had.
+    fn environment(&self) -> Result<Box<dyn Environment>, Error>;
+
+    /// How many of it there can be at a time: 1 for hardware.
+    fn copies(&self) -> usize {
+        usize::MAX
+    }
+
+    /// The equations of motion, where they are known.
+    fn true_equations(&self) -> Vec<String> {
+        Vec::new()
+    }
+
+    /// Refuses to go on where the task left the finite numbers.
+    ///
+    /// # Errors
+    /// [`Error::Reward`] with the first such reward.
+    fn check(&self) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Files that a record of a run needs to run it again: name and contents.
+    ///
+    /// # Errors
+    /// [`Error`] if they cannot be made.
+    fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
+        Ok(Vec::new())
+    }
+}

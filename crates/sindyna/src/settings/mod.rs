@@ -1,0 +1,15 @@
+//! Settings of a run, as `config.toml` has them.
+
+mod check;
+mod choices;
+mod identification;
+mod overrides;
+mod train;
+
+pub(crate) use check::check_episodes;
+pub(crate) use choices::{
+    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, SolverName, TargetName,
+};
+pub(crate) use identification::IdentificationConfig;
+pub(crate) use overrides::key;
+pub(crate) use train::{TrainConfig, agent};

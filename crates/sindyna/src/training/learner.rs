@@ -1,0 +1,66 @@
+//! SINDy as a learner whose models remember how they were found.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use sindyna_core::{
+    CheckpointError, Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Jacobians, Knowledge, Rng, decode, encode,
+};
+use sindyna_sindy::{Identified, Identifier, Watch};
+
+/// Fits by [`Identifier::identify_watched`], until `stop` is set.
+pub(crate) struct Learner {
+    pub(crate) identifier: Identifier,
+    pub(crate) stop: Arc<AtomicBool>,
+}
+
+/// An identified model together with the report on it.
+#[derive(Debug, Clone)]
+pub(crate) struct Fitted(pub(crate) Identified);
+
+impl Dynamics for Fitted {
+    fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+        self.0.model.step(x, u, rng, next)
+    }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        self.0.model.linearize(x, u, rng)
+    }
+}
+
+impl Learner {
+    fn knowledge(&self, identified: Identified) -> Knowledge<Fitted> {
+        let Knowledge { certainty, posterior, sensor_noise, .. } = identified.clone().knowledge(self.identifier.spec());
+        Knowledge { model: Arc::new(Fitted(identified)), certainty, posterior, sensor_noise }
+    }
+}
+
+impl DynamicsLearner for Learner {
+    type Model = Fitted;
+
+    fn fit(
+        &self,
+        data: &Dataset,
+        _previous: Option<&Fitted>,
+        _rng: &mut Rng,
+    ) -> Result<Option<Knowledge<Fitted>>, FitError> {
+        let go_on = || !self.stop.load(Ordering::SeqCst);
+        Ok(Some(self.knowledge(self.identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
+    }
+
+    fn save(&self, knowledge: &Knowledge<Fitted>) -> Option<Vec<u8>> {
+        Some(encode(&knowledge.model.0))
+    }
+
+    fn read(&self, saved: &[u8]) -> Result<Knowledge<Fitted>, CheckpointError> {
+        decode(saved).map(|identified| self.knowledge(identified))
+    }
+
+    fn rows(&self, model: &Fitted, _data: &Dataset) -> usize {
+        model.0.report.rows
+    }
+
+    fn describe(&self, model: &Fitted) -> Vec<String> {
+        model.0.model.equations()
+    }
+}

@@ -1,0 +1,78 @@
+//! A run in numbers.
+
+use sindyna_core::Spec;
+use sindyna_dyna::Learned;
+use sindyna_rl::Isa;
+
+use super::learner::Fitted;
+use crate::settings::TrainConfig;
+use sindyna_record::identification::Account;
+use sindyna_record::run::{Confirmation, Evaluation, Identification, Prediction, Summary, Training};
+
+/// Probability of the interval in which the return is predicted to be.
+const LEVEL: f64 = 0.9;
+
+/// The summary of a run with `config`, of an algorithm and instructions, that came to `learned`.
+pub(crate) fn of(
+    config: &TrainConfig,
+    (algorithm, isa): (&str, Isa),
+    spec: &Spec,
+    learned: &Learned<Fitted>,
+    evaluation: Option<Evaluation>,
+) -> Summary {
+    let identification = learned.model.as_ref().map(|fitted| {
+        let model = &fitted.0.model;
+        let account = Account::new(&fitted.0, spec);
+        Identification {
+            method: config.identification.solver.to_string(),
+            library: config.identification.library.to_string(),
+            features: account.features.len(),
+            parameters: model.parameters(),
+            nonzero: model.nonzero(),
+            nonzero_paper: model.nonzero_paper(),
+            rows: account.rows,
+            rows_at_limit: account.rows_at_limit,
+            rows_astray: account.rows_astray,
+            equations: model.equations(),
+            stepping: account.stepping,
+            offsets: account.offsets,
+            explained: account.explained,
+            coefficients: account.equations.into_iter().map(|equation| equation.terms).collect(),
+        }
+    });
+    Summary {
+        format: 1,
+        task: config.task.clone(),
+        seed: config.seed,
+        real_steps: learned.data.n_steps(),
+        real_episodes: learned.data.n_rollouts(),
+        solved: evaluation.as_ref().zip(spec.solved_at).map(|(e, mark)| e.mean_return >= mark),
+        threshold: spec.solved_at,
+        evaluation,
+        identification,
+        training: Training {
+            algorithm: algorithm.into(),
+            isa: isa.name().into(),
+            updates: learned.updates,
+            model_steps: learned.model_steps,
+            model_rollouts: learned.model_rollouts,
+            diverged: learned.diverged,
+            left_region: learned.left_region,
+            model_return: learned.model_return,
+            optimal_in_model: learned.optimal_in_model,
+            prediction: learned.prediction.as_ref().map(|prediction| {
+                let (low, high) = prediction.interval(LEVEL, config.evaluation_episodes);
+                Prediction { mean: prediction.mean(), level: LEVEL, low, high }
+            }),
+            confirmation: learned.confirmation.as_ref().map(|c| Confirmation {
+                real: c.real,
+                promised: c.expected(),
+                spread: c.spread(),
+                disagreement: c.disagreement,
+                kept: c.is_kept(),
+            }),
+            failure: learned.failure.as_ref().map(ToString::to_string),
+        },
+        interrupted: learned.interrupted,
+    }
+}
