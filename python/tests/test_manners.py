@@ -195,14 +195,16 @@ def test_two_fits_in_two_threads_run_in_parallel():
     assert counted > 5
 
 
-def test_import_is_quick_and_imports_numpy_alone():
+def test_import_is_quick_and_imports_numpy_alone(tmp_path):
     code = (
         "import sys, time, numpy; before = set(sys.modules); begun = time.perf_counter(); import sindyna; "
         "took = time.perf_counter() - begun; "
         "heavy = {'pandas', 'sklearn', 'sympy', 'matplotlib', 'scipy'} & set(sys.modules); print(took, *heavy)"
     )
     results = [
-        subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+        subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+        ).stdout.split()
         for _ in range(3)
     ]
     assert min(float(r[0]) for r in results) < 0.2
