@@ -151,6 +151,14 @@ _STEPPING = {
 }
 
 
+def _stepping(form: str, document: dict[str, Any]) -> str:
+    """How one interval is made of the equations; simulators may take several steps from sample to sample."""
+    scheme = document.get("scheme")
+    substeps = scheme.get("semi_implicit_euler", {}).get("substeps", 1) if isinstance(scheme, dict) else 1
+    several = f", {substeps} steps" if substeps > 1 else ""
+    return _STEPPING[form].format(dt=document["dt"] / substeps) + several
+
+
 def report(
     account: dict[str, Any],
     document: dict[str, Any],
@@ -209,7 +217,7 @@ def report(
         noise=noise,
         noise_growing=by_state(told["noise_growing"]),
         fit=by_state(told["fit"]),
-        stepping=_STEPPING[form].format(dt=document["dt"]),
+        stepping=_stepping(form, document),
         rows=told["rows"],
         rows_astray=told["rows_astray"],
         n_trajectories=n_trajectories,

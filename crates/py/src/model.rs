@@ -69,7 +69,7 @@ impl Model {
             Form::Increment | Form::Continuous(Scheme::Euler) => "euler",
             Form::Discrete => "discrete",
             Form::Continuous(_) => "continuous",
-            Form::SemiImplicit => "semi_implicit",
+            Form::SemiImplicit { .. } => "semi_implicit",
         }
     }
 

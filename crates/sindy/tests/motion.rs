@@ -265,7 +265,8 @@ fn a_simulator_that_takes_several_steps_from_sample_to_sample_is_found_with_thei
     let state = vec![Channel::new("θ", "rad", Kind::Angle, 3.0), Channel::new("ω", "rad/s", Kind::RateOf(0), 8.0)];
     let spec =
         Spec { observation: state.clone(), state, dt: 0.05, precision: Precision::F64, ..common::pendulum().spec };
-    let steps: [(usize, fn(&[f64], &[f64]) -> Vec<f64>); 4] = [
+    type Step = fn(&[f64], &[f64]) -> Vec<f64>;
+    let steps: [(usize, Step); 4] = [
         (2, skipped_pendulum::<2>),
         (3, skipped_pendulum::<3>),
         (5, skipped_pendulum::<5>),
