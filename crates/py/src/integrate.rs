@@ -30,6 +30,8 @@ pub(crate) struct Tolerance {
 pub(crate) enum Failure {
     /// States that leave the finite numbers.
     Diverged { at: f64 },
+    /// More steps than are waited for.
+    Slow { at: f64 },
     /// Steps that became too small to go on.
     Stiff { at: f64, step: f64 },
     /// The input, or a signal's handler, raised an exception.
@@ -46,6 +48,10 @@ impl fmt::Display for Failure {
                     "the solution needs steps below {step:e} s at t = {at} s: it grows without bound there, or the tolerances are too small"
                 )
             }
+            Self::Slow { at } => write!(
+                f,
+                "the solution takes more than {MOST_STEPS} steps in one interval, at t = {at} s: it is stiff or grows fast there; give nearer times, larger tolerances, or other initial states"
+            ),
             Self::Python(e) => e.fmt(f),
         }
     }
@@ -69,6 +75,9 @@ const E: [f64; 7] =
 
 /// Steps between two looks for signals.
 const LOOK: usize = 64;
+
+/// Steps in one interval, at most: about a second.
+const MOST_STEPS: usize = 500_000;
 
 /// Smallest step, as a part of the time it is at or of the span of one interval.
 const SMALLEST: f64 = 1e-13;
@@ -157,8 +166,12 @@ impl<'a, 'b> Stepper<'a, 'b> {
         let (_, begin, end) = interval;
         let mut at = begin;
         let smallest = SMALLEST * begin.abs().max(end.abs()).max(end - begin);
+        let begun = self.steps;
         while at < end {
             self.steps += 1;
+            if self.steps - begun > MOST_STEPS {
+                return Err(Failure::Slow { at });
+            }
             if self.steps.is_multiple_of(LOOK) {
                 look.check().map_err(Failure::Python)?;
             }

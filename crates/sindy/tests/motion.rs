@@ -292,3 +292,25 @@ fn a_simulator_that_takes_several_steps_from_sample_to_sample_is_found_with_thei
         assert_terms(&found, 3, &[("sin θ", 9.8 * per_length), ("cos θ·dv/dt", -per_length)], 1e-8);
     }
 }
+
+#[test]
+fn several_steps_of_a_linear_system_are_counted_too() {
+    let step: fn(&[f64], &[f64]) -> Vec<f64> = |x, u| {
+        let (mut x, mut v) = (x[0], x[1]);
+        for _ in 0..5 {
+            v += 0.005 * (-0.3 * v + u[0]);
+            x += 0.005 * v;
+        }
+        vec![x, v]
+    };
+    let state = vec![Channel::new("x", "m", Kind::Plain, 1.0), Channel::new("v", "m/s", Kind::RateOf(0), 1.0)];
+    let spec =
+        Spec { observation: state.clone(), state, dt: 0.025, precision: Precision::F64, ..common::pendulum().spec };
+    let truth = Truth { spec, step };
+    for (seed, count) in [(0, 100), (1, 100), (2, 20)] {
+        let data = record(&truth, seed, count, |_| vec![0.2, 0.0], |rng, _| uniform(rng, -0.5, 0.5), |_| false);
+        let found = identify(&truth.spec, &data);
+        assert_eq!(found.model.form(), Form::SemiImplicit { substeps: 5 }, "{}", found.model);
+        assert_terms(&found, 1, &[("v", -0.3), ("u", 1.0)], 1e-9);
+    }
+}

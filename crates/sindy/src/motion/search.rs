@@ -1,8 +1,10 @@
 //! Which terms each equation has.
 
+use sindyna_core::{Dynamics as _, Seed};
+
 use super::choice::Choice;
 use super::fitting::{ROUNDING, Terms};
-use super::stepping::{shown, substeps_shown};
+use super::stepping::{CLEAR, shown, substeps_shown};
 use super::{Run, Stepping, System};
 use crate::model::ModelError;
 use crate::regression::Space;
@@ -115,8 +117,12 @@ impl Search<'_> {
                 // Simulators may take several steps from sample to sample. Of few samples more terms explain other steps too.
                 let several = substeps_shown(self.runs, self.system.rates, self.system.dt).into_iter();
                 let mut found = several.filter_map(|substeps| self.followed(Stepping::SemiImplicit { substeps }).ok());
-                let simpler = |found: &Found| found.explains() && self.is_simpler(found, &continuous);
-                Ok(found.find(simpler).unwrap_or(continuous))
+                let followed = self.positions_missed(&continuous);
+                let better = |found: &Found| {
+                    let gain = followed - self.positions_missed(found);
+                    found.explains() && (gain > CLEAR || (gain > -CLEAR && self.is_simpler(found, &continuous)))
+                };
+                Ok(found.find(better).unwrap_or(continuous))
             }
             Some(stepping) => self.discrete(stepping),
             None => {
@@ -129,6 +135,29 @@ impl Search<'_> {
                 Ok(if euler.misfit < continuous.misfit { euler } else { continuous })
             }
         }
+    }
+
+    /// −2 ln L of how the states with known rates follow in one step: what the rates alone explain, linear systems leave to these to tell.
+    fn positions_missed(&self, found: &Found) -> f64 {
+        let steps = self.runs.iter().map(Run::len).sum::<usize>() as f64;
+        let mut rng = Seed::new(0).stream("no randomness", 0);
+        let mut next = vec![0.0; self.system.rates.len()];
+        let mut total = 0.0;
+        for (i, v) in self.system.rates.iter().enumerate().filter_map(|(i, v)| v.map(|v| (i, v))) {
+            let mut squares = 0.0;
+            for run in self.runs {
+                for t in 0..run.len() {
+                    let (x, u) = (run.x.row(t).to_vec(), run.u.row(t).to_vec());
+                    if found.model.step(&x, &u, &mut rng, &mut next).is_err() {
+                        return f64::INFINITY;
+                    }
+                    let seen = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]).hypot(self.system.dt * run.sigma[[t, v]]);
+                    squares += ((run.x[[t + 1, i]] - next[i]) / seen).powi(2);
+                }
+            }
+            total += steps * (squares / steps).max(1.0).ln();
+        }
+        total
     }
 
     /// Equations stepped by rates at one instant: averages are values there, and do not depend on the equations.

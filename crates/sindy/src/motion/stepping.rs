@@ -46,7 +46,7 @@ const MOST_SEMI_IMPLICIT: usize = 20;
 const NEIGHBOURS: usize = 2;
 
 /// Difference of −2 ln L below which two ways of stepping are as good as each other.
-const CLEAR: f64 = 12.0;
+pub(super) const CLEAR: f64 = 12.0;
 
 /// The stepping that the states with known rates show: whether they moved by the rate before the step, after it, or by
 /// something between the two. `rates` holds, per state, the state that is its rate. `None` where no state has one.
