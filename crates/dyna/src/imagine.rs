@@ -11,6 +11,7 @@ use sindyna_core::{
 };
 
 use crate::Schedule;
+use crate::base::Counts;
 use crate::belief::{Belief, Possible};
 use crate::explore::uniform_action;
 
@@ -172,15 +173,6 @@ impl Environment for Trial<'_> {
             other => other,
         }
     }
-}
-
-/// What imagination has done so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Counts {
-    pub(crate) steps: u64,
-    pub(crate) rollouts: u64,
-    pub(crate) diverged: u64,
-    pub(crate) left_region: u64,
 }
 
 /// Who acts in imagination.

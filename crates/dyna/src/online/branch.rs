@@ -6,16 +6,10 @@ use sindyna_core::{
 };
 
 use super::Branches;
+use crate::base::Counts;
 
 /// Branches stepped side by side.
 const GROUP: usize = 256;
-
-/// What branching did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Branched {
-    pub(super) steps: u64,
-    pub(super) diverged: u64,
-}
 
 /// The model, seen and judged as the real system is.
 pub(super) struct Stage<'a, M> {
@@ -26,26 +20,24 @@ pub(super) struct Stage<'a, M> {
 }
 
 impl<M: Dynamics> Stage<'_, M> {
-    /// Branches `count` rollouts off from states in `real`, acts by `policy`, and remembers every step in `imagined`.
+    /// Branches rollouts off from states in the memory `real`, acts by `policy`, and remembers every step in the one `imagined`.
     pub(super) fn branch(
         &self,
-        count: usize,
         branches: &Branches,
         policy: &dyn Policy,
-        real: &Replay,
-        imagined: &mut Replay,
+        (real, imagined): (&Replay, &mut Replay),
+        counts: &mut Counts,
         (seed, round): (Seed, u64),
-    ) -> Branched {
-        let mut done = Branched::default();
+    ) {
+        let count = branches.every * branches.per_step;
         let mut rng = seed.stream("branches", round);
         for first in (0..count).step_by(GROUP) {
             let lanes = (first..count.min(first + GROUP)).filter_map(|_| self.begin(real, &mut rng));
             let mut lanes: Vec<_> = lanes.collect();
             for _ in 0..branches.length {
-                lanes = self.step(lanes, policy, imagined, &mut rng, &mut done);
+                lanes = self.step(lanes, policy, imagined, &mut rng, counts);
             }
         }
-        done
     }
 
     /// A rollout that begins in a state of `real`; `None` where that ends the task.
@@ -69,7 +61,7 @@ impl<M: Dynamics> Stage<'_, M> {
         policy: &dyn Policy,
         imagined: &mut Replay,
         rng: &mut Rng,
-        done: &mut Branched,
+        counts: &mut Counts,
     ) -> Vec<Lane<'b, M>> {
         let spec = self.task.spec();
         let mut observations = Array2::zeros((lanes.len(), spec.observation_dim()));
@@ -83,7 +75,7 @@ impl<M: Dynamics> Stage<'_, M> {
             let (before, action) = (observations.row(at), actions.row(at));
             let (before, action) = (before.as_slice().unwrap_or(&[]), action.as_slice().unwrap_or(&[]));
             at += 1;
-            done.steps += 1;
+            counts.steps += 1;
             match lane.step(action, rng) {
                 Ok(outcome) => {
                     imagined.push(Transition {
@@ -96,7 +88,7 @@ impl<M: Dynamics> Stage<'_, M> {
                     !(outcome.terminated || outcome.truncated)
                 }
                 Err(_) => {
-                    done.diverged += 1;
+                    counts.diverged += 1;
                     false
                 }
             }
