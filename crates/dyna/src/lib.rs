@@ -14,6 +14,7 @@ mod cycle;
 mod evaluate;
 mod explore;
 mod imagine;
+mod lockstep;
 mod online;
 mod optimality;
 mod predict;

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{DynamicsLearner, Event, Observer, TrainedPolicy};
+use sindyna_core::{DynamicsLearner, Event, Observer, Policy, TrainedPolicy};
 
 use super::{Best, Loop, Phase};
 use crate::base::{Base, Progress};
-use crate::imagine::{Dreamer, Imagination};
+use crate::explore::Uniform;
+use crate::imagine::Imagination;
 use crate::tried::{TRIAL, Tried};
 use crate::{DynaError, Rollouts};
 
@@ -23,8 +24,9 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         let first_steps = schedule.random_steps.clamp(1, progress.replay.capacity());
         if progress.replay.len() < first_steps {
             // Only who has not learned anything yet acts at random.
-            let dreamer = if self.course.is_beginner { Dreamer::Random } else { Dreamer::Policy(&**agent) };
-            imagination.turn(&dreamer, &mut progress.replay, &mut progress.counts);
+            let random = Uniform::new(self.parts.task.spec());
+            let policy: &dyn Policy = if self.course.is_beginner { &random } else { &**agent };
+            imagination.turn(policy, &mut progress.replay, &mut progress.counts);
             // Nothing can be learned in a model that blows up from nearly every state.
             let hopeless = imagination.diverged > schedule.random_steps as u64;
             if self.course.is_beginner && progress.replay.len() >= first_steps {
@@ -33,7 +35,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             }
             return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
         }
-        imagination.turn(&Dreamer::Policy(&**agent), &mut progress.replay, &mut progress.counts);
+        imagination.turn(&**agent, &mut progress.replay, &mut progress.counts);
         let left = rule.max_updates.saturating_sub(progress.updates);
         for _ in 0..left.min(schedule.updates_per_turn as u64) {
             if !self.base.update(None) {
