@@ -35,6 +35,8 @@ pub(crate) struct Progress {
     remembered: usize,
     pub(crate) updates: u64,
     pub(crate) counts: Counts,
+    /// Number of the model fitted last, from 1 on.
+    pub(crate) model: u32,
     /// The fits that knowledge comes from.
     fits: Vec<Fit>,
     fit_rng: Rng,
@@ -80,6 +82,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Base<'a, L> {
             remembered: 0,
             updates: 0,
             counts: Counts::default(),
+            model: 0,
             fits: Vec::new(),
             fit_rng: seed.stream("identification", 0),
             rng: seed.stream("updates", 0),
@@ -105,21 +108,22 @@ impl<'a, L: DynamicsLearner + ?Sized> Base<'a, L> {
         *remembered = real.data.n_steps();
     }
 
-    /// Forgets what was imagined, and remembers all that was real.
-    pub(crate) fn remember_real(&mut self) {
-        self.progress.replay.clear();
-        self.progress.remembered = 0;
-        self.remember();
+    /// Forgets what models before the last one imagined.
+    pub(crate) fn forget_older_models(&mut self) {
+        let Progress { real, replay, remembered, model, .. } = &mut self.progress;
+        let made_room = *remembered - replay.n_real().min(*remembered);
+        replay.forget_before(*model, real.data.transitions(0).take(made_room));
     }
 
     /// Fits a model to all real data.
     pub(crate) fn fit(&mut self) -> Result<Fitted, FitError> {
-        let Progress { real, fits, fit_rng, .. } = &mut self.progress;
+        let Progress { real, model, fits, fit_rng, .. } = &mut self.progress;
         let fit = Fit { steps: real.data.n_steps(), rng: fit_rng.clone() };
         let previous = self.knowledge.as_ref().map(|knowledge| &*knowledge.model);
         match self.learner.fit(&real.data, previous, fit_rng) {
             Ok(Some(fitted)) => {
                 self.knowledge = Some(fitted);
+                *model += 1;
                 if !self.learner.goes_on() {
                     fits.clear();
                 }

@@ -189,8 +189,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 let (rows, description) = (learner.rows(model, data), learner.describe(model));
                 observer.on(&Event::Fitted { rows, description: &description })?;
             }
-            // What was imagined so far was in another model.
-            self.base.remember_real();
+            self.base.forget_older_models();
         }
         if self.wants_more() {
             return Ok(Phase::CollectMore);

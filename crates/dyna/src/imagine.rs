@@ -6,12 +6,12 @@ use std::sync::Arc;
 use rand::RngExt as _;
 use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Bounded, Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Replay, Rng, Seed,
-    Sensors, Simulated, Spec, Task, decode, encode,
+    Bounded, Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Rng, Seed, Sensors,
+    Simulated, Spec, Task, decode, encode,
 };
 
 use crate::Schedule;
-use crate::base::Counts;
+use crate::base::Progress;
 use crate::belief::{Belief, Possible};
 use crate::lockstep::{Lane, Lockstep};
 
@@ -260,14 +260,14 @@ impl<'a> Imagination<'a> {
     }
 
     /// Steps every world once by `policy`, remembers what happened, and counts it.
-    pub(crate) fn turn(&mut self, policy: &dyn Policy, replay: &mut Replay, counts: &mut Counts) {
+    pub(crate) fn turn(&mut self, policy: &dyn Policy, Progress { replay, counts, model, .. }: &mut Progress) {
         let Self { worlds, horizon, scattered, rng, rollouts, diverged, .. } = self;
         let Ok::<_, Infallible>(()) = worlds.step((policy, Mode::Explore), rng, |world, step| {
             counts.steps += 1;
             world.age += 1;
             let ended = match step.transition(&world.env) {
                 Some((transition, ended)) => {
-                    replay.push(transition);
+                    replay.push_imagined(*model, transition);
                     counts.left_region += u64::from(world.env.left_region());
                     ended
                 }

@@ -26,7 +26,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             // Only who has not learned anything yet acts at random.
             let random = Uniform::new(self.parts.task.spec());
             let policy: &dyn Policy = if self.course.is_beginner { &random } else { &**agent };
-            imagination.turn(policy, &mut progress.replay, &mut progress.counts);
+            imagination.turn(policy, progress);
             // Nothing can be learned in a model that blows up from nearly every state.
             let hopeless = imagination.diverged > schedule.random_steps as u64;
             if self.course.is_beginner && progress.replay.len() >= first_steps {
@@ -35,7 +35,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             }
             return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
         }
-        imagination.turn(&**agent, &mut progress.replay, &mut progress.counts);
+        imagination.turn(&**agent, progress);
         let left = rule.max_updates.saturating_sub(progress.updates);
         for _ in 0..left.min(schedule.updates_per_turn as u64) {
             if !self.base.update(None) {

@@ -5,7 +5,7 @@ use std::convert::Infallible;
 use sindyna_core::{Dynamics, Inverse, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task};
 
 use super::Branches;
-use crate::base::Counts;
+use crate::base::Progress;
 use crate::lockstep::{Lane, Lockstep};
 
 /// Branches stepped side by side.
@@ -20,19 +20,19 @@ pub(super) struct Stage<'a, M> {
 }
 
 impl<M: Dynamics> Stage<'_, M> {
-    /// Branches rollouts off from states in the memory `real`, acts by `policy`, and remembers every step in the one `imagined`.
+    /// Branches rollouts off from real states, acts by `policy`, and remembers every step in `imagined`.
     pub(super) fn branch(
         &self,
         branches: &Branches,
         policy: &dyn Policy,
-        (real, imagined): (&Replay, &mut Replay),
-        counts: &mut Counts,
+        Progress { replay, counts, model, .. }: &mut Progress,
+        imagined: &mut Replay,
         (seed, round): (Seed, u64),
     ) {
         let count = branches.every * branches.per_step;
         let mut rng = seed.stream("branches", round);
         for first in (0..count).step_by(GROUP) {
-            let lanes = (first..count.min(first + GROUP)).filter_map(|_| self.begin(real, &mut rng));
+            let lanes = (first..count.min(first + GROUP)).filter_map(|_| self.begin(replay, &mut rng));
             let mut lockstep = Lockstep::new(self.task.spec(), lanes.collect());
             for _ in 0..branches.length {
                 let Ok::<_, Infallible>(()) = lockstep.step((policy, Mode::Explore), &mut rng, |branch, step| {
@@ -41,7 +41,7 @@ impl<M: Dynamics> Stage<'_, M> {
                         counts.diverged += 1;
                         return Ok(false);
                     };
-                    imagined.push(transition);
+                    imagined.push_imagined(*model, transition);
                     Ok(!ended)
                 });
             }

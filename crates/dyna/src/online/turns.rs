@@ -126,8 +126,7 @@ impl<'a, L: DynamicsLearner + ?Sized> OnlineLoop<'a, L> {
         let Base { agent, knowledge, progress, .. } = &mut self.base;
         if let (Some(branches), Some(inverse), Some(knowledge)) = (&schedule.branches, &self.inverse, knowledge) {
             let stage = Stage { model: &*knowledge.model, task, sensors, inverse };
-            let memories = (&progress.replay, &mut self.course.imagined);
-            stage.branch(branches, &**agent, memories, &mut progress.counts, round);
+            stage.branch(branches, &**agent, progress, &mut self.course.imagined, round);
         }
         OnlinePhase::Learn
     }
