@@ -95,7 +95,7 @@ def page(document):
         " below the threshold, or a real episode had broken the promise.", "",
         *table(["task", "noise", "first real steps", "solved", "return, median (lowest)", "real steps, median (most)", "episodes", "interval holds", "seconds, median"], rows),
         "",
-        "*Seconds* are wall-clock times of one thread, on a machine that did other work as well.",
+        "*Seconds* are wall-clock times of one thread, on a machine that did other work as well.", *document.get("notes", []),
     ]) + "\n"
 
 

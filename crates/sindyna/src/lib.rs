@@ -37,7 +37,8 @@ pub use {
     sindyna_record as record, sindyna_report as report, sindyna_rl as rl, sindyna_sindy as sindy,
 };
 
-/// The examples of the README, executed.
+/// The examples of the pages, compiled.
 #[cfg(doctest)]
 #[doc = include_str!("../../../README.md")]
-struct Readme;
+#[doc = include_str!("../../../docs/logs.md")]
+struct Pages;
