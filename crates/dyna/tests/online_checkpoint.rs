@@ -5,8 +5,8 @@ mod common;
 use common::{EXACT, Given, Line, Push, Student};
 use rand::RngExt as _;
 use sindyna_core::{
-    Checkpoint, Dataset, DynamicsLearner, End, EnvError, Environment, FitError, Knowledge, NoModel, Outcome, Rng, Seed,
-    Sensors, Simulated, Spec,
+    Dataset, DynamicsLearner, End, EnvError, Environment, FitError, Knowledge, NoModel, Outcome, Rng, Seed, Sensors,
+    Simulated, Spec,
 };
 use sindyna_dyna::{Branches, Checks, DynaError, Online, OnlineLoop, OnlinePhase, OnlineSchedule, Practised, Swings};
 
