@@ -3,7 +3,7 @@
 use ndarray::{ArrayView1, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-use crate::CheckpointError;
+use crate::{CheckpointError, Transition};
 
 /// How a rollout ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -98,18 +98,42 @@ impl Dataset {
         }
     }
 
-    /// The first `rollouts` of it.
+    /// The first `steps` of it; a rollout that goes on after them is [`End::Cut`].
     #[must_use]
-    pub fn first(&self, rollouts: usize) -> Self {
+    pub fn first(&self, steps: usize) -> Self {
         let mut part = self.clone();
-        if let Some(Border { first_observation, first_step, .. }) = self.borders.get(rollouts) {
-            part.borders.truncate(rollouts);
-            part.observations.truncate(first_observation * self.observation_dim);
-            part.controls.truncate(first_step * self.control_dim);
-            part.actions.truncate(first_step * self.action_dim);
-            part.rewards.truncate(*first_step);
+        if steps >= self.n_steps() {
+            return part;
         }
+        let rollouts = self.borders.partition_point(|b| b.first_step < steps);
+        let ends = self.borders.get(rollouts).is_some_and(|next| next.first_step == steps);
+        part.borders.truncate(rollouts);
+        if !ends {
+            part.finish(End::Cut);
+        }
+        part.observations.truncate((steps + rollouts) * self.observation_dim);
+        part.controls.truncate(steps * self.control_dim);
+        part.actions.truncate(steps * self.action_dim);
+        part.rewards.truncate(steps);
         part
+    }
+
+    /// The steps from number `first` on, as they are replayed.
+    pub fn transitions(&self, first: usize) -> impl Iterator<Item = Transition<'_>> {
+        let (m, k) = (self.observation_dim, self.action_dim);
+        (first..self.n_steps()).map(move |step| {
+            let next = self.borders.partition_point(|b| b.first_step <= step);
+            let last = self.borders.get(next).map_or(self.n_steps(), |b| b.first_step);
+            // A rollout has one observation more than steps.
+            let observation = |at: usize| &self.observations[at * m..(at + 1) * m];
+            Transition {
+                observation: observation(step + next - 1),
+                action: &self.actions[step * k..(step + 1) * k],
+                reward: self.rewards[step],
+                next_observation: observation(step + next),
+                terminated: step + 1 == last && self.borders[next - 1].end == End::Terminated,
+            }
+        })
     }
 
     /// Refuses to stand for `other` unless its rows are as wide, and complete.
@@ -268,6 +292,41 @@ mod tests {
         assert_eq!(rollouts[1].actions, array![[3.0]]);
         assert_eq!(rollouts[1].end, End::Cut);
         assert_eq!((data.n_steps(), data.n_rollouts()), (3, 2));
+    }
+
+    /// Rollouts of so many steps, the first of which ended for good; observations count up.
+    fn counted(steps: &[usize]) -> Dataset {
+        let mut data = Dataset::new(1, 1, 1, 0.1);
+        for steps in steps {
+            data.begin(&[data.observations.len() as f64]).expect("one value");
+            for _ in 0..*steps {
+                let next = data.observations.len() as f64;
+                data.push(&[next], &[0.5], -next, &[next]).expect("finite");
+            }
+            if data.n_rollouts() == 1 {
+                data.finish(End::Terminated);
+            }
+        }
+        data
+    }
+
+    #[test]
+    fn the_first_steps_are_what_was_recorded_until_then() {
+        let whole = counted(&[2, 3]);
+        for (steps, begun) in [(0, &[][..]), (2, &[2]), (3, &[2, 1]), (5, &[2, 3]), (9, &[2, 3])] {
+            assert_eq!(whole.first(steps), counted(begun), "{steps} steps");
+        }
+        assert_eq!(whole.first(1).rollouts().map(|r| r.end).collect::<Vec<_>>(), [End::Cut]);
+    }
+
+    #[test]
+    fn transitions_do_not_cross_borders() {
+        let data = counted(&[2, 3]);
+        let seen: Vec<_> =
+            data.transitions(1).map(|t| (t.observation[0], t.next_observation[0], t.reward, t.terminated)).collect();
+        let expected = [(1.0, 2.0, true), (3.0, 4.0, false), (4.0, 5.0, false), (5.0, 6.0, false)];
+        assert_eq!(seen, expected.map(|(before, next, terminated)| (before, next, -next, terminated)));
+        assert!(data.transitions(1).all(|t| t.action == t.next_observation));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A system that can be acted on, one control interval at a time.
 
-use crate::{Diverged, Rng, Spec};
+use crate::{Checkpoint, Diverged, Rng, Spec};
 
 /// What a step led to besides the new observation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,19 +58,36 @@ pub trait Environment: Send {
     /// # Errors
     /// [`EnvError::NeedsReset`] after an episode's end, [`EnvError::NotAnAction`], [`EnvError::Diverged`].
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError>;
+
+    /// Its state, to be written down and put back; `None` for a system that cannot be put back where it was, as one outside of the computer. Such a one goes
+    /// on with a reset.
+    fn checkpoint(&mut self) -> Option<&mut dyn Checkpoint> {
+        None
+    }
 }
 
-impl<E: Environment + ?Sized> Environment for Box<E> {
-    fn spec(&self) -> &Spec {
-        (**self).spec()
-    }
-    fn observation(&self) -> &[f64] {
-        (**self).observation()
-    }
-    fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
-        (**self).reset(rng)
-    }
-    fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
-        (**self).step(action, rng)
-    }
+/// An environment behind a pointer is the same environment.
+macro_rules! pointed_at {
+    ($pointer:ty) => {
+        impl<E: Environment + ?Sized> Environment for $pointer {
+            fn spec(&self) -> &Spec {
+                (**self).spec()
+            }
+            fn observation(&self) -> &[f64] {
+                (**self).observation()
+            }
+            fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
+                (**self).reset(rng)
+            }
+            fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
+                (**self).step(action, rng)
+            }
+            fn checkpoint(&mut self) -> Option<&mut dyn Checkpoint> {
+                (**self).checkpoint()
+            }
+        }
+    };
 }
+
+pointed_at!(Box<E>);
+pointed_at!(&mut E);

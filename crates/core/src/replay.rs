@@ -67,7 +67,10 @@ impl Batch {
 /// Transitions drawn before any is copied: they come from far memory all at the same time, not one after the other.
 const AHEAD: usize = 32;
 
-/// A ring of the newest transitions, all of one width.
+/// Number of the real system among those that make transitions; models are counted from one.
+const REAL: u32 = 0;
+
+/// A ring of the newest transitions, all of one width, each with the model that made it.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Replay {
     capacity: usize,
@@ -75,6 +78,8 @@ pub struct Replay {
     action_dim: usize,
     /// Each row: observation, action, reward, next observation, terminated.
     rows: Vec<f64>,
+    /// Number of the model that imagined each row; [`REAL`] for none.
+    models: Vec<u32>,
     width: usize,
     pushed: usize,
 }
@@ -84,17 +89,37 @@ impl Replay {
     #[must_use]
     pub fn new(capacity: usize, observation_dim: usize, action_dim: usize) -> Self {
         let width = 2 * observation_dim + action_dim + 2;
-        Self { capacity: capacity.max(1), observation_dim, action_dim, rows: Vec::new(), width, pushed: 0 }
+        Self {
+            capacity: capacity.max(1),
+            observation_dim,
+            action_dim,
+            rows: Vec::new(),
+            models: Vec::new(),
+            width,
+            pushed: 0,
+        }
     }
 
-    /// Keeps a transition; the oldest one makes room when the ring is full.
+    /// Keeps a transition of the real system; the oldest one makes room when the ring is full.
     pub fn push(&mut self, t: Transition<'_>) {
+        self.push_of(REAL, t);
+    }
+
+    /// The same for a transition that `model`, the number of a fit from 1 on, imagined.
+    pub fn push_imagined(&mut self, model: u32, t: Transition<'_>) {
+        self.push_of(model.max(REAL + 1), t);
+    }
+
+    fn push_of(&mut self, model: u32, t: Transition<'_>) {
         let row = t.observation.iter().chain(t.action).chain([&t.reward]).chain(t.next_observation);
         let row = row.copied().chain([f64::from(u8::from(t.terminated))]);
-        let slot = self.pushed % self.capacity * self.width;
+        let index = self.pushed % self.capacity;
+        let slot = index * self.width;
         if slot == self.rows.len() {
             self.rows.extend(row);
+            self.models.push(model);
         } else {
+            self.models[index] = model;
             for (kept, value) in self.rows[slot..slot + self.width].iter_mut().zip(row) {
                 *kept = value;
             }
@@ -111,13 +136,36 @@ impl Replay {
         CheckpointError::expect_len("observed values", other.observation_dim, self.observation_dim)?;
         CheckpointError::expect_len("action values", other.action_dim, self.action_dim)?;
         CheckpointError::expect_len("values of transitions", self.len() * other.width, self.rows.len())?;
+        CheckpointError::expect_len("models of transitions", self.len(), self.models.len())?;
         CheckpointError::expect_len("values of a transition", other.width, self.width)
     }
 
-    /// Forgets all of them.
-    pub fn clear(&mut self) {
-        self.rows.clear();
-        self.pushed = 0;
+    /// Forgets what models before number `model` imagined. Real transitions stay; those `made_room`, the oldest, come back.
+    pub fn forget_before<'a>(&mut self, model: u32, made_room: impl Iterator<Item = Transition<'a>>) {
+        let mut kept = Self::new(self.capacity, self.observation_dim, self.action_dim);
+        made_room.for_each(|transition| kept.push(transition));
+        let oldest = self.pushed.saturating_sub(self.capacity);
+        for index in (oldest..self.pushed).map(|age| age % self.capacity) {
+            let made_by = self.models[index];
+            if made_by == REAL || made_by >= model {
+                kept.push_of(made_by, self.transition(index));
+            }
+        }
+        *self = kept;
+    }
+
+    fn transition(&self, index: usize) -> Transition<'_> {
+        let (observation, rest) = self.rows[index * self.width..][..self.width].split_at(self.observation_dim);
+        let (action, rest) = rest.split_at(self.action_dim);
+        let next_observation = &rest[1..=self.observation_dim];
+        let terminated = rest[1 + self.observation_dim] > 0.0;
+        Transition { observation, action, reward: rest[0], next_observation, terminated }
+    }
+
+    /// Real transitions kept now.
+    #[must_use]
+    pub fn n_real(&self) -> usize {
+        self.models.iter().filter(|model| **model == REAL).count()
     }
 
     /// Transitions there is room for.
@@ -242,5 +290,41 @@ mod tests {
         assert_eq!(counts[..2], [0, 0], "the two oldest made room");
         // 1000 expected, standard deviation 27.
         assert!(counts[2..].iter().all(|c| (870..1130).contains(c)), "{counts:?}");
+    }
+
+    /// A transition told from others by its observation.
+    fn number(v: &[f64; 2]) -> Transition<'_> {
+        Transition {
+            observation: &v[..1],
+            action: &[0.5],
+            reward: -v[0],
+            next_observation: &v[1..],
+            terminated: v[0] > 2.0,
+        }
+    }
+
+    #[test]
+    fn what_older_models_imagined_is_forgotten_and_what_was_real_stays_in_order() {
+        let steps = [[0.0, 1.0], [1.0, 2.0], [2.0, 3.0], [3.0, 4.0], [4.0, 5.0], [5.0, 6.0]];
+        let mut replay = Replay::new(5, 1, 1);
+        replay.push(number(&steps[0]));
+        replay.push(number(&steps[1]));
+        replay.push_imagined(1, number(&steps[2]));
+        replay.push_imagined(2, number(&steps[3]));
+        replay.push(number(&steps[4]));
+        replay.push_imagined(2, number(&steps[5]));
+        assert_eq!((replay.len(), replay.n_real()), (5, 2), "the first one made room");
+        let mut newest = replay.clone();
+        newest.forget_before(2, steps[..1].iter().map(number));
+        let mut expected = Replay::new(5, 1, 1);
+        expected.push(number(&steps[0]));
+        expected.push(number(&steps[1]));
+        expected.push_imagined(2, number(&steps[3]));
+        expected.push(number(&steps[4]));
+        expected.push_imagined(2, number(&steps[5]));
+        assert_eq!((&newest.rows, &newest.models), (&expected.rows, &expected.models));
+        newest.forget_before(3, std::iter::empty());
+        assert_eq!((newest.len(), newest.n_real()), (3, 3));
+        assert!((0..3).all(|i| newest.transition(i).observation[0] == [0.0, 1.0, 4.0][i]));
     }
 }

@@ -101,6 +101,10 @@ impl<D: Dynamics, T: Task, H: Observe> Environment for Simulated<D, T, H> {
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }
+
+    fn checkpoint(&mut self) -> Option<&mut dyn Checkpoint> {
+        Some(self)
+    }
 }
 
 /// What changes in a simulation from step to step.

@@ -7,21 +7,20 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Agent, AgentError, Batch, Certainty, Dataset, DynamicsLearner, Environment, Event, Explorer, FitError, Inverse,
-    Knowledge, Mode, Observer, Replay, Rng, TrainedPolicy,
+    Agent, Certainty, DynamicsLearner, Environment, Event, Explorer, Inverse, Mode, Observer, TrainedPolicy,
 };
 
 use crate::algorithm::{Dyna, DynaError, Learned};
+use crate::base::{Base, Fitted};
 use crate::belief::Belief;
-use crate::collect::{Actor, Amount, collect};
-use crate::imagine::{Counts, Imagination};
+use crate::collect::{Actor, Amount};
+use crate::imagine::Imagination;
 use crate::optimality::Trials;
 use crate::predict::Prediction;
-use crate::real::{Confirmation, confirm, remember};
+use crate::real::{Confirmation, confirm};
 use crate::surprise::is_surprised;
 use crate::tried::held;
 use crate::{Refit, Rollouts, Schedule};
-use saved::Fit;
 
 /// What a [`Loop`] does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -55,89 +54,71 @@ struct Best {
     model_return: f64,
 }
 
-/// Algorithm 1 on its way, between two of its steps.
-pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
-    parts: &'a Dyna<'a, L>,
+/// What changes besides the [`Base`], and can be written down as it is.
+#[derive(Serialize, Deserialize)]
+struct Course {
     phase: Phase,
-    agent: Box<dyn Agent>,
-    /// The agent's state before it learned anything.
-    beginner: Vec<u8>,
-    data: Dataset,
-    knowledge: Option<Knowledge<L::Model>>,
-    /// The fits that knowledge comes from.
-    fits: Vec<Fit>,
-    /// Rollouts that imagination goes by.
-    believed: usize,
-    imagination: Option<Imagination<'a>>,
-    replay: Replay,
-    batch: Batch,
     trials: Trials,
-    best: Option<Best>,
-    /// The policy to be handed over of those that were on the real system.
-    tried: Option<(Best, Confirmation)>,
-    prediction: Option<Prediction>,
     optimal: bool,
-    updates: u64,
-    counts: Counts,
     /// Rollouts that the model was fitted to.
     fitted: usize,
+    /// Steps that imagination goes by.
+    believed: usize,
     /// Whether the model before predicted as well what came in after it.
     is_tested: bool,
     /// Whether the agent has learned nothing yet.
     is_beginner: bool,
     /// Times imagination began anew.
     turns: u64,
-    failure: Option<AgentError>,
-    /// Whether a fit was told to stop.
-    stopped: bool,
-    real_rng: Rng,
-    fit_rng: Rng,
-    rng: Rng,
+}
+
+/// Algorithm 1 on its way, between two of its steps.
+pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
+    parts: &'a Dyna<'a, L>,
+    base: Base<'a, L>,
+    course: Course,
+    /// The agent's state before it learned anything.
+    beginner: Vec<u8>,
+    imagination: Option<Imagination<'a>>,
+    best: Option<Best>,
+    /// The policy to be handed over of those that were on the real system.
+    tried: Option<(Best, Confirmation)>,
+    prediction: Option<Prediction>,
 }
 
 impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
     pub(crate) fn new(parts: &'a Dyna<'a, L>, agent: Box<dyn Agent>) -> Self {
         let (spec, schedule, seed) = (parts.task.spec(), parts.schedule, parts.seed);
-        let (m, k) = (spec.observation_dim(), spec.action_space.action_dim());
+        let sizes = (schedule.batch_size, schedule.replay_capacity);
         Self {
             parts,
-            phase: Phase::WarmUp,
             beginner: agent.save(),
-            agent,
-            data: Dataset::new(m, spec.control_dim(), k, spec.dt),
-            knowledge: None,
-            fits: Vec::new(),
-            believed: 0,
+            base: Base::new(parts.learner, agent, (spec, seed), sizes),
+            course: Course {
+                phase: Phase::WarmUp,
+                trials: Trials::default(),
+                optimal: false,
+                fitted: 0,
+                believed: 0,
+                is_tested: false,
+                is_beginner: true,
+                turns: 0,
+            },
             imagination: None,
-            replay: Replay::new(schedule.replay_capacity, m, k),
-            batch: Batch::zeros(schedule.batch_size, m, k),
-            trials: Trials::default(),
             best: None,
             tried: None,
             prediction: None,
-            optimal: false,
-            updates: 0,
-            counts: Counts::default(),
-            fitted: 0,
-            is_tested: false,
-            is_beginner: true,
-            turns: 0,
-            failure: None,
-            stopped: false,
-            real_rng: seed.stream("real system", 0),
-            fit_rng: seed.stream("identification", 0),
-            rng: seed.stream("updates", 0),
         }
     }
 
     /// What comes next.
     pub fn phase(&self) -> Phase {
-        self.phase
+        self.course.phase
     }
 
     /// Whether there is nothing more to do, or a fit was told to stop.
     pub fn has_ended(&self) -> bool {
-        self.phase == Phase::Done || self.stopped
+        self.course.phase == Phase::Done || self.base.stopped
     }
 
     /// Does what comes next. Ends early, to be continued by the next call, once `interrupted` says so.
@@ -151,112 +132,97 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Phase, DynaError> {
-        self.phase = match self.phase {
-            Phase::WarmUp => self.warm_up(env, explorer, observer, interrupted)?,
+        let real = &mut self.base.progress.real;
+        self.course.phase = match self.course.phase {
+            Phase::WarmUp => {
+                let Schedule { warmup_rollouts, rollout_len, .. } = *self.parts.schedule;
+                for _ in 0..warmup_rollouts {
+                    real.collect(env, Actor::Explorer(explorer), Amount::Steps(rollout_len), interrupted)?;
+                }
+                self.collected(observer)?
+            }
             Phase::Fit => self.fit(observer)?,
             Phase::CollectMore => {
-                let (actor, amount) = (Actor::Explorer(explorer), Amount::Steps(self.data.n_steps()));
-                collect(env, actor, amount, &mut self.data, &mut self.real_rng, interrupted)?;
-                observer.on(&Event::Collected { data: &self.data })?;
-                Phase::Fit
+                let amount = Amount::Steps(real.data.n_steps());
+                real.collect(env, Actor::Explorer(explorer), amount, interrupted)?;
+                self.collected(observer)?
             }
             Phase::Improve => self.improve(observer, interrupted)?,
             Phase::Confirm => self.confirm(env, observer, interrupted)?,
             Phase::Explore => {
-                let actor = Actor::Policy(&*self.agent, Mode::Explore);
-                collect(env, actor, Amount::Episode, &mut self.data, &mut self.real_rng, interrupted)?;
+                let actor = Actor::Policy(&*self.base.agent, Mode::Explore);
+                real.collect(env, actor, Amount::Episode, interrupted)?;
                 self.collected(observer)?
             }
             Phase::Predict => self.predict()?,
             Phase::Done => Phase::Done,
         };
-        Ok(self.phase)
+        Ok(self.course.phase)
     }
 
-    fn warm_up(
-        &mut self,
-        env: &mut dyn Environment,
-        explorer: &mut dyn Explorer,
-        observer: &mut dyn Observer,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Result<Phase, DynaError> {
-        let schedule = self.parts.schedule;
-        for _ in 0..schedule.warmup_rollouts {
-            let (actor, amount) = (Actor::Explorer(explorer), Amount::Steps(schedule.rollout_len));
-            collect(env, actor, amount, &mut self.data, &mut self.real_rng, interrupted)?;
-        }
-        observer.on(&Event::Collected { data: &self.data })?;
+    /// Real data came in: they are learned from, and the model is fitted anew or imagination begun anew.
+    fn collected(&mut self, observer: &mut dyn Observer) -> Result<Phase, DynaError> {
+        observer.on(&Event::Collected { data: self.base.data() })?;
+        self.base.remember();
         Ok(Phase::Fit)
     }
 
     fn fit(&mut self, observer: &mut dyn Observer) -> Result<Phase, DynaError> {
         let Dyna { task, learner, schedule, seed, .. } = *self.parts;
-        let previous = self.knowledge.as_ref().map(|k| &*k.model);
-        let refitted = previous.is_some();
+        let refitted = self.base.knowledge.is_some();
         let fits = !refitted || schedule.refit == Refit::AfterRollouts;
-        if let (Some(model), Ok(inverse)) = (previous, Inverse::of(task.spec())) {
-            let mut rng = seed.stream("surprise", self.fitted as u64);
-            self.is_tested = !is_surprised(model, &inverse, &self.data, self.fitted, &mut rng);
+        if let (Some(model), Ok(inverse)) = (self.base.model(), Inverse::of(task.spec())) {
+            let mut rng = seed.stream("surprise", self.course.fitted as u64);
+            let data = self.base.data();
+            self.course.is_tested = !is_surprised(model, &inverse, data, self.course.fitted, &mut rng);
         }
         if fits {
-            self.fitted = self.data.n_rollouts();
-            let fit = Fit { rollouts: self.fitted, rng: self.fit_rng.clone() };
-            match learner.fit(&self.data, previous, &mut self.fit_rng) {
-                Ok(Some(fitted)) => {
-                    self.knowledge = Some(fitted);
-                    if !learner.goes_on() {
-                        self.fits.clear();
-                    }
-                    self.fits.push(fit);
-                }
-                Ok(None) if refitted => {}
-                Ok(None) => return Ok(Phase::Done),
-                Err(FitError::Interrupted) => {
-                    self.stopped = true;
-                    return Ok(Phase::Fit);
-                }
-                Err(error) => return Err(error.into()),
+            self.course.fitted = self.base.data().n_rollouts();
+            match self.base.fit()? {
+                Fitted::Model => {}
+                Fitted::Nothing if refitted => {}
+                Fitted::Nothing => return Ok(Phase::Done),
+                Fitted::Stopped => return Ok(Phase::Fit),
             }
-            if let Some(Knowledge { model, .. }) = &self.knowledge {
-                let (rows, description) = (learner.rows(model, &self.data), learner.describe(model));
+            let data = self.base.data();
+            if let Some(model) = self.base.model() {
+                let (rows, description) = (learner.rows(model, data), learner.describe(model));
                 observer.on(&Event::Fitted { rows, description: &description })?;
             }
-            // What was imagined so far was in another model.
-            self.replay.clear();
-            remember(&mut self.replay, &self.data, 0);
+            self.base.forget_older_models();
         }
         if self.wants_more() {
             return Ok(Phase::CollectMore);
         }
-        self.believed = self.data.n_rollouts();
-        let Some(belief) = self.belief(self.turns) else { return Ok(Phase::Done) };
+        self.course.believed = self.base.data().n_steps();
+        let Some(belief) = self.belief(self.course.turns) else { return Ok(Phase::Done) };
         if fits {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
-            self.trials = Trials::beside(held(&belief, episodes, seed)?);
+            self.course.trials = Trials::beside(held(&belief, episodes, seed)?);
         }
         self.prediction = None;
-        self.imagination = Some(Imagination::new(belief, schedule, seed, self.turns));
-        self.turns += 1;
+        self.imagination = Some(Imagination::new(belief, schedule, seed, self.course.turns));
+        self.course.turns += 1;
         Ok(Phase::Improve)
     }
 
     /// What imagination number `turn` goes by; `None` without a model.
     fn belief(&self, turn: u64) -> Option<Belief<'a>> {
         let Dyna { task, sensors, schedule, seed, .. } = *self.parts;
-        let data = self.data.first(self.believed);
+        let data = self.base.data().first(self.course.believed);
         let mut rng = seed.stream("belief", turn);
-        Some(Belief::of(self.knowledge.as_ref()?, task, sensors, &data, schedule.discount, &mut rng))
+        Some(Belief::of(self.base.knowledge.as_ref()?, task, sensors, &data, schedule.discount, &mut rng))
     }
 
     /// How well the model explains the data.
     fn certainty(&self) -> Certainty {
-        self.knowledge.as_ref().map_or(Certainty::Doubted, |k| k.certainty)
+        self.base.knowledge.as_ref().map_or(Certainty::Doubted, |k| k.certainty)
     }
 
     /// Whether the real system may be asked for so many `steps`.
     fn may_ask(&self, steps: usize) -> bool {
-        self.parts.schedule.max_real_steps.is_none_or(|most| self.data.n_steps() + steps <= most)
+        self.parts.schedule.max_real_steps.is_none_or(|most| self.base.data().n_steps() + steps <= most)
     }
 
     /// Whether to collect as much data again before a policy is learned: something speaks against the model, and it has not yet predicted data that it was
@@ -264,8 +230,11 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
     fn wants_more(&self) -> bool {
         let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
         let asks = imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts;
-        let steps = self.data.n_steps();
-        asks && self.certainty() == Certainty::Doubted && !self.is_tested && 2 * steps <= ENOUGH && self.may_ask(steps)
+        let steps = self.base.data().n_steps();
+        asks && self.certainty() == Certainty::Doubted
+            && !self.course.is_tested
+            && 2 * steps <= ENOUGH
+            && self.may_ask(steps)
     }
 
     /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with
@@ -274,7 +243,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         match self.parts.schedule.imagined_rollouts {
             Rollouts::Unlimited => false,
             Rollouts::Count(_) => true,
-            Rollouts::Auto => self.certainty() < Certainty::Exact || self.trials.is_far(),
+            Rollouts::Auto => self.certainty() < Certainty::Exact || self.course.trials.is_far(),
         }
     }
 
@@ -289,9 +258,9 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         };
         let inverse = Inverse::of(self.parts.task.spec())?;
         // Returns near 0 are no measure of what matters.
-        let scale = best.model_return.abs().max(self.trials.difference());
+        let scale = best.model_return.abs().max(self.course.trials.difference());
         let view = (belief, &inverse, scale);
-        let confirmation = confirm(env, &*best.policy, view, &mut self.data, &mut self.real_rng, interrupted)?;
+        let confirmation = confirm(env, &*best.policy, view, &mut self.base.progress.real, interrupted)?;
         if interrupted() {
             return Ok(Phase::Confirm);
         }
@@ -302,27 +271,20 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if self.tried.as_ref().is_none_or(|(_, before)| kept || confirmation.real >= before.real) {
             self.tried = Some((best.clone(), confirmation));
         }
-        let exhausted = self.updates >= rule.max_updates;
+        let exhausted = self.base.progress.updates >= rule.max_updates;
         let next = self.collected(observer)?;
         // A policy that works far from the data has widened their support: there may be more to gain beyond.
         let earlier = shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
-        if exhausted || (kept && !(self.trials.is_far() && earlier)) {
+        if exhausted || (kept && !(self.course.trials.is_far() && earlier)) {
             return Ok(Phase::Predict);
         }
         if self.parts.schedule.refit == Refit::AfterRollouts {
             // What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
-            self.agent.restore(&self.beginner)?;
-            self.is_beginner = true;
+            self.base.agent.restore(&self.beginner)?;
+            self.course.is_beginner = true;
         }
-        self.trials.renew();
+        self.course.trials.renew();
         Ok(next)
-    }
-
-    /// A real episode was added to the data: it is learned from, and the model fitted anew or imagination begun anew.
-    fn collected(&mut self, observer: &mut dyn Observer) -> Result<Phase, DynaError> {
-        observer.on(&Event::Collected { data: &self.data })?;
-        remember(&mut self.replay, &self.data, self.data.n_rollouts().saturating_sub(1));
-        Ok(Phase::Fit)
     }
 
     /// Returns of the best policy in the models, from start states that no trial began in.
@@ -347,22 +309,23 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
 
     /// What was learned so far.
     pub fn finish(self) -> Learned<L::Model> {
+        let Base { knowledge, progress, failure, .. } = self.base;
         let (model_return, policy) = self.best.map(|best| (best.model_return, best.policy)).unzip();
         Learned {
-            interrupted: self.phase != Phase::Done,
-            model: self.knowledge.map(|k| k.model),
-            data: self.data,
+            interrupted: self.course.phase != Phase::Done,
+            model: knowledge.map(|k| k.model),
+            data: progress.real.data,
             policy,
             model_return,
             prediction: self.prediction,
             confirmation: self.tried.map(|(_, confirmation)| confirmation),
-            optimal_in_model: self.optimal,
-            updates: self.updates,
-            model_steps: self.counts.steps,
-            model_rollouts: self.counts.rollouts,
-            diverged: self.counts.diverged,
-            left_region: self.counts.left_region,
-            failure: self.failure,
+            optimal_in_model: self.course.optimal,
+            updates: progress.updates,
+            model_steps: progress.counts.steps,
+            model_rollouts: progress.counts.rollouts,
+            diverged: progress.counts.diverged,
+            left_region: progress.counts.left_region,
+            failure,
         }
     }
 }

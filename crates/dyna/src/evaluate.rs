@@ -1,8 +1,9 @@
 //! The last word: the deterministic policy from fixed start states.
 
-use ndarray::{Array2, ArrayView1};
 use rayon::prelude::*;
 use sindyna_core::{EnvError, Environment, Mode, Policy, Rng, Seed};
+
+use crate::lockstep::{Lane, Lockstep};
 
 /// Systems stepped in lock-step by one thread: enough to make a network's batch worth while. A fixed number, so that
 /// results do not depend on how many threads there are.
@@ -29,13 +30,9 @@ pub fn evaluate<E: Environment>(
     let systems = envs.len();
     let groups = envs.par_chunks_mut(GROUP).enumerate().map(|(group, envs)| {
         let first = group * GROUP;
-        let lanes = envs.iter_mut().enumerate().map(|(i, env)| {
-            let mut rng = seed.stream(stream, (first + i) as u64);
-            env.reset(&mut rng)?;
-            Ok(Lane { env, episode: first + i, rng, earned: 0.0 })
-        });
+        let lanes = envs.iter_mut().enumerate().map(|(i, env)| Episode::begin(env, first + i, (seed, stream)));
         let lanes = lanes.take(episodes.saturating_sub(first)).collect::<Result<_, EnvError>>()?;
-        run(lanes, policy, systems, episodes, seed, stream)
+        run(lanes, policy, (systems, episodes), (seed, stream))
     });
     let mut returns = vec![0.0; episodes];
     for (episode, earned) in groups.collect::<Result<Vec<_>, EnvError>>()?.into_iter().flatten() {
@@ -45,52 +42,61 @@ pub fn evaluate<E: Environment>(
 }
 
 /// A system in the middle of an episode.
-struct Lane<'a, E> {
+struct Episode<'a, E> {
     env: &'a mut E,
-    episode: usize,
     rng: Rng,
+    number: usize,
     earned: f64,
+}
+
+impl<'a, E: Environment> Episode<'a, E> {
+    /// Begins episode `number` of a random stream.
+    fn begin(env: &'a mut E, number: usize, (seed, stream): (Seed, &str)) -> Result<Self, EnvError> {
+        let mut rng = seed.stream(stream, number as u64);
+        env.reset(&mut rng)?;
+        Ok(Self { env, rng, number, earned: 0.0 })
+    }
+}
+
+impl<E: Environment> Lane for Episode<'_, E> {
+    type System = E;
+
+    fn system(&self) -> &E {
+        self.env
+    }
+
+    fn with_rng<'a>(&'a mut self, _common: &'a mut Rng) -> (&'a mut E, &'a mut Rng) {
+        (self.env, &mut self.rng)
+    }
 }
 
 /// Runs all lanes to the end of their last episode; a lane's next episode is `stride` after the one it ended.
 fn run<E: Environment>(
-    mut lanes: Vec<Lane<'_, E>>,
+    lanes: Vec<Episode<'_, E>>,
     policy: &dyn Policy,
-    stride: usize,
-    episodes: usize,
-    seed: Seed,
-    stream: &str,
+    (stride, episodes): (usize, usize),
+    (seed, stream): (Seed, &str),
 ) -> Result<Vec<(usize, f64)>, EnvError> {
     let mut returns = Vec::new();
+    let Some(spec) = lanes.first().map(|lane| lane.env.spec().clone()) else { return Ok(returns) };
+    let mut lockstep = Lockstep::new(&spec, lanes);
     // Exploit draws nothing; the trait asks for a generator all the same.
     let mut unused = seed.stream(stream, u64::MAX);
-    while let Some(lane) = lanes.first() {
-        let spec = lane.env.spec();
-        let mut actions = Array2::zeros((lanes.len(), spec.action_space.action_dim()));
-        let mut observations = Array2::zeros((lanes.len(), spec.observation_dim()));
-        for (mut row, lane) in observations.rows_mut().into_iter().zip(&lanes) {
-            row.assign(&ArrayView1::from(lane.env.observation()));
-        }
-        policy.act_batch(observations.view(), Mode::Exploit, &mut unused, actions.view_mut());
-
-        let mut running = Vec::with_capacity(lanes.len());
-        for (mut lane, action) in lanes.into_iter().zip(actions.rows()) {
-            let action = action.to_slice().expect("rows are contiguous");
-            let outcome = lane.env.step(action, &mut lane.rng)?;
+    while !lockstep.lanes.is_empty() {
+        lockstep.step((policy, Mode::Exploit), &mut unused, |lane, step| {
+            let outcome = step.outcome?;
             lane.earned += outcome.reward;
-            if outcome.terminated || outcome.truncated {
-                returns.push((lane.episode, lane.earned));
-                lane.episode += stride;
-                if lane.episode >= episodes {
-                    continue;
-                }
-                lane.earned = 0.0;
-                lane.rng = seed.stream(stream, lane.episode as u64);
+            if !(outcome.terminated || outcome.truncated) {
+                return Ok(true);
+            }
+            returns.push((lane.number, lane.earned));
+            (lane.number, lane.earned) = (lane.number + stride, 0.0);
+            if lane.number < episodes {
+                lane.rng = seed.stream(stream, lane.number as u64);
                 lane.env.reset(&mut lane.rng)?;
             }
-            running.push(lane);
-        }
-        lanes = running;
+            Ok::<_, EnvError>(lane.number < episodes)
+        })?;
     }
     Ok(returns)
 }

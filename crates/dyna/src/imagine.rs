@@ -1,18 +1,19 @@
 //! Rollouts inside the learned model.
 
+use std::convert::Infallible;
 use std::sync::Arc;
 
-use ndarray::{Array2, ArrayView1};
 use rand::RngExt as _;
 use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Bounded, Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Replay, Rng, Seed,
-    Sensors, Simulated, Spec, Task, Transition, decode, encode,
+    Bounded, Checkpoint, CheckpointError, Dynamics, EnvError, Environment, Mode, Outcome, Policy, Rng, Seed, Sensors,
+    Simulated, Spec, Task, decode, encode,
 };
 
 use crate::Schedule;
+use crate::base::Progress;
 use crate::belief::{Belief, Possible};
-use crate::explore::uniform_action;
+use crate::lockstep::{Lane, Lockstep};
 
 /// A learned model as an environment in which it does not pay to leave the data for nothing.
 ///
@@ -174,26 +175,23 @@ impl Environment for Trial<'_> {
     }
 }
 
-/// What imagination has done so far.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Counts {
-    pub(crate) steps: u64,
-    pub(crate) rollouts: u64,
-    pub(crate) diverged: u64,
-    pub(crate) left_region: u64,
-}
-
-/// Who acts in imagination.
-pub(crate) enum Dreamer<'a> {
-    Random,
-    Policy(&'a dyn Policy),
-}
-
+/// An imagined system in the middle of a rollout.
 struct World<'a> {
     env: Imagined<'a>,
     rng: Rng,
     age: usize,
-    before: Vec<f64>,
+}
+
+impl<'a> Lane for World<'a> {
+    type System = Imagined<'a>;
+
+    fn system(&self) -> &Imagined<'a> {
+        &self.env
+    }
+
+    fn with_rng<'b>(&'b mut self, _common: &'b mut Rng) -> (&'b mut Imagined<'a>, &'b mut Rng) {
+        (&mut self.env, &mut self.rng)
+    }
 }
 
 /// What changes in imagination from step to step.
@@ -209,11 +207,9 @@ struct Saved {
 /// under noise is for trials to tell.
 pub(crate) struct Imagination<'a> {
     pub(crate) belief: Belief<'a>,
-    worlds: Vec<World<'a>>,
+    worlds: Lockstep<World<'a>>,
     horizon: usize,
     scattered: f64,
-    observations: Array2<f64>,
-    actions: Array2<f64>,
     rng: Rng,
     /// Rollouts ended here.
     pub(crate) rollouts: u64,
@@ -223,38 +219,30 @@ pub(crate) struct Imagination<'a> {
 
 impl<'a> Imagination<'a> {
     pub(crate) fn new(belief: Belief<'a>, schedule: &Schedule, seed: Seed, turn: u64) -> Self {
-        let spec = belief.task.spec();
-        let n = schedule.worlds;
+        let (n, scattered) = (schedule.worlds, schedule.scattered_starts);
         let quiet = belief.without_noise();
-        let worlds = (0..n).map(|i| World {
-            env: Imagined::new(&quiet, i),
-            rng: seed.stream("imagined world", turn << 32 | i as u64),
+        let worlds = (0..n).map(|i| {
+            let rng = seed.stream("imagined world", turn << 32 | i as u64);
+            let mut world = World { env: Imagined::new(&quiet, i), rng, age: 0 };
+            world.begin(scattered);
             // Staggered, so that the worlds do not all begin anew in the same turn.
-            age: i * schedule.imagined_len / n.max(1),
-            before: vec![0.0; spec.observation_dim()],
+            world.age = i * schedule.imagined_len / n.max(1);
+            world
         });
-        let mut all = Self {
-            worlds: worlds.collect(),
+        Self {
+            worlds: Lockstep::new(belief.task.spec(), worlds.collect()),
             horizon: schedule.imagined_len,
-            scattered: schedule.scattered_starts,
-            observations: Array2::zeros((n, spec.observation_dim())),
-            actions: Array2::zeros((n, spec.action_space.action_dim())),
+            scattered,
             rng: seed.stream("imagined actions", turn),
             belief,
             rollouts: 0,
             diverged: 0,
-        };
-        for world in &mut all.worlds {
-            let age = world.age;
-            world.begin(all.scattered);
-            world.age = age;
         }
-        all
     }
 
     /// The worlds as they are, and what was counted.
     pub(crate) fn save(&self) -> Vec<u8> {
-        let worlds = self.worlds.iter().map(|w| (w.env.save(), w.rng.clone(), w.age)).collect();
+        let worlds = self.worlds.lanes.iter().map(|w| (w.env.save(), w.rng.clone(), w.age)).collect();
         let Self { rng, rollouts, diverged, .. } = self;
         encode(&Saved { worlds, rng: rng.clone(), rollouts: *rollouts, diverged: *diverged })
     }
@@ -262,8 +250,8 @@ impl<'a> Imagination<'a> {
     /// Makes one that has just begun the one that was saved.
     pub(crate) fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
         let Saved { worlds, rng, rollouts, diverged } = decode(saved)?;
-        CheckpointError::expect_len("imagined systems", self.worlds.len(), worlds.len())?;
-        for (world, (env, rng, age)) in self.worlds.iter_mut().zip(worlds) {
+        CheckpointError::expect_len("imagined systems", self.worlds.lanes.len(), worlds.len())?;
+        for (world, (env, rng, age)) in self.worlds.lanes.iter_mut().zip(worlds) {
             world.env.restore(&env)?;
             (world.rng, world.age) = (rng, age);
         }
@@ -271,33 +259,32 @@ impl<'a> Imagination<'a> {
         Ok(())
     }
 
-    /// Steps every world once, remembers what happened, and counts it.
-    pub(crate) fn turn(&mut self, dreamer: &Dreamer<'_>, replay: &mut Replay, counts: &mut Counts) {
-        for (world, mut row) in self.worlds.iter_mut().zip(self.observations.rows_mut()) {
-            row.assign(&ArrayView1::from(world.env.observation()));
-        }
-        match dreamer {
-            Dreamer::Policy(policy) => {
-                policy.act_batch(self.observations.view(), Mode::Explore, &mut self.rng, self.actions.view_mut());
-            }
-            Dreamer::Random => {
-                for (world, mut action) in self.worlds.iter().zip(self.actions.rows_mut()) {
-                    let action = action.as_slice_mut().expect("rows are contiguous");
-                    uniform_action(&world.env.spec().action_space, &mut self.rng, action);
+    /// Steps every world once by `policy`, remembers what happened, and counts it.
+    pub(crate) fn turn(&mut self, policy: &dyn Policy, Progress { replay, counts, model, .. }: &mut Progress) {
+        let Self { worlds, horizon, scattered, rng, rollouts, diverged, .. } = self;
+        let Ok::<_, Infallible>(()) = worlds.step((policy, Mode::Explore), rng, |world, step| {
+            counts.steps += 1;
+            world.age += 1;
+            let ended = match step.transition(&world.env) {
+                Some((transition, ended)) => {
+                    replay.push_imagined(*model, transition);
+                    counts.left_region += u64::from(world.env.left_region());
+                    ended
                 }
-            }
-        }
-        let before = *counts;
-        for (world, action) in self.worlds.iter_mut().zip(self.actions.rows()) {
-            let action = action.to_slice().expect("rows are contiguous");
-            world.step(action, replay, counts);
-            if world.age >= self.horizon {
+                // A model that diverged has nothing to teach: the rollout is cut and the step forgotten.
+                None => {
+                    counts.diverged += 1;
+                    *diverged += 1;
+                    true
+                }
+            };
+            if ended || world.age >= *horizon {
                 counts.rollouts += 1;
-                world.begin(self.scattered);
+                *rollouts += 1;
+                world.begin(*scattered);
             }
-        }
-        self.rollouts += counts.rollouts - before.rollouts;
-        self.diverged += counts.diverged - before.diverged;
+            Ok(true)
+        });
     }
 }
 
@@ -308,33 +295,6 @@ impl World<'_> {
             self.env.scatter(&mut self.rng);
         } else {
             self.env.reset(&mut self.rng).expect("a simulation always resets");
-        }
-    }
-
-    /// One step; a rollout that ends is made old, so that it begins anew.
-    fn step(&mut self, action: &[f64], replay: &mut Replay, counts: &mut Counts) {
-        self.before.copy_from_slice(self.env.observation());
-        counts.steps += 1;
-        self.age += 1;
-        match self.env.step(action, &mut self.rng) {
-            Ok(outcome) => {
-                replay.push(Transition {
-                    observation: &self.before,
-                    action,
-                    reward: outcome.reward,
-                    next_observation: self.env.observation(),
-                    terminated: outcome.terminated,
-                });
-                counts.left_region += u64::from(self.env.left_region());
-                if outcome.terminated || outcome.truncated {
-                    self.age = usize::MAX;
-                }
-            }
-            // A model that diverged has nothing to teach: the rollout is cut and the step forgotten.
-            Err(_) => {
-                counts.diverged += 1;
-                self.age = usize::MAX;
-            }
         }
     }
 }

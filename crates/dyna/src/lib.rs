@@ -7,12 +7,14 @@
 //! Not here: names, files, clocks, terminals; what a model or an agent is made of.
 
 mod algorithm;
+mod base;
 mod belief;
 mod collect;
 mod cycle;
 mod evaluate;
 mod explore;
 mod imagine;
+mod lockstep;
 mod online;
 mod optimality;
 mod predict;
@@ -25,7 +27,7 @@ pub use algorithm::{Dyna, DynaError, Learned};
 pub use cycle::{Loop, Phase};
 pub use evaluate::evaluate;
 pub use explore::{Alternating, Gentle, Swings, Uniform};
-pub use online::{Branches, Check, Checks, Online, OnlineSchedule, Practised};
+pub use online::{Branches, Check, Checks, Online, OnlineLoop, OnlinePhase, OnlineSchedule, Practised};
 pub use optimality::Optimality;
 pub use predict::Prediction;
 pub use real::Confirmation;

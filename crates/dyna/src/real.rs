@@ -1,10 +1,10 @@
 //! Real episodes between imagined ones: what they teach, and whether they keep what the model promised.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Dataset, End, EnvError, Environment, Inverse, Mode, Policy, Replay, Rng, Transition};
+use sindyna_core::{EnvError, Environment, Inverse, Mode, Policy, Rng};
 
 use crate::belief::Belief;
-use crate::collect::{Actor, Amount, CollectError, collect};
+use crate::collect::{Actor, Amount, CollectError, Collector};
 use crate::imagine::Trial;
 
 /// One real episode of a policy beside what the models promised for it.
@@ -77,11 +77,11 @@ pub(crate) fn confirm(
     env: &mut dyn Environment,
     policy: &dyn Policy,
     (belief, inverse, scale): (&Belief<'_>, &Inverse, f64),
-    data: &mut Dataset,
-    rng: &mut Rng,
+    system: &mut Collector,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Confirmation, CollectError> {
-    collect(env, Actor::Policy(policy, Mode::Exploit), Amount::Episode, data, rng, interrupted)?;
+    system.collect(env, Actor::Policy(policy, Mode::Exploit), Amount::Episode, interrupted)?;
+    let Collector { data, rng, .. } = system;
     let Some(rollout) = data.rollouts().last() else {
         return Ok(Confirmation { real: 0.0, promised: Vec::new(), disagreement: 0.0, scale });
     };
@@ -108,22 +108,6 @@ fn promise(belief: &Belief<'_>, i: usize, policy: &dyn Policy, start: &[f64], rn
         earned += outcome.reward;
         if outcome.terminated || outcome.truncated {
             return Ok(earned + world.charged());
-        }
-    }
-}
-
-/// Puts the rollouts of `data` from number `first` on into `replay`.
-pub(crate) fn remember(replay: &mut Replay, data: &Dataset, first: usize) {
-    for rollout in data.rollouts().skip(first) {
-        let steps = rollout.rewards.len();
-        for i in 0..steps {
-            replay.push(Transition {
-                observation: &rollout.observations.row(i).to_vec(),
-                action: &rollout.actions.row(i).to_vec(),
-                reward: rollout.rewards[i],
-                next_observation: &rollout.observations.row(i + 1).to_vec(),
-                terminated: i + 1 == steps && rollout.end == End::Terminated,
-            });
         }
     }
 }

@@ -25,8 +25,8 @@ fn branches() -> Branches {
     Branches { every: 8, per_step: 5, length: 2, rounds_kept: 1, real_share: 0.25 }
 }
 
-fn run(schedule: &OnlineSchedule, model: Option<Push>, mut student: Student) -> Practised<Push> {
-    let task = Line::new(12);
+fn run(schedule: &OnlineSchedule, model: Option<Push>, student: Student) -> Practised<Push> {
+    let (task, student) = (Line::new(12), Box::new(student));
     let sensors = Sensors::new(task.spec()).expect("x is shown");
     let mut env = Simulated::new(TRUTH, &task, &sensors);
     let mut judges = vec![env.clone(); 2];
@@ -34,12 +34,11 @@ fn run(schedule: &OnlineSchedule, model: Option<Push>, mut student: Student) -> 
     let seed = Seed::new(4);
     match model {
         Some(model) => Online { task: &task, sensors: &sensors, learner: &Given(model), schedule, seed }
-            .run(&mut env, &mut judges, &mut explorer, &mut student, &|| false)
+            .run(&mut env, &mut judges, &mut explorer, student, &|| false)
             .expect("a simulation runs"),
         None => {
             let online = Online { task: &task, sensors: &sensors, learner: &NoModel, schedule, seed };
-            let left =
-                online.run(&mut env, &mut judges, &mut explorer, &mut student, &|| false).expect("a simulation runs");
+            let left = online.run(&mut env, &mut judges, &mut explorer, student, &|| false).expect("a simulation runs");
             assert!(left.model.is_none());
             Practised {
                 model: None,

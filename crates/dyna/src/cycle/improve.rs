@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{DynamicsLearner, Event, Observer, TrainedPolicy};
+use sindyna_core::{DynamicsLearner, Event, Observer, Policy, TrainedPolicy};
 
 use super::{Best, Loop, Phase};
-use crate::imagine::{Dreamer, Imagination};
+use crate::base::{Base, Progress};
+use crate::explore::Uniform;
+use crate::imagine::Imagination;
 use crate::tried::{TRIAL, Tried};
 use crate::{DynaError, Rollouts};
 
@@ -18,29 +20,28 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         let schedule = self.parts.schedule;
         let rule = &schedule.optimality;
         let Some(imagination) = &mut self.imagination else { return Ok(Phase::Fit) };
-        let first_steps = schedule.random_steps.clamp(1, self.replay.capacity());
-        if self.replay.len() < first_steps {
+        let Base { agent, progress, .. } = &mut self.base;
+        let first_steps = schedule.random_steps.clamp(1, progress.replay.capacity());
+        if progress.replay.len() < first_steps {
             // Only who has not learned anything yet acts at random.
-            let dreamer = if self.is_beginner { Dreamer::Random } else { Dreamer::Policy(&*self.agent) };
-            imagination.turn(&dreamer, &mut self.replay, &mut self.counts);
+            let random = Uniform::new(self.parts.task.spec());
+            let policy: &dyn Policy = if self.course.is_beginner { &random } else { &**agent };
+            imagination.turn(policy, progress);
             // Nothing can be learned in a model that blows up from nearly every state.
             let hopeless = imagination.diverged > schedule.random_steps as u64;
-            if self.is_beginner && self.replay.len() >= first_steps {
-                self.is_beginner = false;
-                self.agent.expect(&self.replay.observed());
+            if self.course.is_beginner && progress.replay.len() >= first_steps {
+                self.course.is_beginner = false;
+                agent.expect(&progress.replay.observed());
             }
             return Ok(if hopeless { Phase::Predict } else { Phase::Improve });
         }
-        imagination.turn(&Dreamer::Policy(&*self.agent), &mut self.replay, &mut self.counts);
-        let left = rule.max_updates.saturating_sub(self.updates);
+        imagination.turn(&**agent, progress);
+        let left = rule.max_updates.saturating_sub(progress.updates);
         for _ in 0..left.min(schedule.updates_per_turn as u64) {
-            self.replay.sample_into(&mut self.batch, &mut self.rng);
-            if let Err(error) = self.agent.learn(&self.batch, &mut self.rng) {
-                self.failure = Some(error);
+            if !self.base.update(None) {
                 return Ok(Phase::Predict);
             }
-            self.updates += 1;
-            if self.updates.is_multiple_of(rule.trial_every) {
+            if self.base.progress.updates.is_multiple_of(rule.trial_every) {
                 self.try_out(observer)?;
             }
             // A turn may be as many updates as one likes.
@@ -48,8 +49,8 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
                 return Ok(Phase::Improve);
             }
         }
-        self.optimal = self.trials.optimal(rule) && !self.was_luck()?;
-        if self.optimal || self.updates >= rule.max_updates {
+        self.course.optimal = self.course.trials.optimal(rule) && !self.was_luck()?;
+        if self.course.optimal || self.base.progress.updates >= rule.max_updates {
             let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.spec().max_steps);
             return Ok(if asked { Phase::Confirm } else { Phase::Predict });
         }
@@ -62,7 +63,8 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     fn was_luck(&mut self) -> Result<bool, DynaError> {
         self.foresee()?;
         let (Some(prediction), Some(best)) = (&self.prediction, &self.best) else { return Ok(false) };
-        let luck = self.trials.was_luck(&self.parts.schedule.optimality, best.model_return, &prediction.returns());
+        let luck =
+            self.course.trials.was_luck(&self.parts.schedule.optimality, best.model_return, &prediction.returns());
         if luck {
             self.try_policy(best.policy.clone())?;
         }
@@ -71,17 +73,18 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
 
     /// Tries the deterministic policy in the model, and tells about it.
     fn try_out(&mut self, observer: &mut dyn Observer) -> Result<(), DynaError> {
+        let Progress { updates, counts, .. } = self.base.progress;
         observer.on(&Event::Updated {
-            updates: self.updates,
+            updates,
             max_updates: self.parts.schedule.optimality.max_updates,
-            model_steps: self.counts.steps,
-            diverged: self.counts.diverged,
-            left_region: self.counts.left_region,
-            metrics: &self.agent.metrics(),
+            model_steps: counts.steps,
+            diverged: counts.diverged,
+            left_region: counts.left_region,
+            metrics: &self.base.agent.metrics(),
         })?;
-        let mean_return = self.try_policy(self.agent.policy())?;
+        let mean_return = self.try_policy(self.base.agent.policy())?;
         let best_return = self.best.as_ref().map_or(mean_return, |best| best.model_return);
-        observer.on(&Event::Imagined { updates: self.updates, mean_return, best_return })?;
+        observer.on(&Event::Imagined { updates, mean_return, best_return })?;
         Ok(())
     }
 
@@ -89,9 +92,9 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     fn try_policy(&mut self, policy: Arc<dyn TrainedPolicy>) -> Result<f64, DynaError> {
         let Some(Imagination { belief, .. }) = &self.imagination else { return Ok(f64::NEG_INFINITY) };
         let rule = &self.parts.schedule.optimality;
-        let tried = Tried::new(belief, &*policy, (self.trials.episodes(rule), self.parts.seed, TRIAL))?;
+        let tried = Tried::new(belief, &*policy, (self.course.trials.episodes(rule), self.parts.seed, TRIAL))?;
         let model_return = tried.mean();
-        if self.trials.note(rule, (&tried.returns, tried.far), belief.stakes.ceiling) {
+        if self.course.trials.note(rule, (&tried.returns, tried.far), belief.stakes.ceiling) {
             self.best = Some(Best { policy, model_return });
             self.prediction = None;
         }

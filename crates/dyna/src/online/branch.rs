@@ -1,21 +1,15 @@
 //! Rollouts branched off from states the real system was in.
 
-use ndarray::{Array2, ArrayView1};
-use sindyna_core::{
-    Dynamics, Environment as _, Inverse, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task, Transition,
-};
+use std::convert::Infallible;
+
+use sindyna_core::{Dynamics, Inverse, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task};
 
 use super::Branches;
+use crate::base::Progress;
+use crate::lockstep::{Lane, Lockstep};
 
 /// Branches stepped side by side.
 const GROUP: usize = 256;
-
-/// What branching did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Branched {
-    pub(super) steps: u64,
-    pub(super) diverged: u64,
-}
 
 /// The model, seen and judged as the real system is.
 pub(super) struct Stage<'a, M> {
@@ -26,30 +20,36 @@ pub(super) struct Stage<'a, M> {
 }
 
 impl<M: Dynamics> Stage<'_, M> {
-    /// Branches `count` rollouts off from states in `real`, acts by `policy`, and remembers every step in `imagined`.
+    /// Branches rollouts off from real states, acts by `policy`, and remembers every step in `imagined`.
     pub(super) fn branch(
         &self,
-        count: usize,
         branches: &Branches,
         policy: &dyn Policy,
-        real: &Replay,
+        Progress { replay, counts, model, .. }: &mut Progress,
         imagined: &mut Replay,
         (seed, round): (Seed, u64),
-    ) -> Branched {
-        let mut done = Branched::default();
+    ) {
+        let count = branches.every * branches.per_step;
         let mut rng = seed.stream("branches", round);
         for first in (0..count).step_by(GROUP) {
-            let lanes = (first..count.min(first + GROUP)).filter_map(|_| self.begin(real, &mut rng));
-            let mut lanes: Vec<_> = lanes.collect();
+            let lanes = (first..count.min(first + GROUP)).filter_map(|_| self.begin(replay, &mut rng));
+            let mut lockstep = Lockstep::new(self.task.spec(), lanes.collect());
             for _ in 0..branches.length {
-                lanes = self.step(lanes, policy, imagined, &mut rng, &mut done);
+                let Ok::<_, Infallible>(()) = lockstep.step((policy, Mode::Explore), &mut rng, |branch, step| {
+                    counts.steps += 1;
+                    let Some((transition, ended)) = step.transition(branch) else {
+                        counts.diverged += 1;
+                        return Ok(false);
+                    };
+                    imagined.push_imagined(*model, transition);
+                    Ok(!ended)
+                });
             }
         }
-        done
     }
 
     /// A rollout that begins in a state of `real`; `None` where that ends the task.
-    fn begin(&self, real: &Replay, rng: &mut Rng) -> Option<Lane<'_, M>> {
+    fn begin(&self, real: &Replay, rng: &mut Rng) -> Option<Branch<'_, M>> {
         let mut x = vec![0.0; self.task.spec().state_dim()];
         // Tasks and models look at whole turns of an angle alike: any will do.
         let turns = vec![0.0; x.len()];
@@ -61,48 +61,18 @@ impl<M: Dynamics> Stage<'_, M> {
         env.reset_to(&x, rng);
         Some(env)
     }
-
-    /// One step of every rollout; those that go on.
-    fn step<'b>(
-        &self,
-        mut lanes: Vec<Lane<'b, M>>,
-        policy: &dyn Policy,
-        imagined: &mut Replay,
-        rng: &mut Rng,
-        done: &mut Branched,
-    ) -> Vec<Lane<'b, M>> {
-        let spec = self.task.spec();
-        let mut observations = Array2::zeros((lanes.len(), spec.observation_dim()));
-        let mut actions = Array2::zeros((lanes.len(), spec.action_space.action_dim()));
-        for (mut row, lane) in observations.rows_mut().into_iter().zip(&lanes) {
-            row.assign(&ArrayView1::from(lane.observation()));
-        }
-        policy.act_batch(observations.view(), Mode::Explore, rng, actions.view_mut());
-        let mut at = 0;
-        lanes.retain_mut(|lane| {
-            let (before, action) = (observations.row(at), actions.row(at));
-            let (before, action) = (before.as_slice().unwrap_or(&[]), action.as_slice().unwrap_or(&[]));
-            at += 1;
-            done.steps += 1;
-            match lane.step(action, rng) {
-                Ok(outcome) => {
-                    imagined.push(Transition {
-                        observation: before,
-                        action,
-                        reward: outcome.reward,
-                        next_observation: lane.observation(),
-                        terminated: outcome.terminated,
-                    });
-                    !(outcome.terminated || outcome.truncated)
-                }
-                Err(_) => {
-                    done.diverged += 1;
-                    false
-                }
-            }
-        });
-        lanes
-    }
 }
 
-type Lane<'a, M> = Simulated<&'a M, &'a dyn Task, &'a dyn Observe>;
+type Branch<'a, M> = Simulated<&'a M, &'a dyn Task, &'a dyn Observe>;
+
+impl<M: Dynamics> Lane for Branch<'_, M> {
+    type System = Self;
+
+    fn system(&self) -> &Self {
+        self
+    }
+
+    fn with_rng<'a>(&'a mut self, common: &'a mut Rng) -> (&'a mut Self, &'a mut Rng) {
+        (self, common)
+    }
+}

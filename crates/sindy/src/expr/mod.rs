@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 mod derivative;
 mod function;
+mod nested;
 mod parse;
 mod pretty;
 mod print;
@@ -18,6 +19,7 @@ pub(crate) use tape::Tape;
 
 /// A term: a function of the variables z = (x; u), which are numbered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(remote = "Self")]
 pub enum Expr {
     /// A fixed number.
     Constant(f64),

@@ -199,8 +199,8 @@ impl Job {
         let mut env = self.system.environment();
         let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
         let mut explorer = Uniform::new(spec);
-        let mut agent = self.agent(preset.sac.clone())?;
-        let left = online.run(&mut env, &mut judges, &mut explorer, &mut *agent, interrupted)?;
+        let agent = self.agent(preset.sac.clone())?;
+        let left = online.run(&mut env, &mut judges, &mut explorer, agent, interrupted)?;
         self.account(left, outcome)
     }
 
