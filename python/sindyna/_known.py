@@ -80,6 +80,8 @@ def noise(value: Any, names: Names) -> tuple[list[float] | None, bool]:
         if value in ("auto", "none"):
             return None, value == "none"
         raise ValueError(f"noise must be 'auto', 'none', or standard deviations by state, got {value!r}")
+    if value is None:
+        raise ValueError("noise must be 'auto', 'none', or standard deviations by state, got None")
     if isinstance(value, Mapping):
         sigma = [0.0] * len(names.states)
         for name, deviation in value.items():

@@ -71,7 +71,7 @@ class Report:
     """The account of a fit."""
 
     #: ``exact`` (nothing but rounding is left), ``adequate`` (nothing but noise), ``ambiguous`` (other terms are as good) or
-    #: ``doubted`` (something speaks against an equation, or nothing is known of its errors).
+    #: ``doubted`` (something speaks against an equation), ``not judged`` (one regression, which knows nothing of errors).
     certainty: str
     #: One account per state.
     equations: tuple[Equation, ...]
@@ -96,6 +96,16 @@ class Report:
     #: What the data do not show, in sentences.
     warnings: tuple[str, ...]
 
+    @property
+    def doubts(self) -> dict[str, str | None]:
+        """What speaks against the equation of each state; None where nothing does."""
+        return {equation.state: equation.doubt for equation in self.equations}
+
+    @property
+    def ties(self) -> dict[str, tuple[tuple[str, ...], ...]]:
+        """Sets of terms that explain the data as well as those of the equation of each state."""
+        return {equation.state: equation.ties for equation in self.equations}
+
     def __str__(self) -> str:
         lines = [f"certainty: {self.certainty}; {self.stepping}; {self.rows} steps"]
         lines += [f"warning: {text}" for text in self.warnings]
@@ -108,6 +118,8 @@ class Report:
                 if equation.adequate
                 else f"not adequate: {equation.doubt}"
                 if equation.doubt
+                else "not judged: one regression"
+                if self.certainty == "not judged"
                 else "an approximation"
             )
             lines.append(f"\n({equation.state})': {verdict}")
@@ -121,8 +133,12 @@ class Report:
             noises = ", ".join(f"{name} {sigma:.2e}" for name, sigma in self.noise.items())
             lines.append(f"\nnoise: {noises}")
         if self.fit is not None:
-            lines.append(f"fit: {', '.join(f'{name} {100 * fit:.1f} %' for name, fit in self.fit.items())}")
+            lines.append(f"fit: {', '.join(f'{name} {_percent(fit)}' for name, fit in self.fit.items())}")
         return "\n".join(lines)
+
+
+def _percent(fit: float) -> str:
+    return "- (nothing to fit)" if math.isnan(fit) else f"{100 * fit:.1f} %"
 
 
 def _number(value: Any) -> float:
@@ -212,11 +228,11 @@ def report(
     if noise is None and not regression:
         noise = dict.fromkeys(names.states, 0.0)
     return Report(
-        certainty=account["certainty"],
+        certainty="not judged" if regression and account["certainty"] == "doubted" else account["certainty"],
         equations=tuple(equations),
         noise=noise,
         noise_growing=by_state(told["noise_growing"]),
-        fit=by_state(told["fit"]),
+        fit=by_state([math.nan if value is None else value for value in told["fit"]]),
         stepping=_stepping(form, document),
         rows=told["rows"],
         rows_astray=told["rows_astray"],

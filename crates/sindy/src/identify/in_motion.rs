@@ -36,6 +36,7 @@ impl Identifier {
         let constant = self.constant_inputs(&runs);
         let warned = |mut found: Identified| {
             found.report.warnings.extend(self.warnings(&constant));
+            found.report.warnings.extend(self.unmoved(&found.report));
             found
         };
         let still = |i: &usize| stays(runs.iter().flat_map(|r| r.x.column(*i).to_vec()));
@@ -180,6 +181,19 @@ impl Identifier {
         let constant =
             |k: usize| values(k).next().filter(|first| *first != 0.0 && stays(values(k))).map(|first| (k, first));
         (0..self.spec.control_dim()).filter_map(constant).collect()
+    }
+
+    /// Warnings of states whose equations have no terms.
+    fn unmoved(&self, report: &Report) -> Vec<String> {
+        let states = self.spec.state.iter().zip(self.rates()).zip(&report.equations);
+        let empty = states.filter(|((_, rate), equation)| rate.is_none() && equation.support.is_empty());
+        let told = |((state, _), _): ((&Channel, _), _)| {
+            format!(
+                "the equation of `{}` has no terms: the data show no motion of it, but noise at most about a constant",
+                state.name
+            )
+        };
+        empty.map(told).collect()
     }
 
     /// Warnings of inputs that never change.
