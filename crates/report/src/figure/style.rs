@@ -35,7 +35,7 @@ const INKS: [(&str, &str, &str); 4] = [
 ];
 
 /// Strokes and fills that do not depend on the method.
-const SHAPES: [(&str, &str); 11] = [
+const SHAPES: [(&str, &str); 17] = [
     (".grid", "stroke: VAR(faint); stroke-width: 1"),
     (".mark", "stroke: VAR(soft); stroke-width: 1.2; stroke-dasharray: 2 4"),
     (".curve", "fill: none; stroke-width: 2.2; stroke-linejoin: round"),
@@ -44,6 +44,12 @@ const SHAPES: [(&str, &str); 11] = [
     (".leader", "fill: none; stroke-width: 1; opacity: .6"),
     (".truth", "fill: none; stroke: VAR(faint); stroke-width: 6; stroke-linejoin: round; stroke-linecap: round"),
     (".model", "fill: none; stroke-width: 1.6; stroke-linejoin: round"),
+    (".measured", "fill: none; stroke: VAR(faint); stroke-width: 5; stroke-linejoin: round; stroke-linecap: round"),
+    (".dots", "fill: none; stroke-width: 3; stroke-linecap: round; opacity: .65"),
+    (".bar", "stroke: none; opacity: .5"),
+    (".ring", "fill: none; stroke-width: 2.4"),
+    (".solid", "fill: none; stroke: VAR(ink); stroke-width: 3; stroke-linecap: round; stroke-linejoin: round"),
+    (".body", "fill: VAR(soft); stroke: none"),
     (".middle", "text-anchor: middle"),
     (".end", "text-anchor: end"),
     (".name", "stroke: none; font-weight: 600"),
@@ -94,7 +100,7 @@ fn rules(scope: &str, colour: &dyn Fn(&str) -> String) -> String {
     for i in 0..METHODS.len() {
         let paint = colour(&format!("c{i}"));
         let _ = writeln!(text, "{scope}.c{i} {{ stroke: {paint}; }}");
-        for filled in ["polygon", "circle", "text"] {
+        for filled in ["polygon", "circle", "text", "rect"] {
             let _ = writeln!(text, "{scope}{filled}.c{i} {{ fill: {paint}; }}");
         }
     }

@@ -13,6 +13,7 @@ mod identify;
 mod interrupt;
 mod machine;
 mod methods;
+mod pages;
 mod plain;
 mod progress;
 mod report;
