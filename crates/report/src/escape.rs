@@ -12,7 +12,9 @@ pub(crate) fn escaped(text: &str) -> String {
             '\'' => found.push_str("&#39;"),
             '\n' | '\t' => found.push(c),
             // Marks of direction, and characters that are not allowed in XML.
-            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => found.push('\u{fffd}'),
+            '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => {
+                found.push('\u{fffd}')
+            }
             '\u{fffe}' | '\u{ffff}' => found.push('\u{fffd}'),
             c if c.is_control() => found.push('\u{fffd}'),
             c => found.push(c),
@@ -27,7 +29,10 @@ mod tests {
 
     #[test]
     fn nothing_that_means_something_is_left() {
-        assert_eq!(escaped("<script>\"a\"&'b'</script>]]>"), "&lt;script&gt;&quot;a&quot;&amp;&#39;b&#39;&lt;/script&gt;]]&gt;");
+        assert_eq!(
+            escaped("<script>\"a\"&'b'</script>]]>"),
+            "&lt;script&gt;&quot;a&quot;&amp;&#39;b&#39;&lt;/script&gt;]]&gt;"
+        );
         assert_eq!(escaped("a\u{202e}b\u{1}c"), "a\u{fffd}b\u{fffd}c");
     }
 }

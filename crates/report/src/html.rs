@@ -107,7 +107,7 @@ tr.next td { border-top: 2px solid var(--soft); }
 summary { cursor: pointer; }
 .verdict { font-size: 1.1rem; font-weight: 600; padding-left: .8rem; border-left: .35rem solid var(--soft); }
 .verdict.good { border-color: var(--c2); } .verdict.bad { border-color: var(--c4); }
-.equation { max-width: none; font-size: 1.15rem; line-height: 2.2; padding-left: 2rem; text-indent: -2rem; }
+.equation { max-width: none; margin: .4rem 0; overflow-wrap: normal; font-size: 1.15rem; line-height: 2.2; padding-left: 2rem; text-indent: -2rem; }
 .equation math { margin-right: .15em; text-indent: 0; }
 .controls { display: flex; gap: .8rem; max-width: 30rem; } .controls input { flex: 1; min-width: 0; }
 pre { overflow-x: auto; white-space: pre-wrap; padding: .6rem; border: 1px solid var(--faint); border-radius: 4px; font: .9rem/1.6 system-ui, sans-serif; }

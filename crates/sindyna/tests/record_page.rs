@@ -68,7 +68,9 @@ fn an_identification_has_a_page_with_its_equations_and_all_samples() {
     assert!(stdout.contains("report: models/log/report.html"), "{stdout}");
     let model = temp.path().join("models/log");
     let text = check(&model.join("report.html"));
-    for wanted in ["Identification of log.csv", "Adequate: the residuals of all equations", "Measured and predicted", "Coverage"] {
+    for wanted in
+        ["Identification of log.csv", "Adequate: the residuals of all equations", "Measured and predicted", "Coverage"]
+    {
         assert!(text.contains(wanted), "{wanted}");
     }
     // The coefficients of identify.json stand in the page.
@@ -106,7 +108,9 @@ fn a_run_has_a_page_that_plays_an_episode() {
     assert!(stdout.contains("report: runs/pendulum-seed3/report.html"), "{stdout}");
     let run = temp.path().join("runs/pendulum-seed3");
     let text = check(&run.join("report.html"));
-    for wanted in ["Solved: mean return", "<th scope=\"col\">true</th>", "class=\"animation\"", "Training curve", "<mn>15</mn>"] {
+    for wanted in
+        ["Solved: mean return", "<th scope=\"col\">true</th>", "class=\"animation\"", "Training curve", "<mn>15</mn>"]
+    {
         assert!(text.contains(wanted), "{wanted}");
     }
     // The episode is the evaluation's first.

@@ -18,7 +18,7 @@ const SPREAD: usize = 900;
 /// measured, the inputs held until the next sample, the one-step prediction (from the sample before), the free run
 /// (from the first sample of the trajectory). The columns are in this order; a name has its unit behind it, such as
 /// `θ [rad]`, and predictions say so: `θ [rad] (one-step)`, `θ [rad] (free run)`. A field is empty where there is no value.
-/// The first 600 samples are all there; of longer recordings 900 of the others, without a free run.
+/// Up to 1,500 samples are all there. Of more, the first 600, and 900 of the others, without a free run.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PredictionTable {
     /// The states with their units.
@@ -59,7 +59,7 @@ impl PredictionTable {
         for (trajectory, recording) in recordings.iter().enumerate() {
             let mut free = recording.states.rows().into_iter().next().map(|row| row.to_vec()).unwrap_or_default();
             for sample in 0..recording.states.nrows() {
-                let in_window = seen < WINDOW;
+                let in_window = seen < WINDOW || stride == 1;
                 seen += 1;
                 if !in_window && !(seen - WINDOW).is_multiple_of(stride) {
                     continue;
@@ -119,7 +119,11 @@ impl PredictionTable {
             one_step: fields.take(n),
             free_run: fields.take(n),
         };
-        Ok(Self { states: head[3..3 + n].to_vec(), inputs: head[3 + n..3 + n + k].to_vec(), rows: rows.into_iter().map(row).collect() })
+        Ok(Self {
+            states: head[3..3 + n].to_vec(),
+            inputs: head[3 + n..3 + n + k].to_vec(),
+            rows: rows.into_iter().map(row).collect(),
+        })
     }
 
     /// Number of the first rows that follow each other without a gap within their trajectories.

@@ -186,7 +186,8 @@ impl<E: Environment> Environment for Watched<E> {
     fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
         self.environment.reset(rng)?;
         // What a sensor cannot show ends the recording, not the evaluation.
-        self.running = self.wanted && self.data.n_rollouts() == 0 && self.data.begin(self.environment.observation()).is_ok();
+        self.running =
+            self.wanted && self.data.n_rollouts() == 0 && self.data.begin(self.environment.observation()).is_ok();
         Ok(())
     }
 

@@ -24,6 +24,8 @@ pub(super) struct Axis {
     pub(super) spacing: Spacing,
     /// Parts that numbers divide it into, or one more.
     parts: f64,
+    /// Whether it counts.
+    whole: bool,
 }
 
 impl Axis {
@@ -31,16 +33,21 @@ impl Axis {
         // A span that the numbers cannot resolve is none.
         let least = 1e-9 * low.abs().max(high.abs());
         let (low, high) = if high - low > least { (low, high) } else { (low - least.max(1.0), high + least.max(1.0)) };
-        Self { label: label.into(), low, high, spacing: Spacing::Even, parts: 5.0 }
+        Self { label: label.into(), low, high, spacing: Spacing::Even, parts: 5.0, whole: false }
     }
 
     pub(super) fn logarithmic(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic, parts: 5.0 }
+        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic, parts: 5.0, whole: false }
     }
 
     /// The same with few numbers, for a low panel.
     pub(super) fn few(self) -> Self {
         Self { parts: 2.0, ..self }
+    }
+
+    /// The same for counts: only whole numbers stand at it.
+    pub(super) fn whole(self) -> Self {
+        Self { whole: true, ..self }
     }
 
     /// Where `value` lies between both ends, 0 to 1; what is beyond lies at the end.
@@ -50,10 +57,12 @@ impl Axis {
     }
 
     fn ticks(&self) -> Vec<f64> {
-        match self.spacing {
+        let mut ticks = match self.spacing {
             Spacing::Even => round_numbers(self.low, self.high, self.parts),
             Spacing::Logarithmic => powers_of_ten(self.low, self.high),
-        }
+        };
+        ticks.retain(|tick| !self.whole || tick.fract() == 0.0);
+        ticks
     }
 }
 

@@ -9,10 +9,13 @@ use super::series::short;
 use crate::numbers::fixed;
 use crate::thin::{Point, range, spread, thinned};
 
-const RIGHT: f64 = WIDTH - 14.0;
+const RIGHT: f64 = WIDTH - 24.0;
 
 /// Dots of a scatter plot.
 const DOTS: usize = 600;
+
+/// Samples that are drawn large.
+const FEW: usize = 100;
 
 fn axes(x: Axis, y: Axis) -> Axes {
     Axes { x, y, left: LEFT, right: RIGHT, top: TOP, bottom: BOTTOM }
@@ -25,14 +28,14 @@ fn wide(label: &str, values: impl Iterator<Item = f64>) -> Axis {
 }
 
 /// The residual of the best equation of each size; `chosen` is the size that was chosen.
-pub(crate) fn sizes(state: &str, unit: &str, sizes: &[(usize, f64)], chosen: usize) -> Figure {
+pub(crate) fn sizes(state: &str, label: &str, sizes: &[(usize, f64)], chosen: usize) -> Figure {
     // A residual of zero is drawn at the smallest that is not.
     let (low, high) = range(sizes.iter().map(|s| s.1).filter(|r| *r > 0.0)).unwrap_or((1.0, 1.0));
     let points: Vec<Point> = sizes.iter().map(|&(size, residual)| (size as f64, residual.max(low))).collect();
     let decade = |v: f64| 10_f64.powi(v.log10().floor() as i32);
-    let y = Axis::logarithmic(&format!("residual {unit}"), decade(low), 10.0 * decade(high));
+    let y = Axis::logarithmic(label, decade(low), 10.0 * decade(high));
     let largest = sizes.iter().map(|s| s.0).max().unwrap_or(1).max(1) as f64;
-    let axes = axes(Axis::even("number of terms", 0.0, largest), y);
+    let axes = axes(Axis::even("number of terms", 0.0, largest).whole(), y);
     let mut text = String::new();
     axes.draw(&mut text);
     axes.line(&mut text, "c0 curve", &points);
@@ -56,7 +59,11 @@ pub(crate) fn coverage(across: (&str, &[f64]), up: (&str, &[f64])) -> Figure {
     let axes = axes(wide(&short(across.0), across.1.iter().copied()), wide(&short(up.0), up.1.iter().copied()));
     let mut text = String::new();
     axes.draw(&mut text);
-    axes.dots(&mut text, "c0", &spread(&points, DOTS));
+    if points.len() <= FEW {
+        points.iter().for_each(|&point| axes.dot(&mut text, "c0", point, 3.0));
+    } else {
+        axes.dots(&mut text, "c0", &spread(&points, DOTS));
+    }
     Figure {
         name: "coverage".into(),
         alternative: format!("Samples: {} against {}", up.0, across.0),
@@ -69,7 +76,7 @@ pub(crate) fn coverage(across: (&str, &[f64]), up: (&str, &[f64])) -> Figure {
 pub(crate) fn training(trials: &[Point], fits: &[f64], real: &[Point], threshold: Option<f64>) -> Figure {
     let last = range(trials.iter().chain(real).map(|p| p.0)).map_or(1.0, |r| r.1.max(1.0));
     let returns = trials.iter().chain(real).map(|p| p.1).chain(threshold);
-    let axes = axes(Axis::even("updates", 0.0, last), wide("return in the model", returns));
+    let axes = axes(Axis::even("updates", 0.0, last).whole(), wide("return in the model", returns));
     let mut text = String::new();
     axes.draw(&mut text);
     if let Some(threshold) = threshold {
@@ -89,7 +96,12 @@ pub(crate) fn training(trials: &[Point], fits: &[f64], real: &[Point], threshold
     caption += &threshold.map_or_else(String::new, |t| format!("; dotted: threshold {}", fixed(t, 0)));
     caption += if fits.is_empty() { "" } else { "; dashed: the model is identified again" };
     caption += if real.is_empty() { "" } else { "; ring: return of an episode on the system" };
-    Figure { name: "training".into(), alternative: "Training curve: return in the model by updates".into(), caption, elements: text }
+    Figure {
+        name: "training".into(),
+        alternative: "Training curve: return in the model by updates".into(),
+        caption,
+        elements: text,
+    }
 }
 
 /// Returns of the evaluation as a histogram, with the predicted interval of their mean.
@@ -103,7 +115,7 @@ pub(crate) fn returns(returns: &[f64], mean: f64, interval: Option<(f64, f64)>, 
         counts[(((value - x.low) / width) as usize).min(bins - 1)] += 1;
     }
     let most = counts.iter().copied().max().unwrap_or(1).max(1) as f64;
-    let axes = axes(x, Axis::even("episodes", 0.0, 1.15 * most));
+    let axes = axes(x, Axis::even("episodes", 0.0, 1.15 * most).whole());
     let mut text = String::new();
     axes.draw(&mut text);
     if let Some((low, high)) = interval {
@@ -118,10 +130,8 @@ pub(crate) fn returns(returns: &[f64], mean: f64, interval: Option<(f64, f64)>, 
         let (left, right) = (axes.x(axes.x.low + i as f64 * width), axes.x(axes.x.low + (i + 1) as f64 * width));
         let top = axes.y(count as f64);
         let (wide, high) = ((right - left - 1.0).max(1.0), axes.bottom - top);
-        let _ = writeln!(
-            text,
-            r#"<rect class="c0 bar" x="{left:.1}" y="{top:.1}" width="{wide:.1}" height="{high:.1}"/>"#
-        );
+        let _ =
+            writeln!(text, r#"<rect class="c0 bar" x="{left:.1}" y="{top:.1}" width="{wide:.1}" height="{high:.1}"/>"#);
     }
     axes.upright(&mut text, "c0 curve", mean);
     if let Some(threshold) = threshold {
@@ -132,5 +142,10 @@ pub(crate) fn returns(returns: &[f64], mean: f64, interval: Option<(f64, f64)>, 
         caption += &format!("; green: predicted interval of the mean, {} to {}", fixed(low, 1), fixed(high, 1));
     }
     caption += &threshold.map_or_else(String::new, |t| format!("; dotted: threshold {}", fixed(t, 0)));
-    Figure { name: "returns".into(), alternative: "Histogram of the returns of the evaluation".into(), caption, elements: text }
+    Figure {
+        name: "returns".into(),
+        alternative: "Histogram of the returns of the evaluation".into(),
+        caption,
+        elements: text,
+    }
 }

@@ -9,7 +9,7 @@ use crate::escape::escaped;
 use crate::thin::{Point, range, thinned};
 
 /// Right end of panels without names beside them.
-const RIGHT: f64 = WIDTH - 14.0;
+const RIGHT: f64 = WIDTH - 24.0;
 
 /// Bottom of a panel with another one below it, and top of that one.
 const UPPER_BOTTOM: f64 = 178.0;
@@ -96,6 +96,6 @@ fn legend(text: &mut String, lines: &[Line<'_>]) {
         let colour = line.class.split(' ').next().filter(|class| class.starts_with('c')).unwrap_or_default();
         let (x, y) = (right, TOP - 8.0);
         let _ = writeln!(text, r#"<text class="{colour} name end" x="{x:.1}" y="{y}">{}</text>"#, escaped(line.name));
-        right -= 7.8 * line.name.chars().count() as f64 + 12.0;
+        right -= 8.4 * line.name.chars().count() as f64 + 14.0;
     }
 }

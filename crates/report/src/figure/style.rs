@@ -35,7 +35,7 @@ const INKS: [(&str, &str, &str); 4] = [
 ];
 
 /// Strokes and fills that do not depend on the method.
-const SHAPES: [(&str, &str); 17] = [
+const SHAPES: [(&str, &str); 19] = [
     (".grid", "stroke: VAR(faint); stroke-width: 1"),
     (".mark", "stroke: VAR(soft); stroke-width: 1.2; stroke-dasharray: 2 4"),
     (".curve", "fill: none; stroke-width: 2.2; stroke-linejoin: round"),
@@ -44,10 +44,15 @@ const SHAPES: [(&str, &str); 17] = [
     (".leader", "fill: none; stroke-width: 1; opacity: .6"),
     (".truth", "fill: none; stroke: VAR(faint); stroke-width: 6; stroke-linejoin: round; stroke-linecap: round"),
     (".model", "fill: none; stroke-width: 1.6; stroke-linejoin: round"),
-    (".measured", "fill: none; stroke: VAR(faint); stroke-width: 5; stroke-linejoin: round; stroke-linecap: round"),
+    (
+        ".measured",
+        "fill: none; stroke: VAR(soft); opacity: .4; stroke-width: 5; stroke-linejoin: round; stroke-linecap: round",
+    ),
     (".dots", "fill: none; stroke-width: 3; stroke-linecap: round; opacity: .65"),
     (".bar", "stroke: none; opacity: .5"),
     (".ring", "fill: none; stroke-width: 2.4"),
+    ("circle.ring", "fill: none"),
+    ("rect.ring", "fill: none"),
     (".solid", "fill: none; stroke: VAR(ink); stroke-width: 3; stroke-linecap: round; stroke-linejoin: round"),
     (".body", "fill: VAR(soft); stroke: none"),
     (".middle", "text-anchor: middle"),

@@ -46,7 +46,9 @@ pub(super) fn html(episode: &EpisodeTable, shape: Shape) -> Option<String> {
         Shape::CartPole { x, .. } | Shape::Car { x } => Some(x),
         Shape::Pendulum { .. } => None,
     };
-    let values = |i: usize| rows.iter().flat_map(move |row| row.states.get(i).into_iter().chain(row.model_states.get(i)).copied());
+    let values = |i: usize| {
+        rows.iter().flat_map(move |row| row.states.get(i).into_iter().chain(row.model_states.get(i)).copied())
+    };
     let (low, high) = match shape {
         Shape::Car { .. } => (-1.2, 0.6),
         _ => position.and_then(|i| range(values(i))).map_or((-1.0, 1.0), |(low, high)| (low.min(-1.0), high.max(1.0))),
@@ -73,7 +75,9 @@ pub(super) fn html(episode: &EpisodeTable, shape: Shape) -> Option<String> {
     let step = (times.get(1)? - times.first()?).abs();
     // A map without seconds is played at thirty steps a second.
     let milliseconds = if step <= 0.25 { (1e3 * step).max(8.0) } else { 33.0 };
-    let mut svg = String::from("<svg viewBox=\"0 0 460 230\" role=\"img\" aria-label=\"Animation of one episode of the evaluation\">\n");
+    let mut svg = String::from(
+        "<svg viewBox=\"0 0 460 230\" role=\"img\" aria-label=\"Animation of one episode of the evaluation\">\n",
+    );
     let _ = match shape {
         Shape::CartPole { .. } => writeln!(svg, r#"<line class="grid" x1="40" x2="420" y1="136" y2="136"/>"#),
         Shape::Pendulum { .. } => Ok(()),
@@ -82,7 +86,7 @@ pub(super) fn html(episode: &EpisodeTable, shape: Shape) -> Option<String> {
                 .map(|i| low + (high - low) * f64::from(i) / 60.0)
                 .map(|x| format!("{:.1},{:.1}", across(x), hill(x)))
                 .collect();
-            writeln!(svg, r#"<polyline class="curve soft" points="{}"/>"#, points.join(" "))
+            writeln!(svg, r#"<polyline class="measured" points="{}"/>"#, points.join(" "))
         }
     };
     if !model.is_empty() {
@@ -115,12 +119,16 @@ fn hill(x: f64) -> f64 {
 fn body(shape: Shape, class: &str, name: &str) -> String {
     let inside = match shape {
         Shape::CartPole { .. } => {
-            format!("<rect class=\"{class} ring\" x=\"-22\" y=\"-9\" width=\"44\" height=\"18\" rx=\"3\"/><g><line class=\"{class} ring\" x1=\"0\" x2=\"0\" y1=\"0\" y2=\"-84\"/></g>")
+            format!(
+                "<rect class=\"{class} ring\" x=\"-22\" y=\"-9\" width=\"44\" height=\"18\" rx=\"3\"/><g><line class=\"{class} ring\" x1=\"0\" x2=\"0\" y1=\"0\" y2=\"-84\"/></g>"
+            )
         }
         Shape::Pendulum { .. } => format!(
             "<g><line class=\"{class} ring\" x1=\"0\" x2=\"0\" y1=\"0\" y2=\"-84\"/><circle class=\"{class} ring\" cx=\"0\" cy=\"-84\" r=\"7\"/></g>"
         ),
-        Shape::Car { .. } => format!("<g><rect class=\"{class} ring\" x=\"-14\" y=\"-16\" width=\"28\" height=\"12\" rx=\"4\"/></g>"),
+        Shape::Car { .. } => {
+            format!("<g><rect class=\"{class} ring\" x=\"-14\" y=\"-16\" width=\"28\" height=\"12\" rx=\"4\"/></g>")
+        }
     };
     format!("<g data-body=\"{name}\">{inside}</g>\n")
 }

@@ -7,7 +7,7 @@ use sindyna_sindy::Model;
 use super::{MOST_ROWS, mathml};
 use crate::document::Block;
 use crate::equations::true_coefficients;
-use crate::numbers::{NONE, or_none, plural, rough};
+use crate::numbers::{NONE, or_none, plural, rough, significant};
 
 /// Terms of a model that are set as mathematics; of more the text is enough.
 const MOST_TERMS: usize = 150;
@@ -49,7 +49,13 @@ fn value_and_error(value: f64, error: Option<f64>) -> (String, String) {
     let error = error.filter(|e| *e > 0.0);
     error.map_or_else(
         || (sindyna_core::number::coefficient(value), NONE.into()),
-        |error| if error > 5e-7 * value.abs() { mathml::rounded(value, error) } else { (sindyna_core::number::coefficient(value), rough(error)) },
+        |error| {
+            if error > mathml::SHOWN * value.abs() {
+                mathml::rounded(value, error)
+            } else {
+                (sindyna_core::number::coefficient(value), rough(error))
+            }
+        },
     )
 }
 
@@ -73,7 +79,9 @@ pub(super) fn coefficients(account: Option<&Account>, model: &Model, system: Opt
         return blocks;
     }
     if system.is_some() {
-        blocks.push(Block::text("The terms are not exactly those of the true equations, so coefficients are not compared."));
+        blocks.push(Block::text(
+            "The terms are not exactly those of the true equations, so coefficients are not compared.",
+        ));
     }
     let Some(account) = account else { return if system.is_some() { blocks } else { Vec::new() } };
     let all = account.equations.iter().flat_map(|e| e.terms.iter().map(move |term| (e, term)));
@@ -112,17 +120,17 @@ pub(super) fn ties(account: &Account) -> Vec<Block> {
 pub(super) fn sizes(account: &Account) -> Vec<Block> {
     let (mut figures, mut rows) = (Vec::new(), Vec::new());
     for equation in account.equations.iter().filter(|e| e.path.len() > 1).take(super::MOST_STATES) {
-        let unit = if equation.unit.is_empty() { String::new() } else { format!("[{}]", equation.unit) };
+        let label = if equation.floor > 0.0 { "residual / noise floor" } else { "residual" };
         let chosen = equation.terms.iter().filter(|t| !t.known).count();
         let sizes: Vec<(usize, f64)> = equation.path.iter().take(60).map(|s| (s.terms.len(), s.residual)).collect();
-        figures.push(crate::figure::plots::sizes(&equation.state, &unit, &sizes, chosen));
+        figures.push(crate::figure::plots::sizes(&equation.state, label, &sizes, chosen));
         for size in equation.path.iter().take(24) {
             let mark = if size.terms.len() == chosen { "chosen" } else { "" };
             rows.push([
                 equation.state.clone(),
                 mark.into(),
                 size.terms.len().to_string(),
-                rough(size.residual),
+                significant(size.residual, 3).replace('-', "−"),
                 or_none(size.aic.map(|v| crate::numbers::fixed(v, 1))),
                 or_none(size.bic.map(|v| crate::numbers::fixed(v, 1))),
             ]);

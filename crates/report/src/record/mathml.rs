@@ -8,6 +8,8 @@ use crate::escape::escaped;
 
 /// A product.
 const TIMES: &str = "<mo>\u{22c5}</mo>";
+/// Part of a value above which its error is shown beside it: below, six digits of both are the same.
+pub(super) const SHOWN: f64 = 5e-6;
 /// An application of a function.
 const APPLY: &str = "<mo>\u{2061}</mo>";
 
@@ -17,15 +19,18 @@ pub(super) fn equations(model: &Model, account: Option<&Account>) -> String {
     let terms = model.shifted_terms();
     let rows = (0..model.states().len()).map(|i| {
         let equation = account.and_then(|a| a.equations.get(i));
-        let mut parts = vec![format!("{}<mo>=</mo>", left(&names[i], model.form()))];
-        for (place, entry) in model.coefficients(i).iter().enumerate() {
+        let mut parts = vec![format!("{}<mo form=\"infix\">=</mo>", left(&names[i], model.form()))];
+        let mut row = model.coefficients(i).to_vec();
+        // What the system does by itself is read first, what is done to it last.
+        row.sort_by_key(|entry| terms[entry.term].max_variable().is_some_and(|v| v >= model.states().len()));
+        for (place, entry) in row.iter().enumerate() {
             parts.push(summand(place == 0, entry, &terms[entry.term], &names, equation));
         }
         if model.coefficients(i).is_empty() {
             parts.push("<mn>0</mn>".into());
         }
         let parts = parts.iter().map(|part| format!("<math><mrow>{part}</mrow></math>"));
-        format!("<p class=\"equation\">{}</p>\n", parts.collect::<Vec<_>>().join(" "))
+        format!("<p class=\"equation scroll\" tabindex=\"0\">{}</p>\n", parts.collect::<Vec<_>>().join(" "))
     });
     rows.collect()
 }
@@ -69,8 +74,9 @@ fn summand(first: bool, entry: &Entry, term: &Expr, names: &[String], equation: 
     let c = entry.coefficient;
     let sign = match (first, c < 0.0) {
         (true, false) => "",
-        (false, false) => "<mo>+</mo>",
-        (_, true) => "<mo>\u{2212}</mo>",
+        (false, false) => "<mo form=\"infix\">+</mo>",
+        (true, true) => "<mo form=\"prefix\">\u{2212}</mo>",
+        (false, true) => "<mo form=\"infix\">\u{2212}</mo>",
     };
     let near = |v: f64| (v - c).abs() <= 1e-9 * c.abs();
     let error = equation.and_then(|e| e.terms.iter().find(|t| near(t.coefficient))?.standard_error);
@@ -88,9 +94,16 @@ fn summand(first: bool, entry: &Entry, term: &Expr, names: &[String], equation: 
 
 /// A size with its error in parentheses, and whether it stands alone: an error beyond six digits is not shown.
 fn with_error(size: f64, error: Option<f64>) -> (String, bool) {
-    let Some(error) = error.filter(|e| *e > 5e-7 * size) else { return (number(&coefficient(size)), true) };
+    let Some(error) = error.filter(|e| *e > SHOWN * size) else { return (number(&coefficient(size)), true) };
     let (value, error) = rounded(size, error);
-    (format!("<mo>(</mo>{}<mo>\u{b1}</mo>{}<mo>)</mo>", number(&value), number(&error)), false)
+    (
+        format!(
+            "<mo stretchy=\"false\">(</mo>{}<mo>\u{b1}</mo>{}<mo stretchy=\"false\">)</mo>",
+            number(&value),
+            number(&error)
+        ),
+        false,
+    )
 }
 
 /// `value` with as many digits as its `error`, which has two.
@@ -116,7 +129,7 @@ enum Needs {
 }
 
 fn parenthesised(inner: &str) -> String {
-    format!("<mrow><mo>(</mo>{inner}<mo>)</mo></mrow>")
+    format!("<mrow><mo stretchy=\"false\">(</mo>{inner}<mo stretchy=\"false\">)</mo></mrow>")
 }
 
 fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
@@ -155,7 +168,7 @@ fn has_name(f: Function) -> bool {
 
 fn argument(a: &Expr, names: &[String]) -> String {
     let inner = math(a, names, Needs::Nothing);
-    if matches!(a, Expr::Variable(_)) { inner } else { parenthesised(&inner) }
+    if matches!(a, Expr::Variable(_)) { format!("<mspace width=\"0.17em\"/>{inner}") } else { parenthesised(&inner) }
 }
 
 #[cfg(test)]
@@ -179,7 +192,10 @@ mod tests {
     fn terms_are_written_as_in_a_textbook() {
         let names = ["x".to_string(), "v".to_string()];
         let of = |text: &str| math(&parse(text, &names).expect("it is a term"), &names, Needs::Nothing);
-        assert_eq!(of("v^2*sin(x)"), "<msup><mi>v</mi><mn>2</mn></msup><mo>⋅</mo><mi>sin</mi><mo>\u{2061}</mo><mi>x</mi>");
+        assert_eq!(
+            of("v^2*sin(x)"),
+            "<msup><mi>v</mi><mn>2</mn></msup><mo>⋅</mo><mi>sin</mi><mo>\u{2061}</mo><mspace width=\"0.17em\"/><mi>x</mi>"
+        );
         assert_eq!(of("v/x"), "<mfrac><mrow><mi>v</mi></mrow><mrow><mi>x</mi></mrow></mfrac>");
         assert!(of("v*abs(v)").contains("<mo>|</mo><mi>v</mi><mo>|</mo>"));
     }

@@ -77,7 +77,8 @@ pub fn run_page(record: &RunRecord, system: Option<&System>) -> Page {
 /// What is left out of a page because the record does not have it.
 fn left_out(missing: &[&str]) -> Option<Block> {
     let names = missing.join(", ");
-    (!missing.is_empty()).then(|| Block::text(format!("Left out: the record has no {names}. Older versions did not write it.")))
+    (!missing.is_empty())
+        .then(|| Block::text(format!("Left out: the record has no {names}. Older versions did not write it.")))
 }
 
 /// Equations, coefficients, predictions and all else about a model.
@@ -119,7 +120,12 @@ fn result(summary: &Summary) -> Vec<Block> {
                 Some(false) => "Not solved: mean return",
                 None => "Mean return",
             };
-            format!("{solved} {} ± {} over {}{threshold}.", fixed(e.mean_return, 1), fixed(e.std_return, 1), plural(e.episodes, "episode"))
+            format!(
+                "{solved} {} ± {} over {}{threshold}.",
+                fixed(e.mean_return, 1),
+                fixed(e.std_return, 1),
+                plural(e.episodes, "episode")
+            )
         }
         (None, _) if summary.interrupted => "Interrupted before the evaluation.".into(),
         (None, _) => "No policy was evaluated.".into(),
@@ -159,7 +165,11 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     }
     let mut blocks = vec![Block::Section("Training and evaluation".into())];
     let of = &summary.training;
-    blocks.push(Block::text(format!("{} updates, {} in the model.", of.updates, plural(of.model_steps as usize, "step"))));
+    blocks.push(Block::text(format!(
+        "{} updates, {} in the model.",
+        of.updates,
+        plural(of.model_steps as usize, "step")
+    )));
     if let Some(p) = prediction {
         let level = 100.0 * p.level;
         blocks.push(Block::text(format!(

@@ -78,7 +78,8 @@ pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
 
 /// Time of each row with trajectories one after another, and where they begin.
 fn clock(rows: &[PredictionRow]) -> (Vec<f64>, Vec<f64>) {
-    let gap = rows.windows(2).filter(|p| p[0].trajectory == p[1].trajectory).map(|p| p[1].t - p[0].t).next().unwrap_or(0.0);
+    let gap =
+        rows.windows(2).filter(|p| p[0].trajectory == p[1].trajectory).map(|p| p[1].t - p[0].t).next().unwrap_or(0.0);
     let (mut times, mut borders, mut offset) = (Vec::new(), Vec::new(), 0.0);
     for (row, before) in rows.iter().zip(std::iter::once(None).chain(rows.iter().map(Some))) {
         if before.is_some_and(|before| before.trajectory != row.trajectory) {
@@ -107,7 +108,8 @@ pub(super) fn coverages(table: &PredictionTable) -> Vec<Block> {
     if k > 0 && n > 0 {
         pairs.push((n - 1, n));
     }
-    let figures: Vec<_> = pairs.iter().map(|&(a, b)| coverage((label(a), &column(a)), (label(b), &column(b)))).collect();
+    let figures: Vec<_> =
+        pairs.iter().map(|&(a, b)| coverage((label(a), &column(a)), (label(b), &column(b)))).collect();
     let ranges = (0..n + k).take(super::MOST_ROWS).filter_map(|i| {
         let (low, high) = range(column(i).into_iter())?;
         let shown = |v: f64| sindyna_core::number::significant(v, 4).replace('-', "−");
@@ -136,7 +138,9 @@ pub(super) fn episode(episode: &EpisodeTable) -> Vec<Block> {
         let model: Vec<Point> = episode
             .rows
             .iter()
-            .filter_map(|row| Some((row.t, if i < n { *row.model_states.get(i)? } else { *row.model_inputs.get(i - n)? })))
+            .filter_map(|row| {
+                Some((row.t, if i < n { *row.model_states.get(i)? } else { *row.model_inputs.get(i - n)? }))
+            })
             .collect();
         let of = Series {
             label,

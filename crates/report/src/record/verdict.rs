@@ -17,7 +17,7 @@ pub(super) fn blocks(account: &Account) -> Vec<Block> {
     };
     let verdict = match account.explained {
         Some(true) => format!("Adequate: the residuals of all equations are at the noise floor ({floor})."),
-        Some(false) => format!("Approximation: the residuals of some equations are above the noise floor ({floor})."),
+        Some(false) => "Approximation: not every equation is adequate.".into(),
         None => "Not assessed: no noise floor is known for this target.".into(),
     };
     let mut blocks = vec![Block::Verdict { good: account.explained, text: verdict }];
@@ -81,7 +81,10 @@ pub(super) fn held_out(held_out: &HeldOut) -> Vec<Block> {
     let rows = held_out.predictions.iter().map(row).collect();
     let mut blocks = vec![
         Block::Section("Hold-out validation".into()),
-        Block::text(format!("Fit percent, 100 (1 − NRMSE), of {} steps that no equation was fitted to.", held_out.steps)),
+        Block::text(format!(
+            "Fit percent, 100 (1 − NRMSE), of {} steps that no equation was fitted to.",
+            held_out.steps
+        )),
         Block::Table { words: 1, head: head.collect(), rows },
     ];
     blocks.extend(held_out.failed.iter().map(|why| Block::text(format!("No more predictions: {why}."))));

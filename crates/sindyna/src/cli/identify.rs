@@ -15,10 +15,10 @@ use sindyna_sindy::{Identifier, NoiseChoice, Watch};
 
 use super::common::{Common, Verdict, print};
 use super::identification::IdentificationOptions;
-use crate::cli::{account_text, pages};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Looking, Progress};
+use crate::cli::{account_text, pages};
 use crate::settings::IdentificationConfig;
 use crate::training::predictions;
 use record::{Document, Record};
