@@ -11,7 +11,7 @@ fn pendulum(terms: &[(&str, f64)], offset: f64) -> Model {
     let parts = ModelParts {
         states: vec!["θ".into(), "ω".into()],
         controls: vec!["u".into()],
-        form: Form::SemiImplicit,
+        form: Form::SemiImplicit { substeps: 1 },
         dt: 0.05,
         readings: None,
         terms: std::iter::once("ω").chain(terms.iter().map(|(t, _)| *t)).map(Into::into).collect(),

@@ -116,7 +116,7 @@ mod tests {
         let parts = ModelParts {
             states: vec!["θ".into(), "ω".into()],
             controls: vec!["u".into()],
-            form: Form::SemiImplicit,
+            form: Form::SemiImplicit { substeps: 1 },
             dt: 0.05,
             readings: None,
             terms: ["ω", "sin(θ)", "u"].map(String::from).to_vec(),

@@ -9,7 +9,7 @@ use crate::model::{Model, ModelError};
 use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
-use crate::{Library, Triangle};
+use crate::{Library, Triangle, Watch};
 
 /// One trajectory of uniform samples.
 #[derive(Debug, Clone, Copy)]
@@ -101,7 +101,13 @@ pub enum SindyError {
     /// The solver left the finite numbers.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// It was told to stop.
+    #[error("interrupted before the equations were found")]
+    Interrupted,
 }
+
+/// Part of the largest target that rounding leaves: terms that explain no more are none.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Identification from arrays: a library, a target and a solver.
 ///
@@ -152,6 +158,19 @@ impl Sindy {
     /// # Errors
     /// [`SindyError`] for arrays that do not fit, numbers that are not finite, or too short trajectories.
     pub fn fit(&self, trajectories: &[Trajectory<'_>], dt: f64) -> Result<SindyFit, SindyError> {
+        self.fit_watched(trajectories, dt, &Watch::default())
+    }
+
+    /// The same, followed by `watch`, which may end it.
+    ///
+    /// # Errors
+    /// As [`Self::fit`]; [`SindyError::Interrupted`] if `watch` did.
+    pub fn fit_watched(
+        &self,
+        trajectories: &[Trajectory<'_>],
+        dt: f64,
+        watch: &Watch<'_>,
+    ) -> Result<SindyFit, SindyError> {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(SindyError::TimeStep { dt });
         }
@@ -174,9 +193,13 @@ impl Sindy {
         let triangle =
             design(&terms, z.view(), targets.view()).map_err(|e| SindyError::Term { reason: e.to_string() })?;
         let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
-        let selection = Selection { floor: 0.0, complexity: &complexity, region: None };
+        let floor = |i: usize| ROUNDING * targets.column(i).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let selection = |i: usize| Selection { floor: floor(i), complexity: &complexity, region: None };
         let equations: Vec<Selected> =
-            (0..n).map(|i| self.solver.solve(&triangle, terms.len() + i, selection)).collect();
+            (0..n).map(|i| self.solver.solve_while(&triangle, terms.len() + i, selection(i), watch.asks())).collect();
+        if !watch.go_on() {
+            return Err(SindyError::Interrupted);
+        }
         let mut coefficients = Array2::zeros((n, terms.len()));
         for (i, equation) in equations.iter().enumerate() {
             for (&j, &c) in equation.support.iter().zip(&equation.coefficients) {

@@ -209,7 +209,7 @@ fn semi_implicit_steps_move_positions_by_their_new_rates() {
         dt: 0.05,
         terms: ["ω", "sin(θ)", "u"].map(term).into(),
         equations: vec![vec![entry(0, 1.0)], vec![entry(1, 15.0), entry(2, 3.0)]],
-        stepping: Stepping::SemiImplicitEuler { positions: vec![0] },
+        stepping: Stepping::SemiImplicitEuler { positions: vec![0], substeps: 1 },
         text: names(&["", ""]),
     };
     let mut rng = Seed::new(3).numpy();
@@ -227,7 +227,7 @@ fn semi_implicit_steps_move_positions_by_their_new_rates() {
 fn implicit_equations_with_an_offset_step_as_the_model_does() {
     let coupled = |term, coefficient, rate| Entry { term, coefficient, rate: Some(rate) };
     let mut rng = Seed::new(4).numpy();
-    for form in [Form::SemiImplicit, Form::Continuous(Scheme::Rk4 { substeps: 2 })] {
+    for form in [Form::SemiImplicit { substeps: 3 }, Form::Continuous(Scheme::Rk4 { substeps: 2 })] {
         let model = Model::new(ModelParts {
             states: names(&["x", "θ", "v", "ω"]),
             controls: names(&["F"]),

@@ -4,7 +4,7 @@ mod common;
 
 use common::{Truth, record, uniform};
 use sindyna_core::{Channel, Dataset, Kind, Precision, Rng, Space, Spec};
-use sindyna_sindy::{Identified, Identifier};
+use sindyna_sindy::{Form, Identified, Identifier};
 
 fn identify(spec: &Spec, data: &Dataset) -> Identified {
     Identifier::new(spec).identify(data).expect("enough rows")
@@ -233,5 +233,62 @@ fn a_chain_of_rates_is_stepped_from_the_last_rate_to_the_first() {
     let v = x[1] + 0.05 * a;
     for (got, expected) in next.iter().zip([x[0] + 0.05 * v, v, a]) {
         assert!((got - expected).abs() < 1e-9, "{next:?}");
+    }
+}
+
+/// x⁺ after `substeps` semi-implicit Euler steps of a damped, driven pendulum, and of a cart with a pole.
+fn skipped_pendulum<const SUBSTEPS: usize>(x: &[f64], u: &[f64]) -> Vec<f64> {
+    let (mut angle, mut rate, h) = (x[0], x[1], 0.05 / SUBSTEPS as f64);
+    for _ in 0..SUBSTEPS {
+        rate += h * (-12.0 * angle.sin() - 0.4 * rate + 5.0 * u[0]);
+        angle += h * rate;
+    }
+    vec![angle, rate]
+}
+
+fn skipped_cart_pole<const SUBSTEPS: usize>(x: &[f64], u: &[f64]) -> Vec<f64> {
+    let (mut x, h) = (x.to_vec(), 0.04 / SUBSTEPS as f64);
+    for _ in 0..SUBSTEPS {
+        let temp = (u[0] + 0.05 * x[3] * x[3] * x[1].sin()) / 1.1;
+        let turn = (9.8 * x[1].sin() - x[1].cos() * temp) / (0.5 * (4.0 / 3.0 - 0.1 * x[1].cos().powi(2) / 1.1));
+        let push = temp - 0.05 * turn * x[1].cos() / 1.1;
+        x[2] += h * push;
+        x[3] += h * turn;
+        x[0] += h * x[2];
+        x[1] += h * x[3];
+    }
+    x
+}
+
+#[test]
+fn a_simulator_that_takes_several_steps_from_sample_to_sample_is_found_with_their_number() {
+    let state = vec![Channel::new("θ", "rad", Kind::Angle, 3.0), Channel::new("ω", "rad/s", Kind::RateOf(0), 8.0)];
+    let spec =
+        Spec { observation: state.clone(), state, dt: 0.05, precision: Precision::F64, ..common::pendulum().spec };
+    type Step = fn(&[f64], &[f64]) -> Vec<f64>;
+    let steps: [(usize, Step); 4] = [
+        (2, skipped_pendulum::<2>),
+        (3, skipped_pendulum::<3>),
+        (5, skipped_pendulum::<5>),
+        (10, skipped_pendulum::<10>),
+    ];
+    for (substeps, step) in steps {
+        let truth = Truth { spec: spec.clone(), step };
+        for (seed, count) in [(0, 20), (1, 20), (2, 300)] {
+            let start = |rng: &mut Rng| (0..2).map(|_| uniform(rng, -1.0, 1.0)).collect();
+            let data = record(&truth, seed, count, start, |rng, i| swing(2.0)(rng, i), |_| false);
+            let found = identify(&truth.spec, &data);
+            assert_eq!(found.model.form(), Form::SemiImplicit { substeps }, "{}", found.model);
+            assert_terms(&found, 1, &[("sin θ", -12.0), ("ω", -0.4), ("u", 5.0)], 1e-9);
+        }
+    }
+    let truth = Truth { spec: Spec { dt: 0.04, ..common::inverted_pendulum().spec }, step: skipped_cart_pole::<4> };
+    let per_length = 1.0 / (0.5 * 4.0 / 3.0);
+    for seed in 0..4 {
+        let start = |rng: &mut Rng| (0..4).map(|_| uniform(rng, -0.3, 0.3)).collect();
+        let data = record(&truth, seed, 30, start, |rng, i| swing(3.0)(rng, i), |_| false);
+        let found = identify(&truth.spec, &data);
+        assert_eq!(found.model.form(), Form::SemiImplicit { substeps: 4 }, "{}", found.model);
+        assert_terms(&found, 3, &[("sin θ", 9.8 * per_length), ("cos θ·dv/dt", -per_length)], 1e-8);
     }
 }

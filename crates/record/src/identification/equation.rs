@@ -109,7 +109,7 @@ impl Equation {
             bic: criterion(size, (report.rows as f64).ln()),
             proved: size.proved,
         };
-        let in_motion = equation.floor > 0.0 && matches!(model.form(), Form::Continuous(_) | Form::SemiImplicit);
+        let in_motion = equation.floor > 0.0 && matches!(model.form(), Form::Continuous(_) | Form::SemiImplicit { .. });
         let declared = in_motion && model.kinematic()[i];
         Self {
             state: equation.state.clone(),

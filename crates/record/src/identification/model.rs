@@ -3,7 +3,7 @@
 use sindyna_core::Scheme;
 use sindyna_sindy::{Expr, Form, Model, ModelError};
 
-/// Runge–Kutta steps in a control interval; what is identified here takes eight.
+/// Steps in a control interval; what is identified here takes twenty-two at most.
 const MOST_SUBSTEPS: usize = 1_000;
 
 /// Why a `model.json` holds no model that can be stepped.
@@ -14,7 +14,7 @@ pub enum ModelFileError {
     #[error(transparent)]
     Model(#[from] ModelError),
     /// A step would take too long.
-    #[error("{substeps} Runge–Kutta steps in a control interval are more than {MOST_SUBSTEPS}")]
+    #[error("{substeps} steps in a control interval are more than {MOST_SUBSTEPS}")]
     Substeps {
         /// Steps of the scheme in one control interval.
         substeps: usize,
@@ -35,10 +35,10 @@ pub fn read_model(text: &str) -> Result<Model, ModelFileError> {
     let model = Model::from_json(text)?;
     let n = model.states().len();
     match model.form() {
-        Form::Continuous(Scheme::Rk4 { substeps }) if substeps > MOST_SUBSTEPS => {
+        Form::Continuous(Scheme::Rk4 { substeps }) | Form::SemiImplicit { substeps } if substeps > MOST_SUBSTEPS => {
             return Err(ModelFileError::Substeps { substeps });
         }
-        Form::SemiImplicit => {
+        Form::SemiImplicit { .. } => {
             // Such a row is followed with the new states alone.
             let is_state = |i: usize| {
                 let mut terms = model.coefficients(i).iter().map(|entry| &model.terms()[entry.term]);
@@ -77,7 +77,7 @@ mod tests {
             assert!(says(text(semi, rate)).unwrap_err().contains("the equation of `x` names no state as its rate"));
         }
         for substeps in [1_001, 1_000_000_000_000_000_000] {
-            assert!(says(text(&rk4(substeps), 0)).unwrap_err().contains(&format!("{substeps} Runge–Kutta steps")));
+            assert!(says(text(&rk4(substeps), 0)).unwrap_err().contains(&format!("{substeps} steps")));
         }
         assert!(says("{}".into()).unwrap_err().contains("not a model"));
     }

@@ -25,7 +25,7 @@ impl Stepping {
         let (scheme, substeps) = match model.form() {
             Form::Discrete => ("map", 1),
             Form::Increment => ("increment", 1),
-            Form::SemiImplicit => ("semi-implicit-euler", 1),
+            Form::SemiImplicit { substeps } => ("semi-implicit-euler", substeps.max(1)),
             Form::Continuous(Scheme::Euler) => ("euler", 1),
             Form::Continuous(Scheme::Rk4 { substeps }) => ("rk4", substeps),
         };
@@ -41,7 +41,11 @@ impl fmt::Display for Stepping {
             ("map", _) => write!(f, "the next state, {dt} s later"),
             ("increment", _) => write!(f, "differences over {dt} s"),
             ("euler", _) => write!(f, "stepped by Euler, {dt} s"),
-            ("semi-implicit-euler", _) => write!(f, "stepped by semi-implicit Euler, {dt} s"),
+            ("semi-implicit-euler", 0 | 1) => write!(f, "stepped by semi-implicit Euler, {dt} s"),
+            ("semi-implicit-euler", n) => {
+                let part = significant(self.dt / n as f64, 9);
+                write!(f, "stepped by semi-implicit Euler, {n} steps of {part} s")
+            }
             (_, 0 | 1) => write!(f, "stepped by Runge–Kutta of fourth order, {dt} s"),
             (_, n) => {
                 let part = significant(self.dt / n as f64, 9);

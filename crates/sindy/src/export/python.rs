@@ -175,11 +175,11 @@ impl Writer<'_> {
                  k2 = rhs(x + 0.5 * h * k1, u)\n        k3 = rhs(x + 0.5 * h * k2, u)\n        \
                  k4 = rhs(x + h * k3, u)\n        x = x + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)\n    return x\n"
             ),
-            Stepping::SemiImplicitEuler { positions } => {
+            Stepping::SemiImplicitEuler { positions, substeps } => {
                 let order: Vec<String> = positions.iter().map(usize::to_string).collect();
                 format!(
-                    "    moved = x + DT * rhs(x, u)\n    for i in [{}]:\n        \
-                     moved[..., i] = x[..., i] + DT * rhs(moved, u)[..., i]\n    return moved\n",
+                    "    h = DT / {substeps}\n    for _ in range({substeps}):\n        moved = x + h * rhs(x, u)\n        for i in [{}]:\n            \
+                     moved[..., i] = x[..., i] + h * rhs(moved, u)[..., i]\n        x = moved\n    return x\n",
                     order.join(", ")
                 )
             }

@@ -19,6 +19,8 @@ pub enum Stepping {
     SemiImplicitEuler {
         /// The positions, each after the state that is its rate.
         positions: Vec<usize>,
+        /// Equal parts of the interval.
+        substeps: usize,
     },
     /// The equations give ẋ, stepped by the classical Runge–Kutta scheme.
     Rk4 {
@@ -61,7 +63,7 @@ impl System {
         shape("equations as text", self.text.len())?;
         let below =
             |what, index, count| if index < count { Ok(()) } else { Err(ModelError::NoSuch { what, index, count }) };
-        if let Stepping::SemiImplicitEuler { positions } = &self.stepping {
+        if let Stepping::SemiImplicitEuler { positions, .. } = &self.stepping {
             positions.iter().try_for_each(|&i| below("position", i, n))?;
         }
         for entry in self.equations.iter().flatten() {
@@ -88,7 +90,9 @@ impl From<&Model> for System {
             stepping: match model.form() {
                 Form::Discrete => Stepping::Map,
                 Form::Increment => Stepping::Increment,
-                Form::SemiImplicit => Stepping::SemiImplicitEuler { positions: model.positions().to_vec() },
+                Form::SemiImplicit { substeps } => {
+                    Stepping::SemiImplicitEuler { positions: model.positions().to_vec(), substeps: substeps.max(1) }
+                }
                 Form::Continuous(Scheme::Euler) => Stepping::Euler,
                 Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Rk4 { substeps },
             },

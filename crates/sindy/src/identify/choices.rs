@@ -115,9 +115,20 @@ impl SolverChoice {
     /// One equation: column `target` of `triangle`, whose first columns are the terms `selection` speaks of.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, target: usize, selection: Selection<'_>) -> Selected {
+        self.solve_while(triangle, target, selection, &|| true)
+    }
+
+    /// The same as long as `go_on` says so, which a search asks often.
+    pub(crate) fn solve_while(
+        &self,
+        triangle: &Triangle,
+        target: usize,
+        selection: Selection<'_>,
+        go_on: &dyn Fn() -> bool,
+    ) -> Selected {
         let n_features = selection.complexity.len();
         match self {
-            Self::BestSubset(solver) => solver.solve(triangle, target, selection),
+            Self::BestSubset(solver) => solver.solve_while(triangle, target, selection, go_on),
             Self::Stlsq(solver) => {
                 let fit = solver.solve(triangle, n_features, target);
                 Selected::dense(triangle, target, &fit.coefficients, selection.floor)

@@ -157,7 +157,7 @@ impl Model {
             }
         }
         let kinematic = |row: &Vec<Entry>| matches!(row[..], [Entry { rate: None, .. }]);
-        if parts.form == Form::SemiImplicit {
+        if matches!(parts.form, Form::SemiImplicit { .. }) {
             // Which state is the rate is read from the row: it must be that state and nothing else.
             let mut rows = parts.equations.iter().zip(&parts.kinematic).filter(|(_, k)| **k);
             if let Some((row, _)) = rows.find(|(row, _)| !kinematic(row)) {
@@ -169,7 +169,8 @@ impl Model {
         let terms: Vec<Expr> = parts.terms.iter().map(|t| parse(t, &names)).collect::<Result<_, _>>()?;
         let tape = Tape::new(names.len(), &terms);
         let right = RightSide::new(&parts.equations, tape.outputs());
-        let positions = if parts.form == Form::SemiImplicit { positions(&parts, &terms)? } else { Vec::new() };
+        let is_semi_implicit = matches!(parts.form, Form::SemiImplicit { .. });
+        let positions = if is_semi_implicit { positions(&parts, &terms)? } else { Vec::new() };
         Ok(Self { parts, terms, tape, right, positions })
     }
 
@@ -254,6 +255,7 @@ enum FormName {
 enum SchemeName {
     Euler,
     Rk4 { substeps: usize },
+    SemiImplicitEuler { substeps: usize },
 }
 
 impl From<&Model> for Document {
@@ -262,7 +264,10 @@ impl From<&Model> for Document {
         let (form, scheme) = match parts.form {
             Form::Increment => (FormName::Increment, None),
             Form::Discrete => (FormName::Discrete, None),
-            Form::SemiImplicit => (FormName::SemiImplicit, None),
+            Form::SemiImplicit { substeps: 0 | 1 } => (FormName::SemiImplicit, None),
+            Form::SemiImplicit { substeps } => {
+                (FormName::SemiImplicit, Some(SchemeName::SemiImplicitEuler { substeps }))
+            }
             Form::Continuous(Scheme::Euler) => (FormName::Continuous, Some(SchemeName::Euler)),
             Form::Continuous(Scheme::Rk4 { substeps }) => (FormName::Continuous, Some(SchemeName::Rk4 { substeps })),
         };
@@ -291,10 +296,13 @@ impl TryFrom<Document> for Model {
         let form = match (document.form, document.scheme) {
             (FormName::Increment, _) => Form::Increment,
             (FormName::Discrete, _) => Form::Discrete,
-            (FormName::SemiImplicit, _) => Form::SemiImplicit,
+            (FormName::SemiImplicit, Some(SchemeName::SemiImplicitEuler { substeps })) => {
+                Form::SemiImplicit { substeps }
+            }
+            (FormName::SemiImplicit, _) => Form::SemiImplicit { substeps: 1 },
             (FormName::Continuous, Some(SchemeName::Euler)) => Form::Continuous(Scheme::Euler),
             (FormName::Continuous, Some(SchemeName::Rk4 { substeps })) => Form::Continuous(Scheme::Rk4 { substeps }),
-            (FormName::Continuous, None) => {
+            (FormName::Continuous, None | Some(SchemeName::SemiImplicitEuler { .. })) => {
                 return Err(ModelError::Shape { what: "schemes of a continuous model", expected: 1, got: 0 });
             }
         };

@@ -21,7 +21,7 @@ impl Model {
         match self.parts.form {
             Form::Increment => format!("Δ{name}/Δt"),
             Form::Discrete => format!("{name}⁺"),
-            Form::Continuous(_) | Form::SemiImplicit => rate(&name),
+            Form::Continuous(_) | Form::SemiImplicit { .. } => rate(&name),
         }
     }
 

@@ -21,23 +21,29 @@ impl Model {
         let all = match self.parts.form {
             Form::Discrete => of_rates(x, &start)?,
             Form::Increment | Form::Continuous(Scheme::Euler) => &start + &(of_rates(x, &start)? * self.parts.dt),
-            Form::SemiImplicit => {
-                let mut next = vec![0.0; n];
-                self.right_side(x, u, &mut next);
-                next.iter_mut().zip(x).for_each(|(next, x)| *next = x + self.parts.dt * *next);
-                let mut all = &start + &(of_rates(x, &start)? * self.parts.dt);
-                for &i in &self.positions {
-                    let (mut moved, mut row) = (0.0, start.row(i).to_owned());
-                    for entry in &self.parts.equations[i] {
-                        let term = &self.terms[entry.term];
-                        moved += entry.coefficient * term.eval(&next);
-                        for j in 0..n {
-                            let slope = term.derivative(j).map_or(0.0, |d| d.eval(&next));
-                            row.scaled_add(self.parts.dt * entry.coefficient * slope, &all.row(j));
+            Form::SemiImplicit { substeps } => {
+                let h = self.parts.dt / substeps.max(1) as f64;
+                let (mut x, mut all) = (x.to_vec(), start);
+                for _ in 0..substeps.max(1) {
+                    let mut next = vec![0.0; n];
+                    self.right_side(&x, u, &mut next);
+                    next.iter_mut().zip(&x).for_each(|(next, x)| *next = x + h * *next);
+                    let before = all.clone();
+                    all = &before + &(of_rates(&x, &before)? * h);
+                    for &i in &self.positions {
+                        let (mut moved, mut row) = (0.0, before.row(i).to_owned());
+                        for entry in &self.parts.equations[i] {
+                            let term = &self.terms[entry.term];
+                            moved += entry.coefficient * term.eval(&next);
+                            for j in 0..n {
+                                let slope = term.derivative(j).map_or(0.0, |d| d.eval(&next));
+                                row.scaled_add(h * entry.coefficient * slope, &all.row(j));
+                            }
                         }
+                        next[i] = x[i] + h * moved;
+                        all.row_mut(i).assign(&row);
                     }
-                    next[i] = x[i] + self.parts.dt * moved;
-                    all.row_mut(i).assign(&row);
+                    x = next;
                 }
                 all
             }

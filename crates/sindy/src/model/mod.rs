@@ -28,7 +28,10 @@ pub enum Form {
     /// ẋ = Θ(x; u) Ξᵀ, stepped by a scheme.
     Continuous(Scheme),
     /// ẋ = Θ(x; u) Ξᵀ, stepped by semi-implicit Euler: states whose rate is a state too move by their new rate.
-    SemiImplicit,
+    SemiImplicit {
+        /// Equal parts of the control interval; 0 counts as 1.
+        substeps: usize,
+    },
 }
 
 /// Identified equations of motion.

@@ -39,20 +39,31 @@ impl Model {
                     *next = z + self.parts.dt * *next;
                 }
             }
-            Form::SemiImplicit => {
-                self.right_side(z, u, next);
-                for (next, z) in next.iter_mut().zip(z) {
-                    *next = z + self.parts.dt * *next;
-                }
-                for &i in &self.positions {
-                    let row = &self.parts.equations[i];
-                    let moved: f64 = row.iter().map(|e| e.coefficient * self.terms[e.term].eval(next)).sum();
-                    next[i] = z[i] + self.parts.dt * moved;
+            Form::SemiImplicit { substeps: 0 | 1 } => self.semi_implicit(self.parts.dt, z, u, next),
+            Form::SemiImplicit { substeps } => {
+                let h = self.parts.dt / substeps as f64;
+                let mut z = z.to_vec();
+                for _ in 0..substeps {
+                    self.semi_implicit(h, &z, u, next);
+                    z.copy_from_slice(next);
                 }
             }
             Form::Continuous(scheme) => return self.held(scheme).step(z, u, rng, next),
         }
         Diverged::check(next)
+    }
+
+    /// Writes the state a time h later: rates move first, then the states they belong to by the new ones.
+    fn semi_implicit(&self, h: f64, z: &[f64], u: &[f64], next: &mut [f64]) {
+        self.right_side(z, u, next);
+        for (next, z) in next.iter_mut().zip(z) {
+            *next = z + h * *next;
+        }
+        for &i in &self.positions {
+            let row = &self.parts.equations[i];
+            let moved: f64 = row.iter().map(|e| e.coefficient * self.terms[e.term].eval(next)).sum();
+            next[i] = z[i] + h * moved;
+        }
     }
 
     fn held(&self, scheme: Scheme) -> Held<Own<'_>> {

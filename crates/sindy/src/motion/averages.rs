@@ -66,13 +66,16 @@ impl System<'_> {
                 }
             };
             match (stepping, model) {
-                (Stepping::Euler | Stepping::SemiImplicit, _) => {
+                (Stepping::Euler | Stepping::SemiImplicit { substeps: 0 | 1 }, _) => {
                     let z: Vec<f64> = run.x.row(t).iter().chain(run.u.row(t)).copied().collect();
                     add(&Node { weight: 1.0, z: &z, rates: &self.increments(run, t) });
                 }
-                (Stepping::Continuous { .. }, None) => self.cubic(run, t, &mut add),
+                (Stepping::Continuous { .. } | Stepping::SemiImplicit { .. }, None) => self.cubic(run, t, &mut add),
                 (Stepping::Continuous { substeps }, Some(model)) => {
                     self.stages(run, t, model, substeps, &mut way, &mut add)
+                }
+                (Stepping::SemiImplicit { substeps }, Some(model)) => {
+                    self.steps(run, t, model, substeps, &mut way, &mut add)
                 }
             }
         }
@@ -140,15 +143,36 @@ impl System<'_> {
                 *x += h / 6.0 * (slopes[i] + 2.0 * slopes[n + i] + 2.0 * slopes[2 * n + i] + slopes[3 * n + i]);
             }
         }
-        let mut miss = self.increments(run, t);
-        for (at, slope) in way.slopes.chunks_exact(n).enumerate() {
-            miss.iter_mut().zip(slope).for_each(|(miss, slope)| *miss -= weights[at % 4] * slope);
+        way.add_to(self.increments(run, t), n + k, &weights, add);
+    }
+
+    /// The beginnings of the semi-implicit steps of `model`; where its accelerations miss the data's on average, they are moved.
+    fn steps(
+        &self,
+        run: &Run,
+        t: usize,
+        model: &Model,
+        substeps: usize,
+        way: &mut Way,
+        add: &mut impl FnMut(&Node<'_>),
+    ) {
+        let (n, k) = (run.x.ncols(), run.u.ncols());
+        let h = self.dt / substeps as f64;
+        way.places.resize(substeps * (n + k), 0.0);
+        way.slopes.resize(substeps * n, 0.0);
+        let mut x: Vec<f64> = run.x.row(t).to_vec();
+        for (z, slope) in way.places.chunks_exact_mut(n + k).zip(way.slopes.chunks_exact_mut(n)) {
+            let (z, u) = z.split_at_mut(n);
+            z.copy_from_slice(&x);
+            u.iter_mut().zip(run.u.row(t)).for_each(|(slot, u)| *slot = *u);
+            model.eval(z, u, slope);
+            x.iter_mut().zip(&*slope).for_each(|(x, slope)| *x += h * slope);
+            for &i in model.positions() {
+                let Some(v) = self.rates[i] else { continue };
+                (slope[i], x[i]) = (x[v], z[i] + h * x[v]);
+            }
         }
-        let slopes = way.slopes.chunks_exact_mut(n);
-        for (at, (z, rates)) in way.places.chunks_exact(n + k).zip(slopes).enumerate() {
-            rates.iter_mut().zip(&miss).for_each(|(rate, miss)| *rate += miss);
-            add(&Node { weight: weights[at % 4], z, rates });
-        }
+        way.add_to(self.increments(run, t), n + k, &[1.0 / substeps as f64], add);
     }
 }
 
@@ -157,4 +181,20 @@ impl System<'_> {
 struct Way {
     places: Vec<f64>,
     slopes: Vec<f64>,
+}
+
+impl Way {
+    /// Adds all stages, with `weights` in turn and rates moved so that they add up to `increments` (n). A place has `width` values.
+    fn add_to(&mut self, increments: Vec<f64>, width: usize, weights: &[f64], add: &mut impl FnMut(&Node<'_>)) {
+        let n = increments.len();
+        let mut miss = increments;
+        for (slope, weight) in self.slopes.chunks_exact(n).zip(weights.iter().cycle()) {
+            miss.iter_mut().zip(slope).for_each(|(miss, slope)| *miss -= weight * slope);
+        }
+        let stages = self.places.chunks_exact(width).zip(self.slopes.chunks_exact_mut(n));
+        for ((z, rates), weight) in stages.zip(weights.iter().cycle()) {
+            rates.iter_mut().zip(&miss).for_each(|(rate, miss)| *rate += miss);
+            add(&Node { weight: *weight, z, rates });
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::choice::Choice;
 use super::fitting::{ROUNDING, Terms};
-use super::stepping::shown;
+use super::stepping::{shown, substeps_shown};
 use super::{Run, Stepping, System};
 use crate::model::ModelError;
 use crate::regression::Space;
@@ -48,6 +48,9 @@ fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
     }
     parts
 }
+
+/// Where a search in continuous time begins.
+const CONTINUOUS: Stepping = Stepping::Continuous { substeps: 1 };
 
 /// What is being looked for, and in what.
 #[derive(Clone, Copy)]
@@ -100,17 +103,24 @@ impl Search<'_> {
     pub(super) fn with_terms_of(&self, found: &Found, fits: &[Selected]) -> Option<Found> {
         let start = self.fit(found.stepping, found.model.offsets(), Some(&found.model), &Terms::Same(fits)).ok()?;
         match start.stepping {
-            Stepping::Continuous { .. } => self.refine(start).ok(),
+            Stepping::Continuous { .. } | Stepping::SemiImplicit { substeps: 2.. } => self.refine(start).ok(),
             _ => self.judged(start).ok(),
         }
     }
 
     fn once(&self) -> Result<Found, ModelError> {
         match shown(self.runs, self.system.rates, self.system.dt) {
-            Some(Stepping::Continuous { .. }) => self.continuous(),
+            Some(Stepping::Continuous { .. }) => {
+                let continuous = self.followed(CONTINUOUS)?;
+                // Simulators may take several steps from sample to sample. Of few samples more terms explain other steps too.
+                let several = substeps_shown(self.runs, self.system.rates, self.system.dt).into_iter();
+                let mut found = several.filter_map(|substeps| self.followed(Stepping::SemiImplicit { substeps }).ok());
+                let simpler = |found: &Found| found.explains() && self.is_simpler(found, &continuous);
+                Ok(found.find(simpler).unwrap_or(continuous))
+            }
             Some(stepping) => self.discrete(stepping),
             None => {
-                let continuous = self.continuous()?;
+                let continuous = self.followed(CONTINUOUS)?;
                 if continuous.explains() {
                     // Samples of a linear system follow from one another by Euler steps too: that says nothing.
                     return Ok(continuous);
@@ -131,11 +141,11 @@ impl Search<'_> {
         })
     }
 
-    /// Equations in continuous time, in as many Runge–Kutta steps as there are unless fewer are clearly better.
-    fn continuous(&self) -> Result<Found, ModelError> {
+    /// Equations followed from sample to sample: in continuous time in as many Runge–Kutta steps as there are, unless fewer are clearly better.
+    fn followed(&self, stepping: Stepping) -> Result<Found, ModelError> {
         let found = self.widening(|choices, before| {
-            let Some(before) = before else { return self.first(choices) };
-            let fresh = self.first(choices);
+            let Some(before) = before else { return self.first(stepping, choices) };
+            let fresh = self.first(stepping, choices);
             if let Ok(found) = &fresh
                 && found.explains()
             {
@@ -149,8 +159,8 @@ impl Search<'_> {
     }
 
     /// What is found before anything else is: with angles as they are, or with other zeros where that explains more.
-    fn first(&self, choices: &[Choice]) -> Result<Found, ModelError> {
-        let start = self.fit(Stepping::Continuous { substeps: 1 }, &self.upright(), None, &Terms::Best(choices))?;
+    fn first(&self, stepping: Stepping, choices: &[Choice]) -> Result<Found, ModelError> {
+        let start = self.fit(stepping, &self.upright(), None, &Terms::Best(choices))?;
         let refined = self.refine(start.clone()).unwrap_or_else(|_| start.clone());
         if !refined.explains() {
             // A small tilt shows in the first, rough equations; what explains everything with it needs no further search.

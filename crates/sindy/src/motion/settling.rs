@@ -47,19 +47,19 @@ impl Search<'_> {
     fn searched(&self, found: &Found, choices: &[Choice]) -> Result<Found, ModelError> {
         let offsets = found.model.offsets();
         let search = |stepping| self.fit(stepping, offsets, Some(&found.model), &Terms::Best(choices));
-        if found.explains() { search(found.stepping) } else { self.finest(search) }
+        if found.explains() { search(found.stepping) } else { self.finest(found.stepping, search) }
     }
 
     /// The same terms with averages that agree with them, the number of substeps that does so best, and a verdict.
     pub(super) fn refine(&self, start: Found) -> Result<Found, ModelError> {
-        self.judged(self.finest(|stepping| self.agree(&start, stepping))?)
+        self.judged(self.finest(start.stepping, |stepping| self.agree(&start, stepping))?)
     }
 
     /// `found` with as many substeps as there are, unless fewer are clearly better: then the system itself is stepped so. Where
     /// data cannot tell, as those of a linear system, they come from nature, and few substeps only falsify coefficients.
     pub(super) fn followed_closely(&self, found: Found) -> Found {
         let finest = Stepping::Continuous { substeps: FINEST };
-        if !found.explains() || found.stepping == finest {
+        if !found.explains() || found.stepping == finest || !found.stepping.is_continuous() {
             return found;
         }
         let closely = self.agree(&found, finest).and_then(|closely| self.judged(closely));
@@ -69,8 +69,15 @@ impl Search<'_> {
         closely.ok().filter(|closely| closely.explains() && as_good(closely)).unwrap_or(found)
     }
 
-    /// What `find` finds with as many substeps as are clearly better than fewer.
-    fn finest(&self, find: impl Fn(Stepping) -> Result<Found, ModelError>) -> Result<Found, ModelError> {
+    /// What `find` finds with as many Runge–Kutta steps as are clearly better than fewer; another stepping stays what it is.
+    fn finest(
+        &self,
+        stepping: Stepping,
+        find: impl Fn(Stepping) -> Result<Found, ModelError>,
+    ) -> Result<Found, ModelError> {
+        if !stepping.is_continuous() {
+            return find(stepping);
+        }
         let [first, rest @ ..] = SUBSTEPS.map(|substeps| Stepping::Continuous { substeps });
         let mut best = find(first)?;
         for stepping in rest {

@@ -13,7 +13,10 @@ pub(crate) enum Stepping {
     /// Every state moves by its rate before the step.
     Euler,
     /// Rates first, the states they belong to then move by the new ones.
-    SemiImplicit,
+    SemiImplicit {
+        /// Steps per control interval.
+        substeps: usize,
+    },
     /// In continuous time: Runge–Kutta steps of fourth order.
     Continuous {
         /// Steps per control interval.
@@ -22,10 +25,14 @@ pub(crate) enum Stepping {
 }
 
 impl Stepping {
+    pub(super) fn is_continuous(self) -> bool {
+        matches!(self, Self::Continuous { .. })
+    }
+
     pub(crate) fn form(self) -> Form {
         match self {
             Self::Euler => Form::Continuous(Scheme::Euler),
-            Self::SemiImplicit => Form::SemiImplicit,
+            Self::SemiImplicit { substeps } => Form::SemiImplicit { substeps },
             Self::Continuous { substeps } => Form::Continuous(Scheme::Rk4 { substeps }),
         }
     }
@@ -33,6 +40,10 @@ impl Stepping {
 
 /// Most Runge–Kutta steps per control interval that are tried.
 pub(super) const FINEST: usize = 8;
+
+/// Most semi-implicit steps per control interval that are tried, and how far from the likeliest number.
+const MOST_SEMI_IMPLICIT: usize = 20;
+const NEIGHBOURS: usize = 2;
 
 /// Difference of −2 ln L below which two ways of stepping are as good as each other.
 const CLEAR: f64 = 12.0;
@@ -46,15 +57,7 @@ pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
     if pairs.is_empty() {
         return None;
     }
-    // Errors may be larger than they are said to be, so their size is estimated; smaller than rounding they are not.
-    let steps = runs.iter().map(Run::len).sum::<usize>() as f64;
-    let misfit = |old: f64, new: f64| {
-        let of = |&(i, v): &(usize, usize)| {
-            let squares = runs.iter().map(|run| chi_squared(run, i, v, dt, (old, new))).sum::<f64>();
-            steps * (squares / steps).max(1.0).ln()
-        };
-        pairs.iter().map(of).sum::<f64>()
-    };
+    let misfit = |old: f64, new: f64| misfit(runs, &pairs, dt, (old, new));
     let continuous = misfit(0.5, 0.5);
     let (euler, semi) = (misfit(1.0, 0.0), misfit(0.0, 1.0));
     Some(if euler.min(semi) + CLEAR > continuous {
@@ -62,8 +65,39 @@ pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
     } else if euler <= semi {
         Stepping::Euler
     } else {
-        Stepping::SemiImplicit
+        Stepping::SemiImplicit { substeps: 1 }
     })
+}
+
+/// Numbers of semi-implicit steps per control interval that the states with known rates show, the likeliest first: a simulator that takes several steps from
+/// sample to sample, as MuJoCo's do. Empty where continuous time is as likely, or one step.
+///
+/// With m steps of the same acceleration x⁺ = x + Δt ((m − 1) v + (m + 1) v⁺)/(2 m).
+pub(super) fn substeps_shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Vec<usize> {
+    let pairs: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect();
+    let of = |substeps: usize| {
+        let after = (substeps + 1) as f64 / (2 * substeps) as f64;
+        misfit(runs, &pairs, dt, (1.0 - after, after))
+    };
+    let likeliest = (2..=MOST_SEMI_IMPLICIT).min_by(|a, b| of(*a).total_cmp(&of(*b)));
+    let Some(m) = likeliest.filter(|m| of(*m) + CLEAR < misfit(runs, &pairs, dt, (0.5, 0.5))) else {
+        return Vec::new();
+    };
+    // Accelerations change within an interval, which hides a step or two of many.
+    let mut near: Vec<usize> = (m.saturating_sub(NEIGHBOURS).max(2)..=m + NEIGHBOURS).collect();
+    near.sort_by_key(|other| other.abs_diff(m));
+    near
+}
+
+/// −2 ln L of x⁺ = x + Δt (a v + b v⁺) for the states x with the rates v in `pairs`. Errors may be larger than they are said to be, so their size is
+/// estimated; smaller than rounding they are not.
+fn misfit(runs: &[Run], pairs: &[(usize, usize)], dt: f64, (a, b): (f64, f64)) -> f64 {
+    let steps = runs.iter().map(Run::len).sum::<usize>() as f64;
+    let of = |&(i, v): &(usize, usize)| {
+        let squares = runs.iter().map(|run| chi_squared(run, i, v, dt, (a, b))).sum::<f64>();
+        steps * (squares / steps).max(1.0).ln()
+    };
+    pairs.iter().map(of).sum()
 }
 
 /// Σ of the squared, whitened errors of x⁺ = x + Δt (a v + b v⁺).

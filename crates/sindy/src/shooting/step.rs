@@ -54,22 +54,29 @@ impl Flow {
         let mut z = vec![0.0; n + self.n_controls];
         z[n..].copy_from_slice(u);
         match self.stepping {
-            Stepping::Euler | Stepping::SemiImplicit => {
-                self.begin(x, u, xi, scratch);
-                self.rates(x, u, xi, s.is_some(), scratch);
-                z[..n].copy_from_slice(x);
-                visit(&Stage { weight: 1.0, z: &z, x_dot: &scratch.f, modes: &scratch.modes });
-                (0..n).for_each(|i| next[i] += dt * scratch.f[i]);
-                if let Some(s) = s.as_deref_mut() {
-                    add_slopes(s, dt, &scratch.f_x, &scratch.f_xi, n, self.n_parameters);
-                }
-                if self.stepping == Stepping::SemiImplicit {
-                    for &i in &self.positions {
+            Stepping::Euler | Stepping::SemiImplicit { .. } => {
+                let (substeps, positions) = match self.stepping {
+                    Stepping::SemiImplicit { substeps } => (substeps.max(1), &self.positions[..]),
+                    _ => (1, &[][..]),
+                };
+                let h = dt / substeps as f64;
+                for _ in 0..substeps {
+                    z[..n].copy_from_slice(next);
+                    self.begin(&z[..n], u, xi, scratch);
+                    self.rates(&z[..n], u, xi, s.is_some(), scratch);
+                    let weight = 1.0 / substeps as f64;
+                    visit(&Stage { weight, z: &z, x_dot: &scratch.f, modes: &scratch.modes });
+                    (0..n).for_each(|i| next[i] += h * scratch.f[i]);
+                    let before = s.as_deref().map(<[f64]>::to_vec);
+                    if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
+                        add_slopes(s, h, before, &scratch.f_x, &scratch.f_xi, n);
+                    }
+                    for &i in positions {
                         let Some(v) = self.rates[i] else { continue };
-                        next[i] = x[i] + dt * next[v];
-                        if let Some(s) = s.as_deref_mut() {
+                        next[i] = z[i] + h * next[v];
+                        if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
                             for j in 0..width {
-                                s[i * width + j] = if i == j { 1.0 } else { 0.0 } + dt * s[v * width + j];
+                                s[i * width + j] = before[i * width + j] + h * s[v * width + j];
                             }
                         }
                     }
@@ -186,11 +193,15 @@ impl Flow {
     }
 }
 
-/// Adds dt [∂ẋ/∂x | ∂ẋ/∂ξ] to S.
-fn add_slopes(s: &mut [f64], dt: f64, f_x: &[f64], f_xi: &[f64], n: usize, p: usize) {
-    for (i, row) in s.chunks_exact_mut(n + p).enumerate() {
-        row[..n].iter_mut().zip(&f_x[i * n..(i + 1) * n]).for_each(|(s, v)| *s += dt * v);
-        row[n..].iter_mut().zip(&f_xi[i * p..(i + 1) * p]).for_each(|(s, v)| *s += dt * v);
+/// S after a step of length h of Euler: S + h (∂ẋ/∂x S + [0 | ∂ẋ/∂ξ]), where S was `before`.
+fn add_slopes(s: &mut [f64], h: f64, before: &[f64], f_x: &[f64], f_xi: &[f64], n: usize) {
+    let width = s.len() / n;
+    let p = width - n;
+    for (i, row) in s.chunks_exact_mut(width).enumerate() {
+        for (f, before) in f_x[i * n..(i + 1) * n].iter().zip(before.chunks_exact(width)) {
+            row.iter_mut().zip(before).for_each(|(s, before)| *s += h * f * before);
+        }
+        row[n..].iter_mut().zip(&f_xi[i * p..(i + 1) * p]).for_each(|(s, v)| *s += h * v);
     }
 }
 
@@ -243,7 +254,8 @@ mod tests {
 
     #[test]
     fn derivatives_of_a_step_are_those_of_differences() {
-        for stepping in [Stepping::Euler, Stepping::SemiImplicit, Stepping::Continuous { substeps: 2 }] {
+        let semi_implicit = [1, 3].map(|substeps| Stepping::SemiImplicit { substeps });
+        for stepping in [Stepping::Euler, Stepping::Continuous { substeps: 2 }].into_iter().chain(semi_implicit) {
             let (flow, xi) = flow(stepping);
             let (x, u, dt) = ([0.1, 0.4, -0.3, 0.8], [1.3], 0.1);
             let mut scratch = flow.scratch();

@@ -1,0 +1,31 @@
+//! The compiled part of the Python package `sindyna`: arrays in, models and accounts out.
+//!
+//! Every long call releases the interpreter's lock and asks for signals. Variables are called x0, x1, …, u0, u1, … here; the names people
+//! gave their signals, and everything else about how the package looks, are Python's (`python/sindyna`).
+
+mod identify;
+mod integrate;
+mod interrupt;
+mod library;
+mod model;
+mod regress;
+
+use pyo3::prelude::pymodule;
+
+/// The compiled part of `sindyna`.
+#[pymodule]
+mod _sindyna {
+    #[pymodule_export]
+    use crate::identify::identify;
+    #[pymodule_export]
+    use crate::model::Model;
+    #[pymodule_export]
+    use crate::regress::{differentiate, feature_names, regress};
+
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

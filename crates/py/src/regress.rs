@@ -1,0 +1,184 @@
+//! One regression of known or differenced derivatives, as PySINDy makes it.
+
+use ndarray::{Array2, ArrayView2};
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use serde::Deserialize;
+use serde_json::json;
+use sindyna_core::Scheme;
+use sindyna_sindy::{
+    BestSubset, Columns, Differentiator, Finish, FiniteDifference, Library, SavitzkyGolay, Sindy, SindyFit,
+    SolverChoice, Stlsq, Target, Trajectory, Watch,
+};
+
+use crate::interrupt::apart;
+use crate::library::{Recipe, symbols};
+use crate::model::Model;
+
+fn refused(e: impl std::fmt::Display) -> PyErr {
+    PyValueError::new_err(e.to_string())
+}
+
+/// Samples of which a regression takes a few milliseconds.
+const FEW: usize = 20_000;
+
+/// A solver, written as `{"stlsq": {"threshold": 0.1, …}}`.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum Solver {
+    Stlsq { threshold: f64, ridge: f64, max_iterations: usize, normalised: bool, unbiased: bool },
+    LeastSquares { ridge: f64 },
+    BestSubset { max_size: Option<usize> },
+}
+
+impl Solver {
+    fn choice(self) -> PyResult<SolverChoice> {
+        Ok(match self {
+            Self::Stlsq { threshold, ridge, max_iterations, normalised, unbiased } => SolverChoice::Stlsq(
+                Stlsq::new(threshold, ridge)
+                    .and_then(|s| s.with_max_iterations(max_iterations))
+                    .map_err(refused)?
+                    .with_columns(if normalised { Columns::Normalised } else { Columns::AsTheyAre })
+                    .with_finish(if unbiased { Finish::Unbiased } else { Finish::Ridge }),
+            ),
+            Self::LeastSquares { ridge } => SolverChoice::LeastSquares { ridge },
+            Self::BestSubset { max_size } => SolverChoice::BestSubset(
+                max_size.map_or_else(BestSubset::default, |n| BestSubset::default().with_max_size(n)),
+            ),
+        })
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Settings {
+    library: Recipe,
+    solver: Solver,
+    /// Whether the next state is regressed, not the derivative.
+    discrete: bool,
+    dt: f64,
+}
+
+/// States, inputs and derivatives of one trajectory.
+type Owned = (Array2<f64>, Array2<f64>, Option<Array2<f64>>);
+
+/// The same as Python's.
+type Rows<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, Option<PyReadonlyArray2<'py, f64>>);
+
+/// Regresses derivatives (T, n), or next states, on the terms of a library over states (T, n) and inputs (T, k).
+#[pyfunction]
+pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &str) -> PyResult<(Model, String)> {
+    let settings: Settings = serde_json::from_str(settings).map_err(refused)?;
+    let target = if settings.discrete {
+        Target::Discrete
+    } else {
+        let differentiator = Differentiator::default();
+        Target::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } }
+    };
+    let searches = matches!(settings.solver, Solver::BestSubset { .. });
+    let n_values: usize = trajectories.iter().map(|(x, u, _)| x.as_array().len() + u.as_array().len()).sum();
+    let sindy = Sindy::new(settings.library.into(), target, settings.solver.choice()?);
+    let owned: Vec<Owned> = trajectories
+        .iter()
+        .map(|(x, u, x_dot)| {
+            let x_dot = x_dot.as_ref().map(|x_dot| x_dot.as_array().to_owned());
+            (x.as_array().to_owned(), u.as_array().to_owned(), x_dot)
+        })
+        .collect();
+    let fit = move |go_on: &dyn Fn() -> bool| {
+        let trajectories: Vec<Trajectory<'_>> = owned
+            .iter()
+            .map(|(x, u, x_dot)| Trajectory {
+                x: x.view(),
+                u: Some(u.view()),
+                x_dot: x_dot.as_ref().map(|x_dot| x_dot.view()),
+            })
+            .collect();
+        let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(go_on));
+        fit.map(|fit| (account(&fit), fit.model))
+    };
+    // Handing it to another thread would take longer than a small regression.
+    let fit = if searches || n_values > FEW { apart(py, fit)? } else { py.detach(|| fit(&|| true)) };
+    let (account, model) = fit.map_err(refused)?;
+    Ok((Model::new(model), account))
+}
+
+/// The account of a regression, in the form of that of an identification.
+fn account(fit: &SindyFit) -> String {
+    let n_features = fit.names.len();
+    let equations: Vec<_> = fit
+        .equations
+        .iter()
+        .enumerate()
+        .map(|(i, e)| {
+            let errors: Vec<f64> = fit.triangle.spread(&e.support).into_iter().map(|s| s * e.residual).collect();
+            json!({
+                "state": format!("x{i}"),
+                "residual": e.residual,
+                "floor": 0.0,
+                "reached_floor": false,
+                "doubt": null,
+                "proved": e.proved,
+                "support": e.support,
+                "coefficients": e.coefficients,
+                "n_known": 0,
+                "standard_errors": errors,
+                "parameters": [],
+                "path": e.path,
+                "ties": e.ties,
+            })
+        })
+        .collect();
+    let all: Vec<usize> = (0..n_features).collect();
+    let report = json!({
+        "rows": fit.targets.nrows(),
+        "rows_at_limit": 0,
+        "rows_astray": 0,
+        "features": fit.names,
+        "condition": fit.triangle.condition(&all),
+        "noise": "NotEstimated",
+        "noise_deviations": [],
+        "noise_growing": [],
+        "fit": [],
+        "search_complete": true,
+        "warnings": [],
+        "equations": equations,
+    });
+    let doubts = vec![None::<String>; fit.equations.len()];
+    json!({ "certainty": "doubted", "doubts": doubts, "report": report }).to_string()
+}
+
+/// Two matrices.
+pub(crate) type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// Samples (T, n) every `dt` \[s\] as a library is to see them, and their derivatives.
+#[pyfunction]
+#[pyo3(signature = (x, dt, order, window=None, degree=None))]
+pub(crate) fn differentiate<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray2<'py, f64>,
+    dt: f64,
+    order: usize,
+    window: Option<usize>,
+    degree: Option<usize>,
+) -> PyResult<Pair<'py>> {
+    let x: ArrayView2<'_, f64> = x.as_array();
+    let finite = FiniteDifference::new(order).map_err(refused)?;
+    let smoothed: Array2<f64> = match (window, degree) {
+        (Some(window), Some(degree)) => {
+            SavitzkyGolay::new(window, degree).map_err(refused)?.smooth(x).map_err(refused)?
+        }
+        _ => x.to_owned(),
+    };
+    let x_dot = Differentiator::Finite(finite).differentiate(smoothed.view(), dt).map_err(refused)?.x_dot;
+    Ok((smoothed.into_pyarray(py), x_dot.into_pyarray(py)))
+}
+
+/// Names of the terms of a library.
+#[pyfunction]
+pub(crate) fn feature_names(library: &str, n_states: usize, n_controls: usize) -> PyResult<Vec<String>> {
+    let recipe: Recipe = serde_json::from_str(library).map_err(refused)?;
+    let terms = Library::from(recipe).terms(&symbols(n_states, n_controls)).map_err(refused)?;
+    Ok(terms.into_iter().map(|t| t.name).collect())
+}

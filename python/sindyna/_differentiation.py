@@ -1,0 +1,107 @@
+"""Derivatives of samples, for regressions as PySINDy makes them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _sindyna
+from ._data import Array
+from ._libraries import whole
+from ._params import Parameters
+
+
+class Differentiation(Parameters):
+    """How derivatives are estimated from samples."""
+
+    def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
+        """Samples (T, n) as the library is to see them, and their derivatives. ``dt`` is none where samples are uneven."""
+        raise NotImplementedError
+
+
+class FiniteDifference(Differentiation):
+    """
+    Finite differences, with PySINDy's stencils and ends.
+
+    Parameters
+    ----------
+    order : int
+        Order of accuracy, from 1 to 12; only 2 for uneven samples.
+    d : int
+        Refused unless 1: the first derivative.
+    axis : int
+        Refused unless 0 or -2: rows are time.
+    is_uniform : bool
+        No effect: whether samples are even is seen from the times.
+    drop_endpoints, periodic : bool
+        Refused if true.
+
+    Examples
+    --------
+    >>> import sindyna
+    >>> sindyna.FiniteDifference(order=4)
+    FiniteDifference(order=4)
+    """
+
+    def __init__(
+        self,
+        order: int = 2,
+        d: int = 1,
+        axis: int = 0,
+        is_uniform: bool = False,
+        drop_endpoints: bool = False,
+        periodic: bool = False,
+    ) -> None:
+        self.order = order
+        self.d = d
+        self.axis = axis
+        self.is_uniform = is_uniform
+        self.drop_endpoints = drop_endpoints
+        self.periodic = periodic
+
+    def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
+        for name, supported in (("d", (1,)), ("axis", (0, -2)), ("drop_endpoints", (False,)), ("periodic", (False,))):
+            if getattr(self, name) not in supported:
+                raise NotImplementedError(
+                    f"FiniteDifference supports {name}={supported[0]} only, got {getattr(self, name)!r}"
+                )
+        order = whole("order", self.order, 1)
+        if dt is not None:
+            return _sindyna.differentiate(x, dt, order)
+        if order != 2:
+            raise NotImplementedError(f"FiniteDifference of uneven samples has order 2, got order={order}")
+        if len(x) < 3:
+            raise ValueError(f"a trajectory of {len(x)} samples is too short, at least 3 are needed")
+        return x, np.gradient(x, t, axis=0, edge_order=2)
+
+
+class SmoothedFiniteDifference(Differentiation):
+    """
+    Savitzky-Golay smoothing, then finite differences of order 2; the library sees the smoothed samples.
+
+    Parameters
+    ----------
+    smoother_kws : dict, optional
+        ``window_length`` (odd, 11 by default) and ``polyorder`` (3); others are refused.
+    """
+
+    def __init__(self, smoother_kws: dict[str, int] | None = None) -> None:
+        self.smoother_kws = smoother_kws
+
+    def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
+        settings: dict[str, Any] = {"window_length": 11, "polyorder": 3, **(self.smoother_kws or {})}
+        unknown = set(settings) - {"window_length", "polyorder"}
+        if unknown:
+            raise NotImplementedError(
+                f"smoother_kws supports window_length and polyorder, got {', '.join(sorted(unknown))}"
+            )
+        if dt is None:
+            raise NotImplementedError(
+                "SmoothedFiniteDifference needs evenly spaced samples; FiniteDifference(order=2) and the default optimizer do not"
+            )
+        window, degree = (
+            whole("window_length", settings["window_length"], 1),
+            whole("polyorder", settings["polyorder"], 0),
+        )
+        return _sindyna.differentiate(x, dt, 2, window, degree)

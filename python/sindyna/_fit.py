@@ -1,0 +1,223 @@
+"""From arrays to equations: which part of the engine does it, and what it is told."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _known, _report, _sindyna
+from ._data import Array, Trajectory, columns, trajectories, without_gaps
+from ._differentiation import Differentiation, FiniteDifference
+from ._formula import Names
+from ._libraries import ConcatLibrary, FormulaLibrary, PolynomialLibrary, known
+from ._optimizers import BestSubset, Optimizer
+
+if TYPE_CHECKING:
+    from ._sindy import SINDy
+
+
+@dataclass
+class Fitted:
+    """Everything a fit leaves behind; never changed afterwards."""
+
+    names: Names
+    model: _sindyna.Model
+    #: The engine's account, as JSON.
+    text: str
+    labels: dict[str, str] = field(default_factory=dict)
+    n_trajectories: int = 1
+
+    @cached_property
+    def account(self) -> dict[str, Any]:
+        return dict(json.loads(self.text))
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        return dict(json.loads(self.model.to_json()))
+
+    @cached_property
+    def report(self) -> _report.Report:
+        return _report.report(
+            self.account, self.document, self.model.form, self.names, self.labels, self.n_trajectories
+        )
+
+    @cached_property
+    def features(self) -> list[str]:
+        listed = _report.listed(self.account, self.names, self.labels)
+        # Terms with parameters inside are called by what was found.
+        for equation, own in zip(self.report.equations, self.account["report"]["equations"], strict=True):
+            for summand, j in zip(equation.summands, own["support"], strict=True):
+                listed[j] = summand.term
+        return listed
+
+    def matrix(self, what: str, missing: float) -> Array:
+        """Coefficients or their standard errors as a matrix (n, F)."""
+        equations = self.account["report"]["equations"]
+        out = np.full((len(equations), len(self.account["report"]["features"])), missing)
+        for i, (equation, own) in enumerate(zip(self.report.equations, equations, strict=True)):
+            for summand, j in zip(equation.summands, own["support"], strict=True):
+                out[i, j] = getattr(summand, what)
+        return out
+
+
+def named(x: Any, u: Any, feature_names: Any, controls: int | list[str] | None, n: int, k: int) -> Names:
+    """The names of states and inputs."""
+    if feature_names is not None:
+        given = [str(name) for name in feature_names]
+        if len(given) not in (n, n + k):
+            raise ValueError(f"feature_names must name the {n} states and {k} inputs, got {len(given)}: {given}")
+        states, inputs = given[:n], given[n:] or [f"u{i}" for i in range(k)]
+    else:
+        own = columns(x)
+        if own is None:
+            states, inputs = [f"x{i}" for i in range(n)], columns(u) or [f"u{i}" for i in range(k)]
+        elif isinstance(controls, list):
+            states, inputs = [name for name in own if name not in controls], list(controls)
+        else:
+            states, inputs = own[:n], own[n:] or columns(u) or [f"u{i}" for i in range(k)]
+    every = [*states, *inputs]
+    for i, name in enumerate(every):
+        if not name or name in every[:i]:
+            raise ValueError(f"every state and input needs a name of its own; {name!r} is not one of {every}")
+    return Names(states, inputs)
+
+
+def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
+    """Fits the equations behind samples."""
+    optimizer = BestSubset() if model.optimizer is None else model.optimizer
+    if not isinstance(optimizer, Optimizer):
+        raise NotImplementedError(
+            f"optimizer={optimizer!r} is not supported; there are BestSubset (the default), STLSQ and LeastSquares"
+        )
+    if model.differentiation_method is not None and not isinstance(model.differentiation_method, Differentiation):
+        raise NotImplementedError(
+            f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, or give x_dot"
+        )
+    if model.intersample not in ("zoh", "foh"):
+        raise ValueError(
+            f"intersample must be 'zoh' (inputs are held) or 'foh' (straight lines between samples), got {model.intersample!r}"
+        )
+    solver = optimizer._solver()
+    data = trajectories(x, t, u, x_dot, default_dt=model.t_default, controls=model.controls)
+    names = named(x, u, feature_names, model.controls, data[0].x.shape[1], data[0].u.shape[1])
+    if not model.discrete_time:
+        data = [part for one in data for part in without_gaps(one)]
+    estimate = (
+        isinstance(optimizer, BestSubset)
+        and model.differentiation_method is None
+        and x_dot is None
+        and not model.discrete_time
+    )
+    try:
+        if estimate:
+            return _identified(model, data, names, solver)
+        return _regressed(model, data, names, solver)
+    except ValueError as error:
+        raise ValueError(names.told(str(error))) from None
+
+
+def _labels(model: SINDy, names: Names) -> dict[str, str]:
+    return {} if model.feature_library is None else known(model.feature_library)._labels(names)
+
+
+def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+    """Equations of motion with noise that nobody has declared."""
+    dts = [one.dt for one in data]
+    steps = np.concatenate([np.diff(one.t) for one in data]) if data else np.zeros(0)
+    if not len(steps):
+        raise ValueError("every trajectory has one sample only: at least two are needed to see a change")
+    even = dts[0] is not None and all(dt is not None and abs(dt - dts[0]) <= 1e-9 * dts[0] for dt in dts)
+    dt = float(dts[0]) if even and dts[0] is not None else float(np.median(steps))
+    declared, rounding_only = _known.noise(model.noise, names)
+    settings = {
+        "n_states": len(names.states),
+        "n_controls": len(names.inputs),
+        "dt": dt,
+        "angles": _known.angles(model.angles, names),
+        "rates": _known.rates(model.rates, names),
+        "library": None if model.feature_library is None else known(model.feature_library)._recipe(names),
+        "terms": [names.formula(term) for term in model.terms or ()],
+        "declared_noise": declared,
+        "rounding_only": rounding_only,
+        "constraints": _known.constraints(model.known, model.require, model.forbid, model.sign, names),
+        "max_size": solver["best_subset"]["max_size"],
+    }
+    recordings = []
+    for one in data:
+        if len(one.t) < 2:
+            continue
+        times: Array = np.arange(len(one.t), dtype=np.float64) * dt if even else one.t
+        recordings.append((times, np.ascontiguousarray(one.x), np.ascontiguousarray(_held(model, one))))
+    found, account = _sindyna.identify(recordings, json.dumps(settings))
+    return Fitted(names, found, account, {}, len(data))
+
+
+def _held(model: SINDy, one: Trajectory) -> Array:
+    """Inputs (T - 1, k) as if held from sample to sample."""
+    if model.intersample == "zoh" or not one.u.shape[1]:
+        return one.u[: len(one.x) - 1]
+    if len(one.u) != len(one.x):
+        raise ValueError(f"intersample='foh' needs an input for each of the {len(one.x)} samples, got {len(one.u)}")
+    return (one.u[:-1] + one.u[1:]) / 2.0
+
+
+#: Arguments that only the estimator understands, with their defaults.
+_ESTIMATOR_ONLY = {
+    "noise": "auto",
+    "angles": None,
+    "rates": None,
+    "known": None,
+    "require": None,
+    "forbid": None,
+    "sign": None,
+    "intersample": "zoh",
+}
+
+
+def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+    """One regression of derivatives or next states."""
+    for name, default in _ESTIMATOR_ONLY.items():
+        value = getattr(model, name)
+        if not (isinstance(value, type(default)) and value == default) and value not in ({}, [], ()):
+            why = "discrete_time=True" if model.discrete_time else "this optimizer, differentiation_method or x_dot"
+            raise NotImplementedError(
+                f"{name}={value!r} is for the default optimizer given samples alone, not for {why}"
+            )
+    library = PolynomialLibrary() if model.feature_library is None else known(model.feature_library)
+    if model.terms:
+        library = ConcatLibrary([library, FormulaLibrary(model.terms)])
+    if model.discrete_time and model.differentiation_method is not None:
+        raise NotImplementedError(
+            f"differentiation_method={model.differentiation_method!r} has no meaning in discrete time"
+        )
+    prepared = [one if model.discrete_time else differentiated(model, one) for one in data]
+    rows = []
+    for one in prepared:
+        if model.discrete_time and one.x_dot is not None:
+            raise NotImplementedError("x_dot has no meaning in discrete time, where next states are regressed")
+        inputs = one.u
+        if len(inputs) < len(one.x):
+            if not model.discrete_time and inputs.shape[1]:
+                raise ValueError(f"u must have an input for each of the {len(one.x)} samples, got {len(inputs)}")
+            inputs = np.vstack([inputs, np.zeros((len(one.x) - len(inputs), inputs.shape[1]))])
+        rows.append((np.ascontiguousarray(one.x), np.ascontiguousarray(inputs), one.x_dot))
+    dts = [one.dt for one in data if one.dt is not None]
+    dt = float(dts[0]) if dts else model.t_default
+    settings = {"library": library._recipe(names), "solver": solver, "discrete": bool(model.discrete_time), "dt": dt}
+    if sum(len(x) for x, _, _ in rows) - (len(rows) if model.discrete_time else 0) < 2:
+        raise ValueError("there are fewer than 2 rows to fit equations to")
+    found, account = _sindyna.regress(rows, json.dumps(settings))
+    return Fitted(names, found, account, _labels(model, names), len(data))
+
+
+def differentiated(model: SINDy, one: Trajectory) -> Trajectory:
+    """A trajectory with derivatives."""
+    if one.x_dot is not None:
+        return one
+    method = model.differentiation_method or FiniteDifference()
+    x, x_dot = method._differentiate(np.ascontiguousarray(one.x), one.t, one.dt)
+    return replace(one, x=x, x_dot=x_dot)
