@@ -30,6 +30,7 @@ mod portrait;
 mod record;
 mod scores;
 pub mod stats;
+pub mod text;
 mod thin;
 
 pub use catalog::{Catalog, Published};

@@ -17,8 +17,8 @@ use super::common::{Common, Verdict, print};
 use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
+use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
-use crate::cli::{account_text, pages};
 use crate::settings::IdentificationConfig;
 use crate::training::predictions;
 use record::{Document, Record};
@@ -174,7 +174,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         files.insert(1, (pages::PAGE, page));
     }
     let written = write(args.out.as_deref(), &record, files);
-    let mut text = heading(&args.log, &log) + "\n" + &account_text::text(&account);
+    let mut text = heading(&args.log, &log) + "\n" + &sindyna_report::text::text(&account);
     if account.explained == Some(false) {
         text += HELP;
     }

@@ -1,6 +1,5 @@
 //! The command line.
 
-mod account_text;
 mod closest;
 mod common;
 mod compare;
@@ -19,7 +18,6 @@ mod progress;
 mod report;
 mod report_files;
 mod settings;
-mod table;
 mod tasks;
 mod train;
 

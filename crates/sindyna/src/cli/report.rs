@@ -100,5 +100,5 @@ pub(super) fn table(groups: &[Group]) -> String {
             ),
         ]);
     }
-    crate::cli::table::aligned(&lines)
+    sindyna_report::text::aligned(&lines)
 }

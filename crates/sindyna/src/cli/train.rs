@@ -11,6 +11,7 @@ use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
 use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
+use sindyna_report::text;
 
 use super::common::{Common, Verdict, print};
 use super::evaluate::{report, verdict};
@@ -18,7 +19,7 @@ use super::settings::Settings;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::Progress;
-use crate::cli::{account_text, machine, pages, table};
+use crate::cli::{machine, pages};
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use crate::training::learner::Fitted;
@@ -286,9 +287,9 @@ impl Run<'_> {
     fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
         let truth = self.problem.true_equations();
-        let mut text = table::beside(("found", found), ("true", &truth));
+        let mut text = text::beside(("found", found), ("true", &truth));
         if let Some(fitted) = &learned.model {
-            text += &account_text::verdict(&Account::new(&fitted.0, self.problem.spec()));
+            text += &text::verdict(&Account::new(&fitted.0, self.problem.spec()));
         }
         text += &format!("\nreal steps: {} in {}", summary.real_steps, plural(summary.real_episodes, "episode"));
         text += &match summary.identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
