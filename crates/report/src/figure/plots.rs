@@ -129,9 +129,11 @@ pub(crate) fn returns(returns: &[f64], mean: f64, interval: Option<(f64, f64)>, 
     for (i, &count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (left, right) = (axes.x(axes.x.low + i as f64 * width), axes.x(axes.x.low + (i + 1) as f64 * width));
         let top = axes.y(count as f64);
-        let (wide, high) = ((right - left - 1.0).max(1.0), axes.bottom - top);
-        let _ =
-            writeln!(text, r#"<rect class="c0 bar" x="{left:.1}" y="{top:.1}" width="{wide:.1}" height="{high:.1}"/>"#);
+        let (right, bottom) = ((right - 1.0).max(left + 1.0), axes.bottom);
+        let _ = writeln!(
+            text,
+            r#"<polygon class="c0 bar" points="{left:.1},{top:.1} {right:.1},{top:.1} {right:.1},{bottom} {left:.1},{bottom}"/>"#
+        );
     }
     axes.upright(&mut text, "c0 curve", mean);
     if let Some(threshold) = threshold {

@@ -35,7 +35,7 @@ const INKS: [(&str, &str, &str); 4] = [
 ];
 
 /// Strokes and fills that do not depend on the method.
-const SHAPES: [(&str, &str); 19] = [
+const SHAPES: [(&str, &str); 11] = [
     (".grid", "stroke: VAR(faint); stroke-width: 1"),
     (".mark", "stroke: VAR(soft); stroke-width: 1.2; stroke-dasharray: 2 4"),
     (".curve", "fill: none; stroke-width: 2.2; stroke-linejoin: round"),
@@ -44,6 +44,13 @@ const SHAPES: [(&str, &str); 19] = [
     (".leader", "fill: none; stroke-width: 1; opacity: .6"),
     (".truth", "fill: none; stroke: VAR(faint); stroke-width: 6; stroke-linejoin: round; stroke-linecap: round"),
     (".model", "fill: none; stroke-width: 1.6; stroke-linejoin: round"),
+    (".middle", "text-anchor: middle"),
+    (".end", "text-anchor: end"),
+    (".name", "stroke: none; font-weight: 600"),
+];
+
+/// Those of figures that are only on pages.
+const PAGE_SHAPES: [(&str, &str); 7] = [
     (
         ".measured",
         "fill: none; stroke: VAR(soft); opacity: .4; stroke-width: 5; stroke-linejoin: round; stroke-linecap: round",
@@ -54,10 +61,6 @@ const SHAPES: [(&str, &str); 19] = [
     ("circle.ring", "fill: none"),
     ("rect.ring", "fill: none"),
     (".solid", "fill: none; stroke: VAR(ink); stroke-width: 3; stroke-linecap: round; stroke-linejoin: round"),
-    (".body", "fill: VAR(soft); stroke: none"),
-    (".middle", "text-anchor: middle"),
-    (".end", "text-anchor: end"),
-    (".name", "stroke: none; font-weight: 600"),
 ];
 
 /// The class whose colour is that of the method called `name`, in every drawing.
@@ -77,7 +80,7 @@ pub(crate) fn page_style() -> String {
     let dark = variables(&|pair| pair.1.into(), &|ink| ink.2.into());
     format!(
         ":root {{ color-scheme: light dark; {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n{}",
-        rules("svg ", &|name| format!("var(--{name})"))
+        rules("svg ", &|name| format!("var(--{name})"), &PAGE_SHAPES)
     )
 }
 
@@ -92,25 +95,25 @@ pub(crate) fn standalone(alternative: &str, elements: &str) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\">\n\
          <title>{}</title>\n<style>\n{}</style>\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{}\"/>\n{}</svg>\n",
         escaped(alternative),
-        rules("", &light),
+        rules("", &light, &[]),
         light("paper"),
         elements
     )
 }
 
-/// All rules, of elements below `scope`, with the colours that `colour` has for their names.
-fn rules(scope: &str, colour: &dyn Fn(&str) -> String) -> String {
+/// All rules and those for `more`, of elements below `scope`, with the colours that `colour` has for their names.
+fn rules(scope: &str, colour: &dyn Fn(&str) -> String, more: &[(&str, &str)]) -> String {
     let mut text =
         format!("{scope}text {{ font: 13px system-ui, 'DejaVu Sans', sans-serif; fill: {}; }}\n", colour("soft"));
     for i in 0..METHODS.len() {
         let paint = colour(&format!("c{i}"));
         let _ = writeln!(text, "{scope}.c{i} {{ stroke: {paint}; }}");
-        for filled in ["polygon", "circle", "text", "rect"] {
+        for filled in ["polygon", "circle", "text"] {
             let _ = writeln!(text, "{scope}{filled}.c{i} {{ fill: {paint}; }}");
         }
     }
-    for (selector, declarations) in SHAPES {
-        let mut declarations = declarations.to_owned();
+    for (selector, declarations) in SHAPES.iter().chain(more) {
+        let mut declarations = (*declarations).to_owned();
         for (name, _, _) in INKS {
             declarations = declarations.replace(&format!("VAR({name})"), &colour(name));
         }

@@ -146,14 +146,14 @@ pub(super) fn episode(episode: &EpisodeTable) -> Vec<Block> {
             label,
             time: "t [s]",
             lines: vec![
-                Line { class: "measured", name: "ground truth", pieces: vec![real] },
+                Line { class: "measured", name: "measured", pieces: vec![real] },
                 Line { class: "c0 model", name: "model", pieces: vec![model] },
             ],
             residuals: None,
             borders: Vec::new(),
             most: each(drawn),
         };
-        let caption = format!("{label}: ground truth, and the model's prediction under the same policy");
+        let caption = format!("{label}: measured on the system, and the model's prediction under the same policy");
         series(format!("episode-{i}"), format!("{label} in one episode"), caption, &of)
     });
     let steps = plural(episode.rows.len().saturating_sub(1), "step");
