@@ -39,7 +39,7 @@ fn left(name: &str, form: Form) -> String {
     match form {
         Form::Increment => fraction(&format!("<mi>Δ</mi>{}", identifier(name)), "<mi>Δ</mi><mi>t</mi>"),
         Form::Discrete => format!("<msup>{}<mo>+</mo></msup>", identifier(name)),
-        Form::Continuous(_) | Form::SemiImplicit => rate(name),
+        Form::Continuous(_) | Form::SemiImplicit { .. } => rate(name),
     }
 }
 
