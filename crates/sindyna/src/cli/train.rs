@@ -241,13 +241,13 @@ impl Run<'_> {
         let (summary, timing) = (json(summary)?, json(timing)?);
         let [account, predicted, episode] = self.pictured(learned, first_episode)?;
         let mut files = vec![
-            ("identify.json", account),
-            ("prediction.csv", predicted),
-            ("episode.csv", episode),
             ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
             ("events.jsonl", Some(log.as_bytes().to_vec())),
             ("timing.json", Some(timing)),
             ("policy.safetensors", policy),
+            ("identify.json", account),
+            ("prediction.csv", predicted),
+            ("episode.csv", episode),
             ("summary.json", Some(summary)),
         ];
         let page = if self.page && !learned.interrupted { pages::of_files(Some(dir.path()), &files) } else { None };
