@@ -16,7 +16,7 @@ const UPPER_BOTTOM: f64 = 178.0;
 const LOWER_TOP: f64 = 226.0;
 
 /// Letters of a name that stand above an axis.
-const MOST_LETTERS: usize = 18;
+const MOST_LETTERS: usize = 14;
 
 /// One line with its name.
 pub(crate) struct Line<'a> {
