@@ -1,7 +1,9 @@
 //! What sindyna leaves on the disk, as types that others can read and write.
 //!
-//! - [`run`]: a training run (`summary.json`, `timing.json`, `events.jsonl`, `rollout.csv`) and its directory;
-//! - [`identification`]: what was identified and how far to believe it (`identify.json`), and models (`model.json`);
+//! - [`run`]: a training run (`summary.json`, `timing.json`, `events.jsonl`, `rollout.csv`, `episode.csv`) and its directory;
+//! - [`identification`]: what was identified and how far to believe it (`identify.json`), models (`model.json`) and what they
+//!   predict (`prediction.csv`);
+//! - [`ModelRecord`], [`RunRecord`]: all of one of them;
 //! - [`comparison`]: what runs of several methods came to, one file each, and the digest of all of them.
 //!
 //! Every JSON file has a format version in its field `format`; where the field is absent it is 1. A reader refuses
@@ -24,8 +26,10 @@ pub mod identification;
 mod own;
 pub mod run;
 mod table_csv;
+mod whole;
 
 pub use error::RecordError;
 pub use file::{is_unfinished, json, save, sweep};
 pub use own::Own;
-pub use table_csv::{from_csv, to_csv};
+pub use table_csv::{TableError, from_csv, to_csv};
+pub use whole::{ModelRecord, RunRecord};

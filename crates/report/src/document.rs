@@ -10,6 +10,16 @@ pub(crate) enum Block {
     /// A part of a section begins.
     Part(String),
     Text(String),
+    /// What a page is about, in a sentence; whether it is good news, where that is known.
+    Verdict {
+        good: Option<bool>,
+        text: String,
+    },
+    /// What is HTML already, every name in it escaped, and the same as text.
+    Markup {
+        html: String,
+        text: String,
+    },
     /// Names of things in the first `words` columns, numbers in the others.
     Table {
         words: usize,

@@ -13,6 +13,9 @@ use crate::stats::median;
 /// Points of a task's box at which true rates are taken.
 const POINTS: usize = 2_000;
 
+/// The same for a page that is made with every run.
+const FEW_POINTS: usize = 500;
+
 /// What the runs with equations on one task found.
 pub(crate) struct Equations {
     pub(crate) task: String,
@@ -88,6 +91,11 @@ fn summands(truth: &Truth, model: &Model) -> Option<Vec<Summand>> {
         Summand { equation, term, found: entry.coefficient, truth }
     };
     Some(entries.zip(coefficients).map(summand).collect())
+}
+
+/// The coefficients of `model` beside those of the `system` it is a model of; `None` unless it has the true terms and no other.
+pub(crate) fn true_coefficients(system: &System, model: &Model) -> Option<Vec<Summand>> {
+    is_of(system.spec(), model).then(|| summands(&Truth::of(system, FEW_POINTS), model))?
 }
 
 impl Equations {

@@ -25,6 +25,15 @@ pub(crate) fn page(title: &str, blocks: &[Block]) -> String {
             }
             Block::Part(name) => text += &format!("<h3>{}</h3>\n", escaped(name)),
             Block::Text(paragraph) => text += &format!("<p>{}</p>\n", with_code(&escaped(paragraph))),
+            Block::Verdict { good, text: verdict } => {
+                let class = match good {
+                    Some(true) => "good",
+                    Some(false) => "bad",
+                    None => "open",
+                };
+                let _ = writeln!(text, "<p class=\"verdict {class}\">{}</p>", escaped(verdict));
+            }
+            Block::Markup { html, .. } => text += html,
             Block::Table { words, head, rows } => table(&mut text, *words, head, rows),
             Block::Figures(figures) => {
                 text += "<div class=\"figures\">\n";
@@ -96,6 +105,11 @@ th { color: var(--soft); font-weight: 400; vertical-align: bottom; white-space: 
 .word { text-align: left; } th:first-child, td:first-child { padding-left: 0; min-width: 0; }
 tr.next td { border-top: 2px solid var(--soft); }
 summary { cursor: pointer; }
+.verdict { font-size: 1.1rem; font-weight: 600; padding-left: .8rem; border-left: .35rem solid var(--soft); }
+.verdict.good { border-color: var(--c2); } .verdict.bad { border-color: var(--c4); }
+.equation { max-width: none; margin: .4rem 0; overflow-wrap: normal; font-size: 1.15rem; line-height: 2.2; padding-left: 2rem; text-indent: -2rem; }
+.equation math { margin-right: .15em; text-indent: 0; }
+.controls { display: flex; gap: .8rem; max-width: 30rem; } .controls input { flex: 1; min-width: 0; }
 pre { overflow-x: auto; white-space: pre-wrap; padding: .6rem; border: 1px solid var(--faint); border-radius: 4px; font: .9rem/1.6 system-ui, sans-serif; }
 ";
 

@@ -1,4 +1,4 @@
-//! What a comparison of methods comes to: statistics, figures and pages, all of them functions of its records.
+//! Reports as functions of records: of one identification ([`model_page`]), one run ([`run_page`]), or a comparison of methods.
 //!
 //! A [`Digest`](sindyna_record::comparison::Digest) and a [`Catalog`] (facts about tasks and methods that no record holds)
 //! make a [`Comparison`], whose [`groups`](Comparison::groups) are the numbers and whose [`report`](Comparison::report) is a
@@ -27,8 +27,11 @@ mod markdown;
 mod numbers;
 mod page;
 mod portrait;
+mod record;
 mod scores;
 pub mod stats;
+pub mod text;
+mod thin;
 
 pub use catalog::{Catalog, Published};
 pub use comparison::Comparison;
@@ -37,3 +40,4 @@ pub use figure::PngError;
 pub use figure::{Figure, METHOD_COLOURS};
 pub use groups::{Difference, Group, Ratio, Returns, Steps};
 pub use page::Page;
+pub use record::{model_page, run_page};

@@ -13,6 +13,8 @@ pub(crate) fn markdown(title: &str, blocks: &[Block], folder: &str) -> String {
             Block::Section(name) => text += &format!("## {name}\n"),
             Block::Part(name) => text += &format!("### {name}\n"),
             Block::Text(paragraph) => text += &format!("{paragraph}\n"),
+            Block::Verdict { text: verdict, .. } => text += &format!("**{verdict}**\n"),
+            Block::Markup { text: plain, .. } => text += &format!("```text\n{}\n```\n", plain.trim_end()),
             Block::Table { words, head, rows } => table(&mut text, *words, head, rows),
             Block::Figures(figures) => {
                 // A blank would end the address.

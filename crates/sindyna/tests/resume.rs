@@ -37,7 +37,18 @@ fn cut(directory: &Path, names: &[&str]) {
 }
 
 fn same_record(directory: &Path, what: &str) {
-    for name in ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "summary.json"] {
+    for name in [
+        "config.toml",
+        "rollout.csv",
+        "model.json",
+        "policy.safetensors",
+        "events.jsonl",
+        "summary.json",
+        "identify.json",
+        "prediction.csv",
+        "episode.csv",
+        "report.html",
+    ] {
         let of = |run: &str| fs::read(directory.join(run).join(name)).unwrap();
         assert!(of("whole") == of("cut"), "{name} differs: {what}");
     }

@@ -15,8 +15,18 @@ use rand::RngExt as _;
 use sindyna_core::Seed;
 use sindyna_rl::Isa;
 
-const RECORD: [&str; 6] =
-    ["config.toml", "rollout.csv", "model.json", "policy.safetensors", "events.jsonl", "summary.json"];
+const RECORD: [&str; 10] = [
+    "config.toml",
+    "rollout.csv",
+    "model.json",
+    "policy.safetensors",
+    "events.jsonl",
+    "summary.json",
+    "identify.json",
+    "prediction.csv",
+    "episode.csv",
+    "report.html",
+];
 
 #[test]
 fn a_pendulum_is_learned_from_ten_steps_and_swung_up() {

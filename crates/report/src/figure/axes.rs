@@ -3,6 +3,10 @@
 use std::fmt::Write as _;
 
 use crate::escape::escaped;
+use crate::numbers::significant;
+
+/// Numbers at a logarithmic axis.
+const MOST_TICKS: i32 = 6;
 
 /// How numbers are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,16 +22,32 @@ pub(super) struct Axis {
     pub(super) low: f64,
     pub(super) high: f64,
     pub(super) spacing: Spacing,
+    /// Parts that numbers divide it into, or one more.
+    parts: f64,
+    /// Whether it counts.
+    whole: bool,
 }
 
 impl Axis {
     pub(super) fn even(label: &str, low: f64, high: f64) -> Self {
-        let (low, high) = if low < high { (low, high) } else { (low - 1.0, low + 1.0) };
-        Self { label: label.into(), low, high, spacing: Spacing::Even }
+        // A span that the numbers cannot resolve is none.
+        let least = 1e-9 * low.abs().max(high.abs());
+        let (low, high) = if high - low > least { (low, high) } else { (low - least.max(1.0), high + least.max(1.0)) };
+        Self { label: label.into(), low, high, spacing: Spacing::Even, parts: 5.0, whole: false }
     }
 
     pub(super) fn logarithmic(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic }
+        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic, parts: 5.0, whole: false }
+    }
+
+    /// The same with few numbers, for a low panel.
+    pub(super) fn few(self) -> Self {
+        Self { parts: 2.0, ..self }
+    }
+
+    /// The same for counts: only whole numbers stand at it.
+    pub(super) fn whole(self) -> Self {
+        Self { whole: true, ..self }
     }
 
     /// Where `value` lies between both ends, 0 to 1; what is beyond lies at the end.
@@ -37,10 +57,12 @@ impl Axis {
     }
 
     fn ticks(&self) -> Vec<f64> {
-        match self.spacing {
-            Spacing::Even => round_numbers(self.low, self.high),
+        let mut ticks = match self.spacing {
+            Spacing::Even => round_numbers(self.low, self.high, self.parts),
             Spacing::Logarithmic => powers_of_ten(self.low, self.high),
-        }
+        };
+        ticks.retain(|tick| !self.whole || tick.fract() == 0.0);
+        ticks
     }
 }
 
@@ -106,6 +128,19 @@ impl Axes {
         let _ = writeln!(text, r#"<polyline class="{class}" points="{}"/>"#, points.join(" "));
     }
 
+    /// A dot at each point: one element for all of them.
+    pub(super) fn dots(&self, text: &mut String, class: &str, points: &[(f64, f64)]) {
+        let place = |&(x, y): &(f64, f64)| format!("M{:.0} {:.0}h0", self.x(x), self.y(y));
+        let path: String = points.iter().map(place).collect();
+        let _ = writeln!(text, r#"<path class="{class} dots" d="{path}"/>"#);
+    }
+
+    /// A line from the bottom to the top.
+    pub(super) fn upright(&self, text: &mut String, class: &str, value: f64) {
+        let (top, bottom, x) = (self.top, self.bottom, self.x(value));
+        let _ = writeln!(text, r#"<line class="{class}" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}"/>"#);
+    }
+
     pub(super) fn dot(&self, text: &mut String, class: &str, (x, y): (f64, f64), radius: f64) {
         let (x, y) = (self.x(x), self.y(y));
         let _ = writeln!(text, r#"<circle class="{class}" cx="{x:.1}" cy="{y:.1}" r="{radius}"/>"#);
@@ -114,17 +149,21 @@ impl Axes {
 
 /// A number at an axis: with a true minus.
 fn shown(value: f64) -> String {
-    value.to_string().replace('-', "\u{2212}")
+    let size = value.abs();
+    let text = if size == 0.0 || (1e-4..1e6).contains(&size) { value.to_string() } else { significant(value, 3) };
+    text.replace('-', "\u{2212}")
 }
 
+/// Powers of ten between `low` and `high`, at most [`MOST_TICKS`].
 fn powers_of_ten(low: f64, high: f64) -> Vec<f64> {
-    let exponents = (low.log10().ceil() as i32)..=(high.log10().floor() as i32);
-    exponents.map(|exponent| 10_f64.powi(exponent)).collect()
+    let (first, last) = (low.log10().ceil() as i32, high.log10().floor() as i32);
+    let step = ((last - first) / MOST_TICKS + 1).max(1);
+    (first..=last).filter(|exponent| exponent.rem_euclid(step) == 0).map(|exponent| 10_f64.powi(exponent)).collect()
 }
 
-/// Four to eight round numbers between `low` and `high`.
-fn round_numbers(low: f64, high: f64) -> Vec<f64> {
-    let rough = (high - low) / 5.0;
+/// Round numbers between `low` and `high`, which divide it into about so many `parts`.
+fn round_numbers(low: f64, high: f64, parts: f64) -> Vec<f64> {
+    let rough = (high - low) / parts;
     let power = rough.log10().floor() as i32;
     let steps = [(1, power), (2, power), (5, power), (1, power + 1)];
     let size = |(digit, power): (i32, i32)| f64::from(digit) * 10_f64.powi(power);
@@ -145,11 +184,12 @@ mod tests {
 
     #[test]
     fn ticks_are_round_and_few() {
-        assert_eq!(round_numbers(-1200.0, -140.0), [-1000.0, -500.0]);
-        assert_eq!(round_numbers(0.0, 100.0), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
-        assert_eq!(round_numbers(0.0, 1.0), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
+        assert_eq!(round_numbers(-1200.0, -140.0, 5.0), [-1000.0, -500.0]);
+        assert_eq!(round_numbers(0.0, 100.0, 5.0), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
+        assert_eq!(round_numbers(0.0, 1.0, 5.0), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
         assert_eq!(powers_of_ten(5.0, 20_000.0), [10.0, 100.0, 1_000.0, 10_000.0]);
-        assert_eq!(shown(-0.5), "−0.5");
+        assert_eq!(powers_of_ten(1e-14, 1e13).len(), 5, "27 decades have no 27 numbers");
+        assert_eq!((shown(-0.5), shown(2e-13), shown(1e6)), ("−0.5".into(), "2e−13".into(), "1e6".into()));
     }
 
     #[test]

@@ -5,10 +5,12 @@ mod curves;
 mod drawing;
 mod frame;
 mod names;
+pub(crate) mod plots;
 #[cfg(feature = "png")]
 mod png;
 mod portraits;
 mod profile;
+pub(crate) mod series;
 mod style;
 
 pub(crate) use curves::curves;

@@ -49,6 +49,20 @@ const SHAPES: [(&str, &str); 11] = [
     (".name", "stroke: none; font-weight: 600"),
 ];
 
+/// Those of figures that are only on pages.
+const PAGE_SHAPES: [(&str, &str); 7] = [
+    (
+        ".measured",
+        "fill: none; stroke: VAR(soft); opacity: .4; stroke-width: 5; stroke-linejoin: round; stroke-linecap: round",
+    ),
+    (".dots", "fill: none; stroke-width: 3; stroke-linecap: round; opacity: .65"),
+    (".bar", "stroke: none; opacity: .5"),
+    (".ring", "fill: none; stroke-width: 2.4"),
+    ("circle.ring", "fill: none"),
+    ("rect.ring", "fill: none"),
+    (".solid", "fill: none; stroke: VAR(ink); stroke-width: 3; stroke-linecap: round; stroke-linejoin: round"),
+];
+
 /// The class whose colour is that of the method called `name`, in every drawing.
 pub(crate) fn colour(catalog: &dyn Catalog, name: &str) -> String {
     let (place, last) = (catalog.methods().iter().position(|method| *method == name), METHOD_COLOURS - 1);
@@ -66,7 +80,7 @@ pub(crate) fn page_style() -> String {
     let dark = variables(&|pair| pair.1.into(), &|ink| ink.2.into());
     format!(
         ":root {{ color-scheme: light dark; {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n{}",
-        rules("svg ", &|name| format!("var(--{name})"))
+        rules("svg ", &|name| format!("var(--{name})"), &PAGE_SHAPES)
     )
 }
 
@@ -81,14 +95,14 @@ pub(crate) fn standalone(alternative: &str, elements: &str) -> String {
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {HEIGHT}\" width=\"{WIDTH}\" height=\"{HEIGHT}\">\n\
          <title>{}</title>\n<style>\n{}</style>\n<rect width=\"{WIDTH}\" height=\"{HEIGHT}\" fill=\"{}\"/>\n{}</svg>\n",
         escaped(alternative),
-        rules("", &light),
+        rules("", &light, &[]),
         light("paper"),
         elements
     )
 }
 
-/// All rules, of elements below `scope`, with the colours that `colour` has for their names.
-fn rules(scope: &str, colour: &dyn Fn(&str) -> String) -> String {
+/// All rules and those for `more`, of elements below `scope`, with the colours that `colour` has for their names.
+fn rules(scope: &str, colour: &dyn Fn(&str) -> String, more: &[(&str, &str)]) -> String {
     let mut text =
         format!("{scope}text {{ font: 13px system-ui, 'DejaVu Sans', sans-serif; fill: {}; }}\n", colour("soft"));
     for i in 0..METHODS.len() {
@@ -98,8 +112,8 @@ fn rules(scope: &str, colour: &dyn Fn(&str) -> String) -> String {
             let _ = writeln!(text, "{scope}{filled}.c{i} {{ fill: {paint}; }}");
         }
     }
-    for (selector, declarations) in SHAPES {
-        let mut declarations = declarations.to_owned();
+    for (selector, declarations) in SHAPES.iter().chain(more) {
+        let mut declarations = (*declarations).to_owned();
         for (name, _, _) in INKS {
             declarations = declarations.replace(&format!("VAR({name})"), &colour(name));
         }

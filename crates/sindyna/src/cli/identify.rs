@@ -11,15 +11,16 @@ use sindyna_logs::{Clock, Log, LogOptions, Note, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
 use sindyna_record::run::RunDir;
-use sindyna_sindy::{Identified, Identifier, NoiseChoice, Watch};
+use sindyna_sindy::{Identifier, NoiseChoice, Watch};
 
 use super::common::{Common, Verdict, print};
 use super::identification::IdentificationOptions;
-use crate::cli::account_text;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
+use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
 use crate::settings::IdentificationConfig;
+use crate::training::predictions;
 use record::{Document, Record};
 use sindyna_core::number::{plural, significant};
 
@@ -28,7 +29,8 @@ use sindyna_core::number::{plural, significant};
 /// LOG is a CSV file with a header: a row per sample, a column per state and input, and if there is one a column `t` with
 /// the time in seconds. The input of a row is held until the next row. A column `trajectory` tells rollouts apart. Without
 /// --states this asks which columns are what, and shows the call. Prints the equations with the standard errors of their
-/// coefficients, and leaves a directory with model.json (for `sindyna export`) and identify.json (the whole account).
+/// coefficients, and leaves a directory with model.json (for `sindyna export`), identify.json (the whole account) and report.html
+/// (pictures of it).
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
@@ -71,6 +73,9 @@ pub(crate) struct Args {
     /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
     #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
     holdout: Option<f64>,
+    /// Leave out report.html
+    #[arg(long)]
+    no_report: bool,
     /// Exit with code 1 where the equations are an approximation
     #[arg(long)]
     strict: bool,
@@ -157,14 +162,28 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
 
     // What was found is told even if it cannot be written down.
     let record = Record::new(&args.log, &log.spec, settings);
-    let written = write(args.out.as_deref(), &record, &found, &account);
-    let mut text = heading(&args.log, &log) + "\n" + &account_text::text(&account);
+    let predicted = predictions(&identifier, &found.model, &data, &log.spec).map(|table| table.to_csv()).transpose()?;
+    let mut files = vec![
+        ("config.toml", Some(toml::to_string(&record)?.into_bytes())),
+        ("prediction.csv", predicted),
+        ("model.json", Some(found.model.to_json().into_bytes())),
+        ("identify.json", Some(json(&Document { record: &record, account: &account })?)),
+    ];
+    if !args.no_report {
+        let page = pages::of_files(None, &files);
+        files.insert(1, (pages::PAGE, page));
+    }
+    let written = write(args.out.as_deref(), &record, files);
+    let mut text = heading(&args.log, &log) + "\n" + &sindyna_report::text::text(&account);
     if account.explained == Some(false) {
         text += HELP;
     }
     if let Ok(dir) = &written {
         let dir = dir.path().display();
-        let _ = writeln!(text, "record: {dir} (model.json, identify.json, config.toml)");
+        let _ = writeln!(text, "record: {dir} (model.json, identify.json, prediction.csv, config.toml)");
+        if !args.no_report {
+            let _ = writeln!(text, "report: {dir}/{}", pages::PAGE);
+        }
         let _ = writeln!(text, "as a program: sindyna export {dir} --to python");
     }
     print(&text)?;
@@ -321,15 +340,10 @@ fn instead(note: &Note) -> &'static str {
 }
 
 /// The files of a model's directory, in the order in which they are written.
-const FILES: [&str; 3] = ["config.toml", "model.json", "identify.json"];
+const FILES: [&str; 5] = ["config.toml", pages::PAGE, "prediction.csv", "model.json", "identify.json"];
 
-fn write(out: Option<&Path>, record: &Record, found: &Identified, account: &Account) -> Result<RunDir, Failure> {
-    let [config, model, account_file] = FILES;
-    let files = [
-        (config, toml::to_string(record)?.into_bytes()),
-        (model, found.model.to_json().into_bytes()),
-        (account_file, json(&Document { record, account })?),
-    ];
+fn write(out: Option<&Path>, record: &Record, files: Vec<(&'static str, Option<Vec<u8>>)>) -> Result<RunDir, Failure> {
+    let files: Vec<(&str, Vec<u8>)> = files.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).collect();
     match out {
         Some(path) => Ok(RunDir::create(path, &files)?),
         None => {

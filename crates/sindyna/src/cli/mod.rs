@@ -1,6 +1,5 @@
 //! The command line.
 
-mod account_text;
 mod closest;
 mod common;
 mod compare;
@@ -13,12 +12,12 @@ mod identify;
 mod interrupt;
 mod machine;
 mod methods;
+mod pages;
 mod plain;
 mod progress;
 mod report;
 mod report_files;
 mod settings;
-mod table;
 mod tasks;
 mod train;
 

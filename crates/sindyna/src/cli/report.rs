@@ -1,4 +1,4 @@
-//! `sindyna report`: a comparison told again.
+//! `sindyna report`: the page of a record, or of a comparison, made again.
 
 use std::path::{Path, PathBuf};
 
@@ -11,24 +11,32 @@ use sindyna_report::{Comparison, Group};
 use super::common::{Verdict, print};
 use crate::cli::failure::Failure;
 use crate::cli::methods::Known;
-use crate::cli::report_files;
+use crate::cli::{pages, report_files};
 
-/// Makes tables, figures and page of a comparison again, from what its runs left
+/// Makes the report of a run, a model or a comparison again
 ///
-/// Nothing is run. DIR is a comparison, whatever version of the program made its runs, or a digest of one: the folder `digest` that
+/// Nothing is run. DIR is a directory that `sindyna train` or `sindyna identify` left, whose report.html is written; or a comparison, whatever version of the program made its runs, or a digest of one: the folder `digest` that
 /// every comparison leaves, a few small files that everything reported follows from.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Directory of a comparison, or of its digest
+    /// Directory of a run, a model, a comparison, or the digest of one
     #[arg(value_name = "DIR", default_value = "runs/compare")]
     directory: PathBuf,
-    /// Write the report as Markdown to FILE instead, with its figures in a folder of that name beside it; DIR stays as it is
+    /// Write the report on a comparison as Markdown to FILE instead, with its figures in a folder of that name beside it; DIR stays as it is
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let directory = &args.directory;
+    if directory.join("config.toml").is_file() {
+        if args.markdown.is_some() {
+            return Err(Failure::new(format!("{} is no comparison", directory.display()))
+                .hint("--markdown is for comparisons; a run or a model has one page, report.html"));
+        }
+        pages::again(directory)?;
+        return Ok(Verdict::Done);
+    }
     // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
     let held = match args.markdown {
         None if directory.is_dir() => Some(DirLock::take(directory).map_err(|at_work| {
@@ -92,5 +100,5 @@ pub(super) fn table(groups: &[Group]) -> String {
             ),
         ]);
     }
-    crate::cli::table::aligned(&lines)
+    sindyna_report::text::aligned(&lines)
 }

@@ -6,11 +6,12 @@ mod recorder;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Certainty, Event, FitError, Observer, Seed};
+use sindyna_core::{Certainty, Dataset, Event, FitError, Observer, Seed};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
 use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
+use sindyna_report::text;
 
 use super::common::{Common, Verdict, print};
 use super::evaluate::{report, verdict};
@@ -18,11 +19,11 @@ use super::settings::Settings;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::Progress;
-use crate::cli::{account_text, machine, table};
+use crate::cli::{machine, pages};
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use crate::training::learner::Fitted;
-use crate::training::{Plan, evaluation, summary};
+use crate::training::{Plan, episode, predictions, summary, watched_evaluation};
 use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
 use sindyna_core::number::{plural, significant};
@@ -48,6 +49,9 @@ pub(crate) struct Args {
     /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
+    /// Leave out report.html
+    #[arg(long)]
+    no_report: bool,
     #[command(flatten)]
     common: Common,
 }
@@ -72,7 +76,8 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         }
     };
     let progress = Progress::new(args.common.quiet);
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    let page = !args.no_report;
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
     pool.install(|| run.go(plan))
 }
 
@@ -102,7 +107,8 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
     let (plan, pool) = (Plan::new(&config, problem.spec(), interrupt.flag())?, args.common.pool()?);
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt };
+    let page = !args.no_report;
+    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
     pool.install(|| run.go(plan))
 }
 
@@ -112,6 +118,8 @@ struct Run<'a> {
     run_dir: &'a RunDir,
     progress: Progress,
     interrupt: Interrupt,
+    /// Whether a page is wanted.
+    page: bool,
 }
 
 impl Run<'_> {
@@ -134,8 +142,11 @@ impl Run<'_> {
         let (trained, until_trained) = (Instant::now(), recorder.elapsed());
 
         let mut evaluated = None;
+        let mut first_episode = None;
         if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
-            let result = evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
+            let (result, episode) =
+                watched_evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
+            first_episode = Some(episode);
             recorder.on(&Event::Evaluated { returns: &result.returns })?;
             evaluated = Some(result);
         }
@@ -158,7 +169,7 @@ impl Run<'_> {
         }
         let summary = summary::of(config, made_by, spec, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
-        let recorded = self.record(&learned, &summary, &timing, &log);
+        let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
         print(&self.conclusion(&learned, &summary, &timing))?;
         recorded?;
         if !learned.interrupted {
@@ -220,6 +231,7 @@ impl Run<'_> {
     fn record(
         &self,
         learned: &Learned<Fitted>,
+        first_episode: Option<&Dataset>,
         summary: &Summary,
         timing: &Timing,
         log: &EventLog,
@@ -227,12 +239,21 @@ impl Run<'_> {
         let dir = self.run_dir;
         let policy = learned.policy.as_ref().map(|policy| policy.to_bytes());
         let (summary, timing) = (json(summary)?, json(timing)?);
-        let files = [
+        let [account, predicted, episode] = self.pictured(learned, first_episode)?;
+        let mut files = vec![
             ("model.json", learned.model.as_ref().map(|fitted| fitted.0.model.to_json().into_bytes())),
             ("events.jsonl", Some(log.as_bytes().to_vec())),
             ("timing.json", Some(timing)),
             ("policy.safetensors", policy),
+            ("identify.json", account),
+            ("prediction.csv", predicted),
+            ("episode.csv", episode),
+            ("summary.json", Some(summary)),
         ];
+        let page = if self.page && !learned.interrupted { pages::of_files(Some(dir.path()), &files) } else { None };
+        // Where the summary is, the run is whole: it comes after all others, or not at all.
+        let whole = files.pop();
+        files.push((pages::PAGE, page));
         // Where one file finds no room, the next may be smaller: every one is tried, the first failure told.
         let mut written = Ok(());
         for (name, contents) in files {
@@ -240,20 +261,35 @@ impl Run<'_> {
                 written = written.and(dir.write(name, &contents));
             }
         }
-        // Where this is, the run is whole: it comes after all others, or not at all.
-        written.and_then(|()| dir.write("summary.json", &summary)).map_err(|e| {
+        let last = || whole.map_or(Ok(()), |(name, contents)| dir.write(name, &contents.unwrap_or_default()));
+        written.and_then(|()| last()).map_err(|e| {
             let path = dir.path().display();
             Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` goes on with the run"))
         })
+    }
+
+    /// Account of the model, what it predicts for the data, and the `first` episode of the evaluation, as files.
+    fn pictured(&self, learned: &Learned<Fitted>, first: Option<&Dataset>) -> Result<[Option<Vec<u8>>; 3], Failure> {
+        let Some(fitted) = &learned.model else { return Ok([None, None, None]) };
+        let (spec, model) = (self.problem.spec(), &fitted.0.model);
+        let identifier = self.config.identifier(spec)?;
+        let predicted = predictions(&identifier, model, &learned.data, spec);
+        let acted = learned.policy.as_ref().zip(first);
+        let acted = acted.and_then(|(policy, data)| episode(self.problem, &identifier, model, &**policy, data));
+        Ok([
+            Some(json(&Account::new(&fitted.0, spec))?),
+            predicted.map(|table| table.to_csv()).transpose()?,
+            acted.map(|table| table.to_csv()).transpose()?,
+        ])
     }
 
     /// What the user reads when all is done.
     fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
         let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
         let truth = self.problem.true_equations();
-        let mut text = table::beside(("found", found), ("true", &truth));
+        let mut text = text::beside(("found", found), ("true", &truth));
         if let Some(fitted) = &learned.model {
-            text += &account_text::verdict(&Account::new(&fitted.0, self.problem.spec()));
+            text += &text::verdict(&Account::new(&fitted.0, self.problem.spec()));
         }
         text += &format!("\nreal steps: {} in {}", summary.real_steps, plural(summary.real_episodes, "episode"));
         text += &match summary.identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
@@ -297,7 +333,12 @@ impl Run<'_> {
             "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
             timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
         );
-        text + &format!("record: {}\n", self.run_dir.path().display())
+        let path = self.run_dir.path();
+        text += &format!("record: {}\n", path.display());
+        if self.page && !learned.interrupted {
+            text += &format!("report: {}\n", path.join(pages::PAGE).display());
+        }
+        text
     }
 }
 

@@ -1,8 +1,10 @@
 //! A trained policy on the system itself.
 
-use sindyna_core::{Policy, Seed};
+use sindyna_core::{Bounded, Dataset, Policy, Seed, Simulated, Spec};
 use sindyna_dyna::evaluate;
-use sindyna_record::run::Evaluation;
+use sindyna_record::identification::PredictionTable;
+use sindyna_record::run::{EpisodeTable, Evaluation, Watched, labels_of};
+use sindyna_sindy::{Identifier, Model};
 
 use crate::Error;
 use crate::problem::Problem;
@@ -14,9 +16,59 @@ pub(crate) fn evaluation(
     episodes: usize,
     seed: Seed,
 ) -> Result<Evaluation, Error> {
+    watched_evaluation(problem, policy, episodes, seed).map(|(evaluation, _)| evaluation)
+}
+
+/// [`evaluation`], and the first of its episodes.
+pub(crate) fn watched_evaluation(
+    problem: &dyn Problem,
+    policy: &dyn Policy,
+    episodes: usize,
+    seed: Seed,
+) -> Result<(Evaluation, Dataset), Error> {
     let systems = episodes.min(problem.copies()).max(1);
-    let mut envs = (0..systems).map(|_| problem.environment()).collect::<Result<Vec<_>, _>>()?;
+    let watched = |i: usize| problem.environment().map(|env| Watched::new(env, i == 0));
+    let mut envs = (0..systems).map(watched).collect::<Result<Vec<_>, _>>()?;
     let returns = evaluate(&mut envs, policy, episodes, seed, "evaluation")?;
     problem.check()?;
-    Ok(Evaluation::of(returns))
+    Ok((Evaluation::of(returns), envs.swap_remove(0).into_episode()))
+}
+
+/// The first episode of an evaluation, `data`, beside what `model` predicts for the same policy; `None` where its states
+/// are not those of the system.
+pub(crate) fn episode(
+    problem: &dyn Problem,
+    identifier: &Identifier,
+    model: &Model,
+    policy: &dyn Policy,
+    data: &Dataset,
+) -> Option<EpisodeTable> {
+    let spec = problem.spec();
+    let states = identifier.recordings(data).ok()?.into_iter().next()?.states;
+    if model.readings().is_some() || states.ncols() != spec.state_dim() || states.nrows() < 2 {
+        return None;
+    }
+    let states: Vec<Vec<f64>> = states.rows().into_iter().map(|row| row.to_vec()).collect();
+    let mut table = EpisodeTable::of(&states, data, spec);
+    let task = problem.task();
+    let sensors = problem.sensors().without_noise();
+    let mut simulated = Simulated::new(Bounded::new(model, &spec.state), &*task, sensors);
+    simulated.reset_to(&states[0], &mut Seed::new(0).stream("start of a prediction", 0));
+    table.predict(&mut simulated, |simulated| simulated.state().to_vec(), policy);
+    Some(table)
+}
+
+/// What `model` predicts for `data`; `None` where its states are not those of the data.
+pub(crate) fn predictions(
+    identifier: &Identifier,
+    model: &Model,
+    data: &Dataset,
+    spec: &Spec,
+) -> Option<PredictionTable> {
+    let recordings = identifier.recordings(data).ok()?;
+    if recordings.iter().any(|r| r.states.ncols() != model.states().len()) {
+        return None;
+    }
+    let states = labels_of(model.states(), &[&spec.state, &spec.observation]);
+    Some(PredictionTable::of(model, &recordings, states, labels_of(model.controls(), &[&spec.control])))
 }

@@ -17,7 +17,7 @@ use sindyna_sindy::Model;
 use crate::Error;
 use crate::problem::{Problem, named};
 use crate::settings::TrainConfig;
-pub(crate) use evaluation::evaluation;
+pub(crate) use evaluation::{episode, evaluation, predictions, watched_evaluation};
 pub(crate) use plan::Plan;
 
 /// What is to be trained, and how. The same settings and seed give the same bits.

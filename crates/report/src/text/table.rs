@@ -4,7 +4,8 @@
 const WIDTH: usize = 110;
 
 /// Two titled lists of lines, side by side if they fit; an empty one on the right is left out.
-pub(crate) fn beside(left: (&str, &[String]), right: (&str, &[String])) -> String {
+#[must_use]
+pub fn beside(left: (&str, &[String]), right: (&str, &[String])) -> String {
     let width =
         |(title, lines): (&str, &[String])| lines.iter().map(|l| columns_of(l)).chain([title.len()]).max().unwrap_or(0);
     if right.1.is_empty() {
@@ -36,7 +37,8 @@ fn below(first: (&str, &[String]), second: (&str, &[String])) -> String {
 }
 
 /// Rows of cells, the columns lined up.
-pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
+#[must_use]
+pub fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
     let widths: Vec<usize> = (0..N).map(|i| rows.iter().map(|row| columns_of(&row[i])).max().unwrap_or(0)).collect();
     let line = |row: &[String; N]| {
         let cells = row.iter().zip(&widths).map(|(cell, width)| cell.clone() + &" ".repeat(width - columns_of(cell)));
@@ -46,7 +48,7 @@ pub(crate) fn aligned<const N: usize>(rows: &[[String; N]]) -> String {
 }
 
 /// Places `text` takes on a terminal: marks over letters take none.
-pub(crate) fn columns_of(text: &str) -> usize {
+fn columns_of(text: &str) -> usize {
     text.chars().filter(|c| !('\u{300}'..='\u{36f}').contains(c)).count()
 }
 

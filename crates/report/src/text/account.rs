@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use sindyna_core::number::significant;
 use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise};
 
-use crate::cli::table::aligned;
+use super::aligned;
 
 /// What the residuals of equations are compared with where the noise was estimated.
 const ESTIMATED: &str = "the estimated noise";
@@ -33,7 +33,8 @@ fn held_out_lines(held_out: &HeldOut) -> String {
 }
 
 /// The equations, each with its terms, and what speaks for them.
-pub(crate) fn text(account: &Account) -> String {
+#[must_use]
+pub fn text(account: &Account) -> String {
     let approximation = if account.explained == Some(false) { "an approximation, " } else { "" };
     let mut text = format!("equations: {approximation}{}\n", account.stepping);
     for equation in &account.equations {
@@ -71,7 +72,8 @@ pub(crate) fn text(account: &Account) -> String {
 }
 
 /// How the equations are stepped, and whether they are all there is: lines below them.
-pub(crate) fn verdict(account: &Account) -> String {
+#[must_use]
+pub fn verdict(account: &Account) -> String {
     let mut text = format!("{}\n", account.stepping);
     text += &offset_lines(account);
     if account.rows_at_limit + account.rows_astray > 0 {

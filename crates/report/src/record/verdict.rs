@@ -1,0 +1,92 @@
+//! Whether a model is adequate, and why not.
+
+use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource};
+
+use crate::document::Block;
+use crate::numbers::{NONE, fixed, or_none, rough};
+
+/// Warnings that are shown.
+const MOST_WARNINGS: usize = 30;
+
+/// The verdict in one sentence, reasons below it.
+pub(super) fn blocks(account: &Account) -> Vec<Block> {
+    let floor = match account.noise {
+        NoiseSource::Estimated => "the estimated noise",
+        NoiseSource::Declared => "the declared noise",
+        _ => "rounding",
+    };
+    let verdict = match account.explained {
+        Some(true) => format!("Adequate: the residuals of all equations are at the noise floor ({floor})."),
+        Some(false) => "Approximation: not every equation is adequate.".into(),
+        None => "Not assessed: no noise floor is known for this target.".into(),
+    };
+    let mut blocks = vec![Block::Verdict { good: account.explained, text: verdict }];
+    let reasons = account.equations.iter().filter(|e| !e.reached_floor && e.residual.is_some());
+    blocks.extend(reasons.filter_map(reason).take(MOST_WARNINGS).map(Block::text));
+    let warnings = account.warnings.iter().take(MOST_WARNINGS);
+    blocks.extend(warnings.map(|w| Block::text(format!("Warning: {}.", shortened(w)))));
+    if !account.search_complete {
+        blocks.push(Block::text("The search for terms ended before all proposals were tried."));
+    }
+    blocks
+}
+
+fn shortened(text: &str) -> String {
+    text.trim_end_matches('.').chars().take(400).collect()
+}
+
+fn reason(equation: &Equation) -> Option<String> {
+    let residual = equation.residual?;
+    let unit = if equation.unit.is_empty() { String::new() } else { format!(" {}", equation.unit) };
+    let state = &equation.state;
+    let size = format!("Equation of {state}: residual RMSE {}{unit}", rough(residual));
+    match (&equation.doubt, equation.floor > 0.0) {
+        (Some(doubt), _) => Some(format!("{size}, {doubt}.")),
+        (None, true) => Some(format!("{size}, {} times the noise floor.", rough(residual / equation.floor))),
+        (None, false) => None,
+    }
+}
+
+/// Residuals, noise and fit per state.
+pub(super) fn quality(account: &Account) -> Block {
+    let row = |equation: &Equation| {
+        let noise = account.noise_deviations.iter().find(|n| n.state == equation.state);
+        [
+            equation.state.clone(),
+            equation.unit.clone(),
+            equation.residual.map_or_else(|| "kinematic".into(), rough),
+            if equation.floor > 0.0 { rough(equation.floor) } else { NONE.into() },
+            or_none(noise.map(|n| format!("{} {}", rough(n.sigma), n.unit).trim_end().to_owned())),
+            or_none(noise.and_then(|n| n.fit_percent).map(|fit| fixed(fit, 1))),
+        ]
+    };
+    let head = ["state", "unit of the rate", "residual RMSE", "noise floor", "noise, estimated", "fit [%]"];
+    Block::table(2, head, account.equations.iter().take(super::MOST_ROWS).map(row).collect())
+}
+
+/// How well samples are predicted that the model was not fitted to.
+pub(super) fn held_out(held_out: &HeldOut) -> Vec<Block> {
+    let states = held_out.predictions.first().map_or(&[][..], |p| &p.fit_percent);
+    let head = ["prediction".to_owned()].into_iter().chain(states.iter().take(20).map(|(state, _)| state.clone()));
+    let row = |prediction: &sindyna_record::identification::FreeRun| {
+        let how = match prediction.horizon {
+            Some(1) => "1 step ahead".to_owned(),
+            Some(steps) => format!("{steps} steps ahead"),
+            None => "free run".to_owned(),
+        };
+        let fits = prediction.fit_percent.iter().take(20);
+        let fits = fits.map(|(_, fit)| or_none(fit.map(|v| fixed(v, 1))));
+        [how].into_iter().chain(fits).collect()
+    };
+    let rows = held_out.predictions.iter().map(row).collect();
+    let mut blocks = vec![
+        Block::Section("Hold-out validation".into()),
+        Block::text(format!(
+            "Fit percent, 100 (1 − NRMSE), of {} steps that no equation was fitted to.",
+            held_out.steps
+        )),
+        Block::Table { words: 1, head: head.collect(), rows },
+    ];
+    blocks.extend(held_out.failed.iter().map(|why| Block::text(format!("No more predictions: {why}."))));
+    blocks
+}

@@ -1,0 +1,66 @@
+//! `report.html` of one record: of a run, or of an identification.
+
+use std::path::Path;
+
+use sindyna_envs::System;
+use sindyna_record::run::RunDir;
+use sindyna_record::{ModelRecord, RecordError, RunRecord};
+use sindyna_report::{Page, model_page, run_page};
+
+use super::common::print;
+use crate::cli::failure::Failure;
+use crate::settings::TrainConfig;
+
+/// The page's file in a record.
+pub(crate) const PAGE: &str = "report.html";
+
+/// The page of the record in `directory` whose files are read by `file`.
+fn page(
+    directory: &Path,
+    file: &dyn Fn(&str) -> Result<Option<String>, RecordError>,
+) -> Result<Option<Page>, RecordError> {
+    if let Some(run) = RunRecord::of(directory, file)? {
+        return Ok(Some(run_page(&run, file("config.toml")?.and_then(|text| system(&text)).as_ref())));
+    }
+    let Some(model) = ModelRecord::of(directory, file)? else { return Ok(None) };
+    Ok(Some(model_page(&model, &source(&file("identify.json")?.unwrap_or_default()))))
+}
+
+/// The page of a record that is to be written with these `files`, and those that lie in `directory` already if there is one.
+///
+/// A page is a picture of the record: where it cannot be drawn, there is none.
+pub(crate) fn of_files(directory: Option<&Path>, files: &[(&'static str, Option<Vec<u8>>)]) -> Option<Vec<u8>> {
+    let read = |name: &str| match files.iter().find(|file| file.0 == name) {
+        Some((_, contents)) => Ok(contents.as_ref().map(|bytes| String::from_utf8_lossy(bytes).into_owned())),
+        None => Ok(directory.and_then(|directory| std::fs::read_to_string(directory.join(name)).ok())),
+    };
+    page(directory.unwrap_or(Path::new("")), &read).ok().flatten().map(|page| page.html().into_bytes())
+}
+
+/// Makes the page of the record in `directory` again.
+pub(crate) fn again(directory: &Path) -> Result<(), Failure> {
+    let dir = RunDir::reopen(directory)?;
+    let found = RunRecord::read(directory)?.is_some() || ModelRecord::read(directory)?.is_some();
+    if !found {
+        return Err(Failure::new(format!("{} holds no results yet", directory.display()))
+            .hint(format!("`sindyna train --resume {}` goes on with a run", directory.display())));
+    }
+    let Some(html) = of_files(Some(directory), &[]) else {
+        return Err(Failure::new(format!("the record in {} cannot be read", directory.display())));
+    };
+    dir.write(PAGE, &html)?;
+    print(&format!("report: {}\n", directory.join(PAGE).display()))
+}
+
+/// The true system of a run with the configuration `config`, where it is one that comes along.
+fn system(config: &str) -> Option<System> {
+    let config = TrainConfig::parse(config).ok()?;
+    if config.task_file.is_none() { sindyna_envs::find(&config.task) } else { None }
+}
+
+/// Name of the log that the text of an `identify.json` is about.
+fn source(text: &str) -> String {
+    let document: serde_json::Value = serde_json::from_str(text).unwrap_or_default();
+    let log = document["log"].as_str().unwrap_or("a log").to_owned();
+    Path::new(&log).file_name().map_or(log.clone(), |name| name.to_string_lossy().into_owned())
+}
