@@ -112,7 +112,7 @@ pub(super) fn rounded(value: f64, error: f64) -> (String, String) {
         return (coefficient(value), coefficient(error));
     }
     let digits = 1 - error.log10().floor() as i32;
-    if (0..=12).contains(&digits) && value.abs() < 1e6 {
+    if (0..=9).contains(&digits) && value.abs() < 1e6 {
         let digits = digits as usize;
         return (format!("{value:.digits$}").replace('-', "−"), format!("{error:.digits$}"));
     }

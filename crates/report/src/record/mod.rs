@@ -77,8 +77,7 @@ pub fn run_page(record: &RunRecord, system: Option<&System>) -> Page {
 /// What is left out of a page because the record does not have it.
 fn left_out(missing: &[&str]) -> Option<Block> {
     let names = missing.join(", ");
-    (!missing.is_empty())
-        .then(|| Block::text(format!("Left out: the record has no {names}. Older versions did not write it.")))
+    (!missing.is_empty()).then(|| Block::text(format!("Left out: the record has no {names}.")))
 }
 
 /// Equations, coefficients, predictions and all else about a model.
