@@ -43,16 +43,16 @@ fn the_example_is_solved_and_its_record_stands_alone() {
 
     let run = temp.path().join("runs/cart-on-a-rail-seed0");
     let summary = json(&run.join("summary.json"));
-    // The equations are an approximation in continuous time: as many steps again test them, and an episode or two confirm.
-    assert!(summary["real_steps"].as_u64().unwrap() <= 400, "{}", summary["real_steps"]);
-    assert_eq!(summary["training"]["confirmation"]["kept"], true);
-    // MuJoCo's damping is implicit: v' = q (v + h u) five times over, with h = 0.01 s and q = 1/(1 + 0.3 h). In continuous time
-    // that is v̇ = (ln q / h) (v − u/0.3); MuJoCo's x follows v by new rates, so that the two together are a little off it.
-    let damping = -1.003_f64.ln() / 0.01;
+    assert_eq!(summary["real_steps"], 10);
+    // MuJoCo takes five semi-implicit steps with implicit damping: v' = q (v + h u), with h = 0.01 s and q = 1/(1 + 0.3 h), and x' = x + h v'. So
+    // (v' − v)/h = ((q − 1)/h) v + q u.
+    let stepping = &summary["identification"]["stepping"];
+    assert_eq!((&stepping["scheme"], &stepping["substeps"]), (&"semi-implicit-euler".into(), &5.into()));
+    let q = 1.0 / 1.003;
     for summand in summary["identification"]["coefficients"][1].as_array().unwrap() {
-        let truth = if summand["term"] == "v" { damping } else { -damping / 0.3 };
+        let truth = if summand["term"] == "v" { (q - 1.0) / 0.01 } else { q };
         let found = summand["coefficient"].as_f64().unwrap();
-        assert!((found / truth - 1.0).abs() < 5e-4, "{summand} is not {truth}");
+        assert!((found / truth - 1.0).abs() < 1e-9, "{summand} is not {truth}");
     }
     assert_eq!(summary["identification"]["nonzero"], 2, "v and u");
 
