@@ -46,7 +46,7 @@ fn term() -> impl Strategy<Value = Expr> {
             pair.prop_map(boxed).prop_map(|(a, b)| Expr::Div(a, b)),
             inner.clone().prop_map(|a| Expr::Neg(Box::new(a))),
             (inner.clone(), -3..5_i32).prop_map(|(a, n)| Expr::Power(Box::new(a), n)),
-            (inner, 0..9_usize).prop_map(|(a, f)| Expr::Call(Function::ALL[f], Box::new(a))),
+            (inner, 0..Function::ALL.len()).prop_map(|(a, f)| Expr::Call(Function::ALL[f], Box::new(a))),
         ]
     })
 }

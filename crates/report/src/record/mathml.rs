@@ -157,13 +157,17 @@ fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
         },
         Expr::Call(Function::Abs, a) => format!("<mrow><mo>|</mo>{}<mo>|</mo></mrow>", of(a)),
         Expr::Call(Function::Sqrt, a) => format!("<msqrt>{}</msqrt>", of(a)),
+        Expr::Call(Function::PositivePart, a) => {
+            let pair = format!("{}<mo>,</mo><mn>0</mn>", of(a));
+            format!("<mi>max</mi>{APPLY}{}", parenthesised(&pair))
+        }
         Expr::Call(f, a) => format!("<mi>{f}</mi>{APPLY}{}", argument(a, names)),
     }
 }
 
 /// Whether the function is written by its name.
 fn has_name(f: Function) -> bool {
-    !matches!(f, Function::Abs | Function::Sqrt)
+    !matches!(f, Function::Abs | Function::Sqrt | Function::PositivePart)
 }
 
 fn argument(a: &Expr, names: &[String]) -> String {

@@ -75,6 +75,8 @@ pub(crate) struct Estimate {
     pub(crate) path: Vec<Array2<f64>>,
     /// Smaller is better.
     pub(crate) score: f64,
+    /// Steps left out as unlike all others.
+    pub(crate) astray: usize,
     /// Share of the variance of each state's noise that grows with the square of its value (n).
     pub(crate) growing: Vec<f64>,
     /// Per state: why its equation is not adequate.
@@ -177,6 +179,7 @@ impl Problem<'_> {
             signal_noise: signals.sigma.clone(),
             score: best.score,
             path: best.fit.x.clone(),
+            astray: 0,
             growing: vec![0.0; n],
             doubts,
             fit,

@@ -5,7 +5,7 @@ use super::propose::{Effort, Proposal, THOROUGHLY};
 use super::search::{NEAR, Problem, TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
-use crate::library::Term;
+use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
 const SIMPLE: usize = 6;
@@ -131,7 +131,9 @@ impl Problem<'_> {
         let used = self.free(supports);
         let mut candidates = Vec::new();
         for j in self.n_plain..self.terms.len() {
-            let Some(shape) = self.terms[j].shape.as_ref().filter(|_| self.allows_inside(i, j)) else { continue };
+            // Kinks from the other side are written once they are found.
+            let is_tried = |shape: &&Shape| self.allows_inside(i, j) && shape.kink() != Some(-1.0);
+            let Some(shape) = self.terms[j].shape.as_ref().filter(is_tried) else { continue };
             let is_like = |k: &&usize| self.terms[**k].shape.as_ref().is_some_and(|other| other.is_like(shape));
             // A parameter is the same in all equations.
             match used.iter().find(is_like) {

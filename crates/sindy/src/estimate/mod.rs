@@ -9,10 +9,12 @@ mod constraints;
 mod hypothesis;
 mod implicit;
 mod inside;
+mod mirror;
 mod near;
 mod posterior;
 mod propose;
 mod search;
+mod strays;
 mod white;
 
 pub use account::Doubt;

@@ -42,7 +42,9 @@ impl Problem<'_> {
         supports[i] = choice.to_vec();
         let free = self.free(&along.supports);
         let structure = (&supports[..], &self.given()[..], &free[..]);
-        let flow = Flow::new(terms, structure, self.rates, self.n_controls, along.flow.stepping());
+        // Kinks of many candidates are found one by one once they are tried.
+        let turns = |j: usize| j < self.n_plain || along.supports.iter().flatten().any(|&k| k == j);
+        let flow = Flow::turning(terms, structure, self.rates, self.n_controls, along.flow.stepping(), &turns);
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
         let coefficient =

@@ -6,6 +6,7 @@ use super::account::Estimate;
 use super::constraints::Constraints;
 use super::hypothesis::{BUDGET, Hypothesis, Start};
 use super::propose::{Proposal, Regression};
+use super::strays::{Kept, Rejecting};
 use super::white::is_white;
 use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
 use crate::design::Path;
@@ -64,6 +65,9 @@ pub(super) const FAR: f64 = 100.0;
 /// Multiple of the smallest error that is believed, up to which an error is that.
 const FLOOR: f64 = 1.5;
 
+/// Parts of a channel's spread that samples are taken to be wrong by, where equations are looked for first.
+const ROUGH: [f64; 3] = [1e-2, 1e-3, 1e-4];
+
 /// Part of a channel's spread below which nothing is left to explain.
 const NOTHING: f64 = 1e-9;
 
@@ -92,48 +96,45 @@ pub(crate) fn finish(
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
-    let found = of_segments(problem, problem.segments, stepping)?;
+    let (found, kept) = searched(problem, stepping)?;
     if found.leaves_nothing {
         return Some(found);
     }
     // Noise that grows with the value shows in what the equations leave; whether it is believed the score decides.
-    let (weighted, shares) = with_variances(problem.segments, &found.path);
+    let (weighted, shares) = with_variances(&kept.segments, &found.path);
     if shares.iter().all(|s| *s == 0.0) {
         return Some(found);
     }
     // At least half of what a search may spend is left for the second one.
-    let problem = &Problem { spent: &Cell::new(problem.spent.get().min(BUDGET / 2)), ..*problem };
-    let logs: f64 = weighted.iter().map(Segment::log_variances).sum();
-    let growing = of_segments(problem, &weighted, stepping).filter(|g| g.score + logs < found.score);
-    Some(growing.map_or(found, |growing| Estimate { growing: shares, ..growing }))
+    let spent = &Cell::new(problem.spent.get().min(BUDGET / 2));
+    let problem = &Problem { spent, segments: &weighted, ..*problem };
+    let paid = kept.price + weighted.iter().map(Segment::log_variances).sum::<f64>();
+    let growing = searched(problem, stepping).filter(|(g, _)| g.score + paid < found.score);
+    let with_shares = |(g, _): (Estimate, Kept)| Estimate { growing: shares, astray: kept.astray + g.astray, ..g };
+    Some(growing.map_or(found, with_shares))
 }
 
-/// The equations with the best score for `segments`.
-fn of_segments(problem: &Problem<'_>, segments: &[Segment], stepping: Stepping) -> Option<Estimate> {
-    let signals = smooth(segments, problem.rates, problem.floor);
-    let problem = &Problem { segments, noise: &signals.sigma, ..*problem };
-    searched(problem, &sample_of(segments, SAMPLE), &signals, stepping)
-}
-
-/// The equations with the best score, whose terms are looked for in `sample` where there are many samples.
-fn searched(problem: &Problem<'_>, sample: &[Segment], signals: &Signals, stepping: Stepping) -> Option<Estimate> {
+/// The equations with the best score, and the data without strays that they are fitted to. Where there are many samples, terms are looked for in a part
+/// of these, and judged with all of them.
+fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<(Estimate, Kept)> {
     if problem.samples() <= 2.0 * SAMPLE as f64 {
-        let searched = problem.search(signals, None, stepping)?;
-        return Some(problem.account(searched, signals));
+        return accounted(problem, None, stepping);
     }
-    // Terms are looked for in a part of the data, and judged with all of them.
-    let spent = Cell::new(0);
-    let in_part = Problem { segments: sample, spent: &spent, ..*problem };
-    let of_part = smooth(sample, problem.rates, problem.floor);
-    let found = Problem { noise: &of_part.sigma, ..in_part }.search(&of_part, None, stepping);
-    let begun = found.and_then(|Searched { best: found, .. }| {
-        let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
-        problem.hypothesis(found.supports.clone(), found.flow.stepping(), start, 0..4)
-    });
-    let searched = problem.search(signals, begun, stepping)?;
-    let mut found = problem.account(searched, signals);
+    let (sample, spent) = (sample_of(problem.segments, SAMPLE), Cell::new(0));
+    let signals = smooth(problem.segments, problem.rates, problem.floor);
+    let found = Problem { segments: &sample, spent: &spent, ..*problem }.rejecting(None, stepping);
+    let all = Problem { noise: &signals.sigma, ..*problem };
+    let begun = found.and_then(|part| all.fitted(&part.searched.best, &signals));
+    let (mut found, kept) = accounted(problem, begun, stepping)?;
     found.complete &= spent.get() <= BUDGET;
-    Some(found)
+    Some((found, kept))
+}
+
+/// The same, from `begun` or, without it, from nothing; terms are looked for in all samples.
+fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<(Estimate, Kept)> {
+    let Rejecting { searched, signals, kept } = problem.rejecting(begun, stepping)?;
+    let found = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem }.account(searched, &signals);
+    Some((Estimate { score: found.score + kept.price, astray: kept.astray, ..found }, kept))
 }
 
 /// Part of the budget of a search that is kept for dropping terms at its end.
@@ -151,6 +152,14 @@ pub(super) struct Searched {
     pub(super) rivals: Vec<Rivals>,
     /// Hypotheses about as good.
     pub(super) others: Vec<Hypothesis>,
+}
+
+/// What a rough search found.
+pub(super) enum Rough {
+    /// All states have more noise than they were taken to have: a finer search finds the same.
+    Noisy(Searched),
+    /// Where a finer search begins.
+    Begun(Hypothesis),
 }
 
 /// The path of the signals, as `stepping` has it between samples.
@@ -187,8 +196,39 @@ impl Problem<'_> {
         self.constraints.get(i).map_or(&[], |c| &c.required)
     }
 
+    /// What is found if samples are taken for less exact than they are: at first for wrong by a hundredth of their spread, then by less, until what is left
+    /// of every state is more. To the last digit many terms explain more, before the true ones are among them, than these do with parameters that are
+    /// nearly right.
+    pub(super) fn roughly(&self, stepping: Stepping) -> Option<Rough> {
+        let mut begun = None;
+        for part in ROUGH {
+            let floor: Vec<f64> = (0..self.rates.len()).map(|i| self.floor[i].max(part * self.spread(i))).collect();
+            let signals = smooth(self.segments, self.rates, &floor);
+            // Half of what may be spent is left for what comes after.
+            let budget = self.spent.get().midpoint(self.budget);
+            let problem = Problem { floor: &floor, noise: &signals.sigma, budget, ..*self };
+            let from = begun.as_ref().and_then(|best| problem.fitted(best, &signals));
+            let Some(searched) = problem.search(&signals, from, stepping) else { break };
+            self.spent.set(self.spent.get().min(budget));
+            if searched.best.fit.left.iter().zip(&floor).all(|(left, floor)| *left > FLOOR * floor) {
+                return Some(Rough::Noisy(searched));
+            }
+            begun = Some(searched.best);
+        }
+        begun.map(Rough::Begun)
+    }
+
+    /// The terms of `found`, fitted to these samples.
+    pub(super) fn fitted(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
+        let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
+        self.hypothesis(found.supports.clone(), found.flow.stepping(), start, 0..4)
+    }
+
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
-    fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
+    pub(super) fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
+        // Before many terms make up for one that is missing.
+        let inside = begun.as_ref().filter(|b| !self.is_settled(b)).and_then(|b| self.search_inside(b, signals));
+        let begun = inside.or(begun);
         let mut best = match begun {
             Some(begun) if self.is_settled(&begun) => begun,
             _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
@@ -197,6 +237,7 @@ impl Problem<'_> {
         if self.implicit(&mut best, signals) {
             self.prune(&mut best);
         }
+        self.mirror(&mut best);
         Some(self.exchanged(best))
     }
 
@@ -345,7 +386,7 @@ impl Problem<'_> {
 
     /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that
     /// of the search.
-    fn prune(&self, best: &mut Hypothesis) {
+    pub(super) fn prune(&self, best: &mut Hypothesis) {
         let reserve = (RESERVE * BUDGET as f64) as u64;
         let spent = Cell::new(self.spent.get());
         Problem { budget: self.budget + reserve, spent: &spent, ..*self }.prune_within(best);

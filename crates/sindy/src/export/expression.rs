@@ -1,6 +1,6 @@
 //! Terms in the notation of NumPy.
 
-use crate::expr::Expr;
+use crate::expr::{Expr, Function};
 
 /// How tightly a piece of code holds together; a looser one needs parentheses inside a tighter one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,7 +33,10 @@ pub(super) fn numpy(expr: &Expr, names: &[String], at_least: Tie) -> String {
         Expr::Div(a, b) => format!("{} / {}", part(a, Tie::Product), part(b, Tie::Sign)),
         Expr::Neg(a) => format!("-{}", part(a, Tie::Power)),
         Expr::Power(a, n) => format!("{}**{n}", part(a, Tie::Atom)),
-        Expr::Call(function, a) => format!("np.{}({})", function.name(), part(a, Tie::Sum)),
+        Expr::Call(function, a) => {
+            let name = if *function == Function::PositivePart { "maximum" } else { function.name() };
+            format!("np.{name}({}{})", part(a, Tie::Sum), function.rest())
+        }
         Expr::Constant(c) => number(*c),
         Expr::Variable(i) => names[*i].clone(),
     };
@@ -77,6 +80,7 @@ mod tests {
             ("(x*v)^-1", "(x * v)**-1"),
             ("-(x*v)", "-(x * v)"),
             ("1e-9*sign(x)", "1e-9 * np.sign(x)"),
+            ("max(x-v, 0)", "np.maximum(x - v, 0)"),
         ] {
             let parsed = parse(term, &names).expect("a term");
             assert_eq!(numpy(&parsed, &names, Tie::Sum), code, "{term}");

@@ -5,7 +5,7 @@ use super::{Expr, Function};
 impl Expr {
     /// ∂/∂z of the term for variable number `variable`; `None` where it is zero everywhere.
     ///
-    /// |a| has the derivative sign(a), sign(a) the derivative zero: right but for a = 0.
+    /// |a| has the derivative sign(a), max(a, 0) the derivative (1 + sign(a))/2, sign(a) the derivative zero: right but for a = 0.
     #[must_use]
     pub fn derivative(&self, variable: usize) -> Option<Self> {
         match self {
@@ -71,6 +71,7 @@ fn outer(f: Function, a: &Expr) -> Option<Expr> {
         Function::Abs => call(Function::Sign),
         Function::Sign => return None,
         Function::Tanh => Expr::Sub(one(), square(call(Function::Tanh))),
+        Function::PositivePart => Expr::Constant(0.5).times(Expr::Add(one(), Box::new(call(Function::Sign)))),
     })
 }
 
@@ -101,6 +102,8 @@ mod tests {
             "tanh(x/0.1)",
             "cos(x-y)*(x+y)",
             "sign(x)*y",
+            "y*max(x-0.5, 0)",
+            "clip(x*y, -1, 0.5)",
             "x^-2",
             "1/x",
         ] {

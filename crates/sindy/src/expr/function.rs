@@ -24,12 +24,24 @@ pub enum Function {
     Sign,
     /// Hyperbolic tangent.
     Tanh,
+    /// The larger of a number and zero, written max(a, 0); `max`, `min` and `clip` of terms are made of it.
+    PositivePart,
 }
 
 impl Function {
     /// Every function, in the order the names are listed to people.
-    pub const ALL: [Self; 9] =
-        [Self::Sin, Self::Cos, Self::Tan, Self::Exp, Self::Log, Self::Sqrt, Self::Abs, Self::Sign, Self::Tanh];
+    pub const ALL: [Self; 10] = [
+        Self::Sin,
+        Self::Cos,
+        Self::Tan,
+        Self::Exp,
+        Self::Log,
+        Self::Sqrt,
+        Self::Abs,
+        Self::Sign,
+        Self::Tanh,
+        Self::PositivePart,
+    ];
 
     /// The name in terms written as text.
     #[must_use]
@@ -44,7 +56,13 @@ impl Function {
             Self::Abs => "abs",
             Self::Sign => "sign",
             Self::Tanh => "tanh",
+            Self::PositivePart => "max",
         }
+    }
+
+    /// What follows the argument in terms written as text.
+    pub(crate) fn rest(self) -> &'static str {
+        if self == Self::PositivePart { ", 0" } else { "" }
     }
 
     /// The function called `name`.
@@ -69,6 +87,9 @@ impl Function {
             // Zero stays zero, NaN stays NaN.
             Self::Sign => v * 0.0,
             Self::Tanh => v.tanh(),
+            // Not `max`, which drops NaN.
+            Self::PositivePart if v < 0.0 => 0.0,
+            Self::PositivePart => v,
         }
     }
 }

@@ -58,8 +58,8 @@ const MAX_OPERATORS: usize = 1000;
 
 /// Reads a term over the variables `names`.
 ///
-/// Grammar: numbers, names, `+ - * / ^`, parentheses, and the functions of [`Function::ALL`] as `sin(x)`. Powers are
-/// whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
+/// Grammar: numbers, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)` and
+/// `clip(a, low, high)`. Powers are whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
 ///
 /// # Errors
 /// [`ParseError`] with the position of the first thing that does not fit.
@@ -94,6 +94,25 @@ pub(crate) fn continues_name(c: char) -> bool {
 
 fn raised_digit(c: char) -> Option<u32> {
     ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'].iter().position(|&d| d == c).map(|d| d as u32)
+}
+
+/// Functions of several terms, beside `max`.
+const MIN: &str = "min";
+const CLIP: &str = "clip";
+
+/// max(a, b), to rounding.
+fn larger(a: Expr, b: Expr) -> Expr {
+    let positive = |a| Expr::Call(Function::PositivePart, Box::new(a));
+    match (a, b) {
+        (Expr::Constant(0.0), a) | (a, Expr::Constant(0.0)) => positive(a),
+        (a, b) => Expr::Add(Box::new(b.clone()), Box::new(positive(Expr::Sub(Box::new(a), Box::new(b))))),
+    }
+}
+
+/// min(a, b), to rounding.
+fn smaller(a: Expr, b: Expr) -> Expr {
+    let over = Expr::Sub(Box::new(a.clone()), Box::new(b));
+    Expr::Sub(Box::new(a), Box::new(Expr::Call(Function::PositivePart, Box::new(over))))
 }
 
 struct Parser<'a> {
@@ -244,6 +263,18 @@ impl Parser<'_> {
         }
     }
 
+    /// As many terms between parentheses, with commas between them.
+    fn arguments<const N: usize>(&mut self) -> Result<[Expr; N], ParseError> {
+        self.at += 1;
+        let mut all = [const { Expr::Constant(0.0) }; N];
+        for (at, argument) in all.iter_mut().enumerate() {
+            *argument = self.sum()?;
+            let (end, expected) = if at + 1 < N { (',', "`,`") } else { (')', "`)`") };
+            self.take(&[end]).ok_or_else(|| self.unexpected(expected))?;
+        }
+        Ok(all)
+    }
+
     fn number(&mut self) -> Result<Expr, ParseError> {
         let begin = self.at;
         let digit = |c: char| c.is_ascii_digit() || c == '.';
@@ -283,9 +314,14 @@ impl Parser<'_> {
             position: begin + 1,
         };
         if self.peek() == Some('(') {
-            let function = Function::named(&name)
-                .ok_or_else(|| unknown("function", Function::ALL.iter().map(|f| f.name()).collect()))?;
-            return Ok(Expr::Call(function, Box::new(self.parenthesis()?)));
+            let known = || Function::ALL.iter().map(|f| f.name()).chain([MIN, CLIP]).collect();
+            return match (Function::named(&name), name.as_str()) {
+                (Some(Function::PositivePart), _) => self.arguments().map(|[a, b]| larger(a, b)),
+                (Some(function), _) => Ok(Expr::Call(function, Box::new(self.parenthesis()?))),
+                (None, MIN) => self.arguments().map(|[a, b]| smaller(a, b)),
+                (None, CLIP) => self.arguments().map(|[a, low, high]| smaller(larger(a, low), high)),
+                (None, _) => Err(unknown("function", known())),
+            };
         }
         match self.names.iter().position(|n| *n == name) {
             Some(i) => Ok(Expr::Variable(i)),
@@ -297,6 +333,25 @@ impl Parser<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_larger_and_the_smaller_of_two_terms() {
+        let names = ["x".to_owned(), "y".to_owned()];
+        let at = |text: &str, x: f64, y: f64| parse(text, &names).expect("a term").eval(&[x, y]);
+        for (x, y) in [(0.3, -2.0), (-1.5, 0.25), (4.0, 4.5), (-3.0, -3.5)] {
+            assert_eq!(at("max(0, -x)", x, y), f64::max(0.0, -x));
+            for (text, truth) in
+                [("max(x, y)", f64::max(x, y)), ("min(x, y)", f64::min(x, y)), ("clip(x, -1, 2)", x.clamp(-1.0, 2.0))]
+            {
+                assert!((at(text, x, y) - truth).abs() <= 1e-15, "{text} at {x}, {y}");
+            }
+        }
+        assert!(at("max(x, 0)", f64::NAN, 0.0).is_nan());
+        let wrong = |text: &str| parse(text, &names).expect_err("no term").to_string();
+        assert_eq!(wrong("max(x)"), "`max(x)`: expected `,` at position 6, found `)`");
+        assert_eq!(wrong("clip(x, 1)"), "`clip(x, 1)`: expected `,` at position 10, found `)`");
+        assert_eq!(wrong("min(x, 1, 2)"), "`min(x, 1, 2)`: expected `)` at position 9, found `,`");
+    }
 
     #[test]
     fn a_term_without_end_is_refused() {

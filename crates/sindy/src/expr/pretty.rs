@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Expr;
+use super::{Expr, Function};
 use sindyna_core::number::coefficient as readable;
 
 /// Text of a term for people; made by [`Expr::pretty`]. Not meant to be read back.
@@ -36,16 +36,18 @@ impl<'a> Pretty<'a> {
         }
     }
 
-    fn argument(&self, expr: &'a Expr) -> String {
+    fn argument(&self, function: Function, expr: &'a Expr) -> String {
         let text = self.with(expr).to_string();
+        let rest = function.rest();
         let bare = match expr {
+            _ if !rest.is_empty() => false,
             Expr::Variable(_) => !text.contains(' '),
             Expr::Mul(a, b) => {
                 matches!((&**a, &**b), (Expr::Constant(_), Expr::Variable(_))) && !text.contains([' ', '('])
             }
             _ => false,
         };
-        if bare { format!(" {text}") } else { format!("({text})") }
+        if bare { format!(" {text}") } else { format!("({text}{rest})") }
     }
 }
 
@@ -71,14 +73,14 @@ impl fmt::Display for Pretty<'_> {
             },
             Expr::Power(a, n) => match &**a {
                 Expr::Call(function, inner) if *n > 1 => {
-                    write!(f, "{function}{}{}", superscript(*n), self.argument(inner))
+                    write!(f, "{function}{}{}", superscript(*n), self.argument(*function, inner))
                 }
                 Expr::Variable(_) if !self.with(a).to_string().contains(' ') => {
                     write!(f, "{}{}", self.with(a), superscript(*n))
                 }
                 _ => write!(f, "({}){}", self.with(a), superscript(*n)),
             },
-            Expr::Call(function, a) => write!(f, "{function}{}", self.argument(a)),
+            Expr::Call(function, a) => write!(f, "{function}{}", self.argument(*function, a)),
         }
     }
 }

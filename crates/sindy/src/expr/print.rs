@@ -74,7 +74,7 @@ impl Printed<'_> {
             Expr::Call(function, a) => {
                 write!(f, "{function}(")?;
                 self.write(f, a, Tie::Sum)?;
-                f.write_str(")")
+                write!(f, "{})", function.rest())
             }
             Expr::Constant(c) => {
                 let text = format!("{c:?}");

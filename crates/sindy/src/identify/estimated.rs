@@ -184,6 +184,7 @@ impl Identifier {
             }
         }
         let model = written(&found, space, self.spec.dt).map_err(failed)?;
+        let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..counts };
         let report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
         let dt = self.spec.dt;
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));

@@ -74,6 +74,29 @@ impl Shape {
         })
     }
 
+    /// For max(x − c, 0) and max(c − x, 0) the sign of x; none for other terms.
+    pub(crate) fn kink(&self) -> Option<f64> {
+        let Expr::Call(Function::PositivePart, inside) = &self.formula else { return None };
+        match &**inside {
+            Expr::Sub(a, _) if matches!(**a, Expr::Variable(i) if i < FIRST) => Some(1.0),
+            Expr::Sub(_, b) if matches!(**b, Expr::Variable(i) if i < FIRST) => Some(-1.0),
+            _ => None,
+        }
+    }
+
+    /// Whether one of the two is max(a, 0) and the other max(−a, 0).
+    pub(crate) fn is_mirrored(&self, other: &Self) -> bool {
+        let difference = |e: &Expr| match e {
+            Expr::Call(Function::PositivePart, inside) => match &**inside {
+                Expr::Sub(a, b) => Some((a.clone(), b.clone())),
+                _ => None,
+            },
+            _ => None,
+        };
+        let (own, other) = (difference(&self.formula), difference(&other.formula));
+        own.zip(other).is_some_and(|((a, b), (c, d))| a == d && b == c)
+    }
+
     /// The derivative of the term by what is fitted, number `k`, at the start.
     pub(crate) fn slope(&self, k: usize) -> Option<Expr> {
         let by = self.over(FIRST).derivative(FIRST + k)?;
@@ -108,7 +131,7 @@ impl Shape {
     }
 
     /// The term with ones for its parameters.
-    pub(super) fn plainest(&self) -> Expr {
+    pub(crate) fn plainest(&self) -> Expr {
         self.with(&|_| Expr::Constant(1.0))
     }
 

@@ -23,6 +23,11 @@ impl Extent {
             spread: (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt(),
         }
     }
+
+    /// The value some `part` of the range above the lowest.
+    fn at(self, part: f64) -> f64 {
+        self.low + part * (self.high - self.low)
+    }
 }
 
 /// Scales with which fits start, as parts of the largest value, and their bounds: beyond the second tanh(a/c) is as good as a, and beyond the third
@@ -40,6 +45,10 @@ const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
 const FREQUENCIES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
 
+/// Parts of the range, from its lowest value, and of the largest value, where kinks are looked for.
+const KINKS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
+const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
+
 /// The same of exponents.
 const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
 const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
@@ -47,6 +56,8 @@ const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 /// Candidate terms with a parameter c that the data tell, one for each value with which fits start. With a, b straight variables (no angles):
 ///
 /// - tanh(a/c): saturation and smooth friction, of all of them; tanh((a − c₁)/c₂), sigmoids, of those that are neither rates nor controls,
+/// - of those that are neither rates nor angles max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or
+///   a dead zone,
 /// - of states that are neither angles nor rates e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive a/(c + a) and a^c,
 /// - the exponentials and ratios times each other b.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
@@ -67,12 +78,28 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         for part in SCALES {
             terms.add(call(Function::Tanh, over_c()), vec![scale(part, LINEAR)]);
         }
+        if inputs[a].role == Role::Rate {
+            continue;
+        }
+        let beyond = |from: Expr, to: Expr| call(Function::PositivePart, Expr::Sub(Box::new(from), Box::new(to)));
+        for at in KINKS {
+            let kink = Parameter { start: extent.at(at), bounds: (extent.low, extent.high), positive: false };
+            terms.add(beyond(*x(), *c(0)), vec![kink]);
+        }
+        let kink = Parameter { start: extent.at(0.5), bounds: (extent.low, extent.high), positive: false };
+        terms.add(beyond(*c(0), *x()), vec![kink]);
+        if extent.low < 0.0 && extent.high > 0.0 {
+            let below = beyond(Expr::Neg(c(0)), *x());
+            let zone = Expr::Sub(Box::new(beyond(*x(), *c(0))), Box::new(below));
+            for part in DEAD_ZONES {
+                terms.add(zone.clone(), vec![scale(part, 1.0)]);
+            }
+        }
         if inputs[a].role != Role::Plain {
             continue;
         }
         for at in [0.25, 0.5, 0.75] {
-            let middle = extent.low + at * (extent.high - extent.low);
-            let location = Parameter { start: middle, bounds: (extent.low, extent.high), positive: false };
+            let location = Parameter { start: extent.at(at), bounds: (extent.low, extent.high), positive: false };
             let argument = Expr::Div(Box::new(Expr::Sub(x(), c(0))), c(1));
             let width = positive(0.5, (SMALLEST, LINEAR), extent.spread);
             terms.add(call(Function::Tanh, argument), vec![location, width]);

@@ -7,7 +7,7 @@ use super::switches::Switches;
 use crate::Expr;
 use crate::chain::after_their_rates;
 use crate::expr::Tape;
-use crate::library::{Shape, Term};
+use crate::library::Term;
 use crate::motion::Stepping;
 
 /// A summand of an equation: coefficient × term, times the derivative of state `rate` if there is one.
@@ -90,6 +90,9 @@ pub(crate) struct Stage<'a> {
     pub(crate) modes: &'a [f64],
 }
 
+/// Number of the first parameter inside a term, until all variables before it are counted; no system has as many.
+const PARAMETERS: usize = 1 << 25;
+
 /// Substeps per interval in which derivatives are followed, at most.
 const DERIVATIVE_SUBSTEPS: usize = 2;
 
@@ -103,6 +106,18 @@ impl Flow {
         rates: &[Option<usize>],
         n_controls: usize,
         stepping: Stepping,
+    ) -> Self {
+        Self::turning(terms, (supports, given, free), rates, n_controls, stepping, &|_| true)
+    }
+
+    /// The same, where only those terms have kinks and jumps that are told from steps between which they are smooth, of which `turns` says so.
+    pub(crate) fn turning(
+        terms: &[Term],
+        (supports, given, free): (&[Vec<usize>], &[Given], &[usize]),
+        rates: &[Option<usize>],
+        n_controls: usize,
+        stepping: Stepping,
+        turns: &dyn Fn(usize) -> bool,
     ) -> Self {
         let n = rates.len();
         let mut used: Vec<usize> =
@@ -124,18 +139,20 @@ impl Flow {
                 summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
             }
         }
-        let first = n + n_controls;
-        let switches = Switches::among(used.iter().map(|&j| &terms[j].expr), n, first);
-        let inputs = first + switches.len();
-        let shapes: Vec<(usize, &Shape)> =
-            free.iter().filter_map(|j| Some((place(j), terms[*j].shape.as_ref()?))).collect();
-        let mut values: Vec<Expr> = used.iter().map(|&j| switches.smooth(&terms[j].expr)).collect();
         let mut inside = Vec::new();
-        for (term, shape) in shapes {
-            values[term] = shape.over(inputs + inside.len());
+        let mut values: Vec<Expr> = used.iter().map(|&j| terms[j].expr.clone()).collect();
+        for (term, shape) in free.iter().filter_map(|j| Some((place(j), terms[*j].shape.as_ref()?))) {
+            values[term] = shape.over(PARAMETERS + inside.len());
             inside.extend((0..shape.len()).map(|_| Inside { term, slope: None }));
         }
-        let arguments = switches.smooth_arguments();
+        let may_turn = used.iter().zip(&values).filter(|(j, _)| turns(**j)).map(|(_, value)| value);
+        let switches = Switches::among(may_turn, n, n + n_controls);
+        // Parameters come after the signs, which are counted now.
+        let inputs = n + n_controls + switches.len();
+        let numbered =
+            |e: &Expr| switches.smooth(e).replaced(&|i| i.checked_sub(PARAMETERS).map(|k| Expr::Variable(inputs + k)));
+        let values: Vec<Expr> = values.iter().map(numbered).collect();
+        let arguments: Vec<Expr> = switches.arguments().iter().map(numbered).collect();
         let slopes = |of: &[Expr]| -> Vec<(usize, usize, Expr)> {
             let of_term = |(at, e): (usize, &Expr)| {
                 (0..n).filter_map(|i| e.derivative(i).map(|d| (at, i, d))).collect::<Vec<_>>()

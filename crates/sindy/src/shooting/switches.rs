@@ -1,8 +1,9 @@
-//! Signs and moduli, told apart from where they jump: between two jumps they are smooth.
+//! Signs, moduli and positive parts, told apart from where they jump: between two jumps they are smooth.
 
 use crate::expr::{Expr, Function};
 
-/// The arguments of sign and modulus in some terms. With a variable m for the sign of each of them the terms are smooth: sign(a) is m, |a| is m a.
+/// The arguments of sign, modulus and positive part in some terms. With a variable m for the sign of each of them the terms are smooth: sign(a) is m,
+/// |a| is m a, max(a, 0) is (1 + m) a/2.
 #[derive(Debug, Clone)]
 pub(crate) struct Switches {
     /// Number of the first variable m.
@@ -29,7 +30,8 @@ impl Switches {
             }
             Expr::Call(f, a) => {
                 self.gather(a, n_states);
-                let jumps = matches!(f, Function::Sign | Function::Abs) && (0..n_states).any(|i| a.has(i));
+                let jumps = matches!(f, Function::Sign | Function::Abs | Function::PositivePart)
+                    && (0..n_states).any(|i| a.has(i));
                 if jumps && !self.arguments.contains(a) {
                     self.arguments.push((**a).clone());
                 }
@@ -45,12 +47,11 @@ impl Switches {
         self.arguments.is_empty()
     }
 
-    /// The arguments, smooth.
-    pub(super) fn smooth_arguments(&self) -> Vec<Expr> {
-        self.arguments.iter().map(|a| self.smooth(a)).collect()
+    pub(super) fn arguments(&self) -> &[Expr] {
+        &self.arguments
     }
 
-    /// `expr` with the variable m wherever it has the sign or modulus of one of the arguments.
+    /// `expr` with the variable m wherever it has one of those functions of one of the arguments.
     pub(crate) fn smooth(&self, expr: &Expr) -> Expr {
         let of = |a: &Expr| Box::new(self.smooth(a));
         match expr {
@@ -68,6 +69,14 @@ impl Switches {
                     Function::Sign => sign().unwrap_or_else(|| Expr::Call(*f, of(a))),
                     Function::Abs => match sign() {
                         Some(sign) => Expr::Mul(Box::new(sign), of(a)),
+                        None => Expr::Call(*f, of(a)),
+                    },
+                    Function::PositivePart => match sign() {
+                        Some(sign) => {
+                            let half =
+                                Expr::Constant(0.5).times(Expr::Add(Box::new(Expr::Constant(1.0)), Box::new(sign)));
+                            Expr::Mul(Box::new(half), of(a))
+                        }
                         None => Expr::Call(*f, of(a)),
                     },
                     _ => Expr::Call(*f, of(a)),

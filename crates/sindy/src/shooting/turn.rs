@@ -72,6 +72,7 @@ impl Flow {
         let Scratch { registers, modes, .. } = scratch;
         registers[..self.n].copy_from_slice(x);
         registers[self.n..self.n + self.n_controls].copy_from_slice(u);
+        self.fill_inside(registers, xi);
         self.signs(registers, modes);
         for switch in 0..self.switches.len() {
             if scratch.modes[switch] == 0.0 {

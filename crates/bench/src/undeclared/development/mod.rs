@@ -3,6 +3,7 @@
 mod chaos;
 mod circuits;
 mod functions;
+mod kinks;
 mod mechanics;
 mod populations;
 mod vehicles;
@@ -15,6 +16,7 @@ pub(super) fn systems() -> Vec<System> {
         chaos::systems(),
         circuits::systems(),
         functions::systems(),
+        kinks::systems(),
         mechanics::systems(),
         populations::systems(),
         vehicles::systems(),
