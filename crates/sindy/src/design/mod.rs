@@ -3,5 +3,5 @@
 mod path;
 mod whiten;
 
-pub(crate) use path::{Path, averages};
+pub(crate) use path::{LOBATTO, Path, averages};
 pub(crate) use whiten::whiten;

@@ -19,7 +19,7 @@ pub(crate) enum Path<'a> {
 }
 
 /// Abscissae and weights of Gauss–Lobatto quadrature with four points on \[0, 1\].
-const LOBATTO: [(f64, f64); 4] =
+pub(crate) const LOBATTO: [(f64, f64); 4] =
     [(0.0, 1.0 / 12.0), (0.276_393_202_250_021, 5.0 / 12.0), (0.723_606_797_749_979, 5.0 / 12.0), (1.0, 1.0 / 12.0)];
 
 /// The average of every term over each step of segment number `at` (T, F).

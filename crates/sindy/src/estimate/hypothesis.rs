@@ -184,7 +184,7 @@ impl Problem<'_> {
     fn spend(&self, flow: &Flow) -> bool {
         let (samples, n, p) = (self.samples() as u64, self.rates.len() as u64, flow.n_parameters() as u64);
         let substeps = match flow.stepping() {
-            Stepping::Continuous { substeps } => substeps as u64,
+            Stepping::Continuous { substeps } | Stepping::Classical { substeps } => substeps as u64,
             _ => 1,
         };
         let rates = RUNS * flow.n_operations() as u64 * (1 + TURNING * flow.switches().len() as u64);
@@ -222,14 +222,14 @@ impl Problem<'_> {
     pub(super) fn classical(&self, hypothesis: &Hypothesis) -> Stepping {
         let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
         let Stepping::Continuous { substeps: first } = flow.stepping() else { return flow.stepping() };
-        let of = |substeps: usize| flow.classical().with_stepping(Stepping::Continuous { substeps });
+        let of = |substeps: usize| flow.with_stepping(Stepping::Classical { substeps });
         let mut substeps = first;
         while substeps < FINEST_CLASSICAL
             && self.difference(&of(substeps), flow, &fit.xi, &fit.x, &fit.sigma) > TRUNCATION
         {
             substeps *= 2;
         }
-        Stepping::Continuous { substeps }
+        Stepping::Classical { substeps }
     }
 
     /// Whether the errors of the finest Runge–Kutta steps add up to the residuals along a segment.
@@ -244,7 +244,7 @@ impl Problem<'_> {
     }
 
     /// RMS difference of the steps of two flows, in standard deviations of the noise.
-    fn difference(&self, a: &Flow, b: &Flow, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> f64 {
+    pub(super) fn difference(&self, a: &Flow, b: &Flow, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> f64 {
         let n = sigma.len();
         let (mut left, mut right) = (vec![0.0; n], vec![0.0; n]);
         let (mut scratch_a, mut scratch_b) = (a.scratch(), b.scratch());

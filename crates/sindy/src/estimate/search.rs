@@ -10,7 +10,7 @@ use super::strays::{Kept, Rejecting};
 use super::white::is_white;
 use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
 use crate::design::Path;
-use crate::library::Term;
+use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
 use crate::shooting::Given;
 use crate::{BestSubset, Watch};
@@ -22,6 +22,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) terms: &'a [Term],
     /// How many have none.
     pub(crate) n_plain: usize,
+    /// Mechanics of these variables, if they may be such.
+    pub(crate) lagrangian: Option<&'a Lagrangian>,
     /// Per state: the state that is declared to be its rate.
     pub(crate) rates: &'a [Option<usize>],
     pub(crate) n_controls: usize,
@@ -54,7 +56,7 @@ pub(super) const NEAR: f64 = 12.0;
 const RIVALS: usize = 16;
 
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
-const TOLD_APART: f64 = 6.0;
+pub(super) const TOLD_APART: f64 = 6.0;
 
 /// Difference of scores beyond which an exchange is not followed to its end.
 const HOPELESS: f64 = 30.0;
@@ -165,7 +167,7 @@ pub(super) enum Rough {
 /// The path of the signals, as `stepping` has it between samples.
 pub(super) fn measured(signals: &Signals, stepping: Stepping) -> Path<'_> {
     match stepping {
-        Stepping::Continuous { .. } => Path::Measured(signals),
+        stepping if stepping.is_continuous() => Path::Measured(signals),
         _ => Path::Held { x: &signals.x },
     }
 }
@@ -174,7 +176,7 @@ pub(super) fn measured(signals: &Signals, stepping: Stepping) -> Path<'_> {
 pub(super) fn followed(hypothesis: &Hypothesis) -> Path<'_> {
     let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
     match flow.stepping() {
-        Stepping::Continuous { .. } => Path::Model { flow, xi: &fit.xi, x: &fit.x },
+        stepping if stepping.is_continuous() => Path::Model { flow, xi: &fit.xi, x: &fit.x },
         _ => Path::Held { x: &fit.x },
     }
 }
@@ -200,9 +202,18 @@ impl Problem<'_> {
     /// of every state is more. To the last digit many terms explain more, before the true ones are among them, than these do with parameters that are
     /// nearly right.
     pub(super) fn roughly(&self, stepping: Stepping) -> Option<Rough> {
-        let mut begun = None;
+        let signals = smooth(self.segments, self.rates, self.floor);
+        let problem = Problem { noise: &signals.sigma, ..*self };
+        let mut begun = problem.mechanical(&signals, stepping);
+        if begun.as_ref().is_some_and(|b| problem.is_settled(b)) {
+            return begun.map(Rough::Begun);
+        }
         for part in ROUGH {
             let floor: Vec<f64> = (0..self.rates.len()).map(|i| self.floor[i].max(part * self.spread(i))).collect();
+            let leaves_less = |b: &Hypothesis| b.fit.left.iter().zip(&floor).all(|(left, floor)| left <= floor);
+            if begun.as_ref().is_some_and(leaves_less) {
+                continue;
+            }
             let signals = smooth(self.segments, self.rates, &floor);
             // Half of what may be spent is left for what comes after.
             let budget = self.spent.get().midpoint(self.budget);
@@ -226,6 +237,7 @@ impl Problem<'_> {
 
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
     pub(super) fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
+        let begun = begun.map(|begun| self.as_simulated(begun));
         // Before many terms make up for one that is missing.
         let inside = begun.as_ref().filter(|b| !self.is_settled(b)).and_then(|b| self.search_inside(b, signals));
         let begun = inside.or(begun);
@@ -250,6 +262,8 @@ impl Problem<'_> {
         stepping: Stepping,
     ) -> Option<Hypothesis> {
         let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
+        let simulated = best.as_ref().map(|b| b.flow.stepping()).filter(|s| matches!(s, Stepping::Classical { .. }));
+        let stepping = simulated.unwrap_or(stepping);
         for round in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
             for times in TIMES {

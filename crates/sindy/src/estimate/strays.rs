@@ -46,7 +46,9 @@ impl Problem<'_> {
             if begun.is_none() {
                 match problem.roughly(stepping) {
                     Some(Rough::Noisy(found)) => searched = Some(found),
-                    Some(Rough::Begun(best)) => begun = problem.fitted(&best, &signals),
+                    Some(Rough::Begun(best)) => {
+                        begun = problem.fitted(&best, &signals).map(|begun| problem.as_simulated(begun));
+                    }
                     None => {}
                 }
             }

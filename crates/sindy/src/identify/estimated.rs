@@ -14,7 +14,7 @@ use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{BUDGET, Doubt, Estimate, Problem, estimate, finish};
-use crate::library::{Extent, Term, general, shaped};
+use crate::library::{Extent, Lagrangian, Term, general, shaped};
 use crate::model::Model;
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
@@ -162,9 +162,11 @@ impl Identifier {
         terms.extend(self.terms_with_parameters(segments));
         let rates = self.rates();
         let n_controls = self.spec.control_dim();
+        let lagrangian = if self.constraints.is_empty() { Lagrangian::new(&self.inputs(), &rates) } else { None };
         let problem = Problem {
             terms: &terms,
             n_plain,
+            lagrangian: lagrangian.as_ref(),
             rates: &rates,
             n_controls,
             constraints: &constraints,
@@ -228,6 +230,7 @@ impl Identifier {
         let problem = Problem {
             terms,
             n_plain: terms.len(),
+            lagrangian: None,
             rates: &rates,
             n_controls,
             constraints,

@@ -70,8 +70,10 @@ impl System<'_> {
                     let z: Vec<f64> = run.x.row(t).iter().chain(run.u.row(t)).copied().collect();
                     add(&Node { weight: 1.0, z: &z, rates: &self.increments(run, t) });
                 }
-                (Stepping::Continuous { .. } | Stepping::SemiImplicit { .. }, None) => self.cubic(run, t, &mut add),
-                (Stepping::Continuous { substeps }, Some(model)) => {
+                (Stepping::Continuous { .. } | Stepping::Classical { .. } | Stepping::SemiImplicit { .. }, None) => {
+                    self.cubic(run, t, &mut add)
+                }
+                (Stepping::Continuous { substeps } | Stepping::Classical { substeps }, Some(model)) => {
                     self.stages(run, t, model, substeps, &mut way, &mut add)
                 }
                 (Stepping::SemiImplicit { substeps }, Some(model)) => {

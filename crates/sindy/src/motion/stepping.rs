@@ -22,18 +22,23 @@ pub(crate) enum Stepping {
         /// Steps per control interval.
         substeps: usize,
     },
+    /// Classical Runge–Kutta steps of a simulator, over kinks as over anything.
+    Classical {
+        /// Steps per control interval.
+        substeps: usize,
+    },
 }
 
 impl Stepping {
-    pub(super) fn is_continuous(self) -> bool {
-        matches!(self, Self::Continuous { .. })
+    pub(crate) fn is_continuous(self) -> bool {
+        matches!(self, Self::Continuous { .. } | Self::Classical { .. })
     }
 
     pub(crate) fn form(self) -> Form {
         match self {
             Self::Euler => Form::Continuous(Scheme::Euler),
             Self::SemiImplicit { substeps } => Form::SemiImplicit { substeps },
-            Self::Continuous { substeps } => Form::Continuous(Scheme::Rk4 { substeps }),
+            Self::Continuous { substeps } | Self::Classical { substeps } => Form::Continuous(Scheme::Rk4 { substeps }),
         }
     }
 }

@@ -57,8 +57,6 @@ pub(crate) struct Flow {
     /// States with declared rates, each after its rate.
     pub(super) positions: Vec<usize>,
     pub(super) stepping: Stepping,
-    /// Whether all substeps are classical ones of order four, as those of a model are.
-    pub(super) classical: bool,
     /// States whose rates are multiplied by something in an equation, and those whose equation it is.
     pub(super) coupled: Vec<usize>,
     pub(super) switches: Switches,
@@ -194,7 +192,6 @@ impl Flow {
             rates: rates.to_vec(),
             positions,
             stepping,
-            classical: false,
             switches,
             arguments,
             gradients,
@@ -238,9 +235,9 @@ impl Flow {
         Self { stepping, ..self.clone() }
     }
 
-    /// The same with classical substeps only.
-    pub(crate) fn classical(&self) -> Self {
-        Self { classical: true, ..self.clone() }
+    /// Whether all substeps are classical ones of order four, as those of a model are.
+    pub(super) fn is_classical(&self) -> bool {
+        matches!(self.stepping, Stepping::Classical { .. })
     }
 
     /// The same with no more substeps than derivatives need: they only point the way to the next iterate.
@@ -248,6 +245,9 @@ impl Flow {
         match self.stepping {
             Stepping::Continuous { substeps } => {
                 self.with_stepping(Stepping::Continuous { substeps: substeps.min(DERIVATIVE_SUBSTEPS) })
+            }
+            Stepping::Classical { substeps } => {
+                self.with_stepping(Stepping::Classical { substeps: substeps.min(DERIVATIVE_SUBSTEPS) })
             }
             _ => self.clone(),
         }
@@ -269,7 +269,7 @@ impl Flow {
         self.fill_inside(registers, xi);
         let first = n + self.n_controls;
         registers[n..first].copy_from_slice(u);
-        if self.classical {
+        if self.is_classical() {
             self.signs(registers, modes);
         }
         registers[first..first + modes.len()].copy_from_slice(modes);

@@ -82,7 +82,7 @@ impl Flow {
                     }
                 }
             }
-            Stepping::Continuous { substeps } => {
+            Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
                 self.begin(x, u, xi, scratch);
                 for _ in 0..substeps {
@@ -166,7 +166,7 @@ impl Flow {
 
     /// The scheme and its number of steps for an interval of `substeps`: many of them are too few for the classical one.
     fn scheme(&self, substeps: usize) -> (&'static Tableau, usize) {
-        if substeps < OF_EIGHTH || self.classical { (&FOURTH, substeps) } else { (&EIGHTH, substeps / OF_EIGHTH) }
+        if substeps < OF_EIGHTH || self.is_classical() { (&FOURTH, substeps) } else { (&EIGHTH, substeps / OF_EIGHTH) }
     }
 
     /// The slope of ∂x/∂(x₀; ξ) at stage number `stage`, which is `row` of the scheme.

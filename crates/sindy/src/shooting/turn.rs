@@ -110,7 +110,7 @@ impl Flow {
         (x, u, xi): (&[f64], &[f64], &[f64]),
         scratch: &mut Scratch,
     ) -> Option<(f64, usize)> {
-        if self.switches.is_empty() || self.classical {
+        if self.switches.is_empty() || self.is_classical() {
             return None;
         }
         let mut z = [x, u].concat();

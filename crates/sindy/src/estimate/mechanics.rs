@@ -1,0 +1,247 @@
+//! Mechanics as a hypothesis among others: regressions of one Lagrangian for the equations of all joints.
+
+use ndarray::Array2;
+
+use super::hypothesis::Hypothesis;
+use super::hypothesis::Start;
+use super::search::Problem;
+use crate::Triangle;
+use crate::data::Signals;
+use crate::design::LOBATTO;
+use crate::expr::Tape;
+use crate::library::{Lagrangian, Term};
+use crate::motion::Stepping;
+
+/// Steps over which momenta are balanced together where samples have noise, which averages out.
+const WINDOW: usize = 16;
+
+/// Times the rows of each joint are weighed by the momentum that it exchanges.
+const WEIGHINGS: usize = 3;
+
+/// Sets of parameters that are tried.
+const ELBOWS: usize = 4;
+
+/// Part of the momentum that is left unexplained, beyond which a set of parameters is none.
+const EXPLAINED: f64 = 0.2;
+
+/// Part of the momentum that is rounding.
+const NOTHING: f64 = 1e-13;
+
+/// Terms of each equation, and their coefficients one equation after the other.
+type Structure = (Vec<Vec<usize>>, Vec<f64>);
+
+/// Parameters with their values, and by how much more is left without the one of them that is missed least.
+struct Elbow {
+    jump: f64,
+    parameters: Vec<(usize, f64)>,
+}
+
+impl Problem<'_> {
+    /// The best hypothesis whose terms are those of a Lagrangian.
+    pub(super) fn mechanical(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
+        let lagrangian = self.lagrangian?;
+        let measured: Vec<Array2<f64>> = self.segments.iter().map(|s| s.x.clone()).collect();
+        let mut best: Option<Hypothesis> = None;
+        for (window, x) in [(1, &measured), (WINDOW, &signals.x)] {
+            let balance = self.balance(lagrangian, x, stepping);
+            for (supports, xi) in self.lagrangians(lagrangian, &balance, window) {
+                let start = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+                let Some(found) = self.hypothesis(supports, stepping, start, 0..4) else { continue };
+                let found = self.as_simulated(found);
+                if best.as_ref().is_none_or(|b| found.score < b.score) {
+                    best = Some(found);
+                }
+            }
+            if best.as_ref().is_some_and(|b| self.is_settled(b)) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// Per segment and joint, a row for each step of the states `x` (T + 1, n): what every parameter would change of the momentum minus what it does (T, P).
+    ///
+    /// Momenta are those of the samples. Forces are averaged along the cubics through positions and speeds at both ends of a step, or, of steps
+    /// whose forces are those at their beginning, taken there.
+    fn balance(&self, lagrangian: &Lagrangian, x: &[Array2<f64>], stepping: Stepping) -> Vec<Vec<Array2<f64>>> {
+        let n_joints = lagrangian.joints.len();
+        let n_parameters = lagrangian.parameters.len();
+        let (mut momenta, mut forces) = (Vec::new(), Vec::new());
+        for p in 0..n_parameters {
+            momenta.extend(lagrangian.momenta(p).into_iter().map(|(row, expr)| (p, row, expr)));
+            forces.extend(lagrangian.forces(p).into_iter().map(|(row, expr, factor)| (p, row, expr, factor)));
+        }
+        let n = self.rates.len();
+        let of_momenta = Tape::new(n + self.n_controls, momenta.iter().map(|(_, _, expr)| expr));
+        let of_forces = Tape::new(n + self.n_controls, forces.iter().map(|(_, _, expr, _)| expr));
+        let mut registers = vec![0.0; of_momenta.n_registers().max(of_forces.n_registers())];
+        let continuous = stepping.is_continuous();
+        let places: &[(f64, f64)] = if continuous { &LOBATTO } else { &[(0.0, 1.0)] };
+        let mut balance = Vec::with_capacity(self.segments.len());
+        for (segment, x) in self.segments.iter().zip(x) {
+            let mut at_samples = Array2::zeros((segment.len() + 1, momenta.len()));
+            for t in 0..=segment.len() {
+                registers[..n].iter_mut().zip(x.row(t)).for_each(|(r, x)| *r = *x);
+                of_momenta.run(&mut registers);
+                of_momenta.outputs().iter().enumerate().for_each(|(m, &r)| at_samples[[t, m]] = registers[r as usize]);
+            }
+            let mut rows = vec![Array2::<f64>::zeros((segment.len(), n_parameters)); n_joints];
+            for t in 0..segment.len() {
+                for (m, (p, row, _)) in momenta.iter().enumerate() {
+                    rows[*row][[t, *p]] += at_samples[[t + 1, m]] - at_samples[[t, m]];
+                }
+                let dt = segment.dt[t];
+                registers[n..n + self.n_controls].iter_mut().zip(segment.u.row(t)).for_each(|(r, u)| *r = *u);
+                for (at, weight) in places {
+                    for &(q, v) in &lagrangian.joints {
+                        let ends = [x[[t, q]], x[[t, v]], x[[t + 1, q]], x[[t + 1, v]]];
+                        (registers[q], registers[v]) = between(ends, dt, *at);
+                    }
+                    of_forces.run(&mut registers);
+                    for ((p, row, _, factor), &r) in forces.iter().zip(of_forces.outputs()) {
+                        rows[*row][[t, *p]] -= dt * weight * factor * registers[r as usize];
+                    }
+                }
+            }
+            balance.push(rows);
+        }
+        balance
+    }
+
+    /// The terms and coefficients of the likeliest Lagrangians, momenta balanced over `window` steps.
+    fn lagrangians(&self, lagrangian: &Lagrangian, balance: &[Vec<Array2<f64>>], window: usize) -> Vec<Structure> {
+        let rows: Vec<Vec<Array2<f64>>> =
+            balance.iter().map(|s| s.iter().map(|r| windowed(r, window)).collect()).collect();
+        let mut found: Vec<Elbow> = Vec::new();
+        for unit in lagrangian.units() {
+            let choice: Vec<usize> = lagrangian.others(unit);
+            let Some(triangle) = self.weighed(lagrangian, &rows, (unit, &choice)) else { continue };
+            found.extend(self.elbows(&triangle, (unit, &choice)));
+        }
+        found.sort_by(|a, b| b.jump.total_cmp(&a.jump));
+        found.truncate(ELBOWS);
+        found.iter().filter_map(|elbow| self.structure(lagrangian, &elbow.parameters)).collect()
+    }
+
+    /// The triangle of the parameters `choice` for what `unit` explains, rows of each joint weighed by the momentum it exchanges.
+    fn weighed(
+        &self,
+        lagrangian: &Lagrangian,
+        rows: &[Vec<Array2<f64>>],
+        (unit, choice): (usize, &[usize]),
+    ) -> Option<Triangle> {
+        let n_joints = lagrangian.joints.len();
+        let triangle_of = |weights: &[f64]| {
+            let mut triangle = Triangle::new(choice.len() + 1);
+            for rows in rows {
+                for (own, weight) in rows.iter().zip(weights) {
+                    let column = |c: usize| choice.get(c).map_or((unit, -weight), |&p| (p, *weight));
+                    let of = |(t, c): (usize, usize)| column(c).1 * own[[t, column(c).0]];
+                    triangle.push(Array2::from_shape_fn((own.nrows(), choice.len() + 1), of).view()).ok()?;
+                }
+            }
+            Some(triangle)
+        };
+        let mut triangle = triangle_of(&vec![1.0; n_joints])?;
+        let all: Vec<usize> = (0..choice.len()).collect();
+        for _ in 0..WEIGHINGS {
+            let values = triangle.solve_unit(&all, choice.len());
+            let parameters: Vec<(usize, f64)> = choice.iter().copied().zip(values).chain([(unit, 1.0)]).collect();
+            let exchanged = |i: usize| self.exchanged_momentum(lagrangian, rows, i, &parameters);
+            let weights: Vec<f64> = (0..n_joints).map(|i| 1.0 / exchanged(i)).collect();
+            if weights.iter().any(|w| !w.is_finite()) {
+                return None;
+            }
+            triangle = triangle_of(&weights)?;
+        }
+        Some(triangle)
+    }
+
+    /// Parameters before the largest jumps of the residual, as one after the other is left out, the one that is missed least.
+    fn elbows(&self, triangle: &Triangle, (unit, choice): (usize, &[usize])) -> Vec<Elbow> {
+        let whole = triangle.norm(choice.len());
+        let mut kept: Vec<usize> = (0..choice.len()).collect();
+        let mut left = triangle.clone();
+        let mut path: Vec<(f64, Vec<(usize, f64)>)> = Vec::new();
+        while !kept.is_empty() && self.watch.go_on() {
+            let columns: Vec<usize> = (0..kept.len()).collect();
+            let values = left.solve_unit(&columns, kept.len());
+            let residual = left.residual_norm(&columns, &values, kept.len()) / whole;
+            let spread = left.spread(&columns);
+            let missed = |c: &usize| (values[*c] / spread[*c]).abs();
+            let parameters = kept.iter().map(|&c| choice[c]).zip(values.iter().copied()).chain([(unit, 1.0)]).collect();
+            path.push((residual + NOTHING, parameters));
+            let Some(least) = columns.iter().copied().min_by(|a, b| missed(a).total_cmp(&missed(b))) else { break };
+            kept.remove(least);
+            let others: Vec<Vec<(usize, f64)>> =
+                (0..=columns.len()).filter(|c| *c != least).map(|c| vec![(c, 1.0)]).collect();
+            left = left.combined(&others);
+        }
+        let ends = path.windows(2).filter(|two| two[0].0 < EXPLAINED);
+        let mut elbows: Vec<Elbow> =
+            ends.map(|two| Elbow { jump: two[1].0 / two[0].0, parameters: two[0].1.clone() }).collect();
+        elbows.sort_by(|a, b| b.jump.total_cmp(&a.jump));
+        elbows.truncate(ELBOWS);
+        elbows
+    }
+
+    /// RMS of the momentum that joint `i` exchanges in a row.
+    fn exchanged_momentum(
+        &self,
+        lagrangian: &Lagrangian,
+        rows: &[Vec<Array2<f64>>],
+        i: usize,
+        parameters: &[(usize, f64)],
+    ) -> f64 {
+        let inertias: Vec<(usize, f64)> =
+            parameters.iter().copied().filter(|(p, _)| !lagrangian.momenta(*p).is_empty()).collect();
+        let (mut sum, mut count) = (0.0, 0.0);
+        for rows in rows {
+            for row in rows[i].rows() {
+                sum += inertias.iter().map(|(p, c)| c * row[*p]).sum::<f64>().powi(2);
+                count += 1.0;
+            }
+        }
+        (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// The terms of the problem that the equations of a Lagrangian have. `None` if one is missing there.
+    fn structure(&self, lagrangian: &Lagrangian, parameters: &[(usize, f64)]) -> Option<Structure> {
+        let equations = lagrangian.equations(parameters)?;
+        let mut supports = vec![Vec::new(); self.rates.len()];
+        let mut coefficients: Vec<Vec<f64>> = vec![Vec::new(); self.rates.len()];
+        for (equation, (_, speed)) in equations.into_iter().zip(&lagrangian.joints) {
+            let place = |((expr, rate), value): ((crate::Expr, Option<usize>), f64)| {
+                let is_it = |t: &Term| t.rate == rate && t.expr == expr;
+                Some((self.terms[..self.n_plain].iter().position(is_it)?, value))
+            };
+            let mut own: Vec<(usize, f64)> = equation.into_iter().map(place).collect::<Option<_>>()?;
+            own.sort_by_key(|(j, _)| *j);
+            (supports[*speed], coefficients[*speed]) = own.into_iter().unzip();
+        }
+        Some((supports, coefficients.concat()))
+    }
+}
+
+/// Position and speed at the part `at` of a step of `dt` seconds on the cubic through both at its ends.
+fn between([q, v, q_next, v_next]: [f64; 4], dt: f64, at: f64) -> (f64, f64) {
+    let (c, d) = (3.0 * (q_next - q) - dt * (2.0 * v + v_next), 2.0 * (q - q_next) + dt * (v + v_next));
+    (q + at * (dt * v + at * (c + at * d)), v + at * (2.0 * c + 3.0 * at * d) / dt)
+}
+
+/// Rows added up over windows of that many steps with a weight that vanishes smoothly at both ends; the rows themselves for one step.
+fn windowed(rows: &Array2<f64>, window: usize) -> Array2<f64> {
+    if window <= 1 {
+        return rows.clone();
+    }
+    let weight = |t: usize| {
+        let s = 2.0 * (t as f64 + 1.0) / (window as f64 + 1.0) - 1.0;
+        (1.0 - s * s).powi(3)
+    };
+    let starts: Vec<usize> = (0..(rows.nrows() + 1).saturating_sub(window)).step_by(window.div_ceil(4)).collect();
+    let mut summed = Array2::zeros((starts.len(), rows.ncols()));
+    for (mut row, &start) in summed.rows_mut().into_iter().zip(&starts) {
+        (0..window).for_each(|t| row.scaled_add(weight(t), &rows.row(start + t)));
+    }
+    summed
+}

@@ -1,0 +1,41 @@
+//! Steps of simulators: data that were computed by a fixed number of classical steps follow these to rounding, and the equations only nearly.
+
+use super::hypothesis::Hypothesis;
+use super::search::{Problem, TOLD_APART};
+use crate::motion::Stepping;
+
+/// Classical Runge–Kutta steps from sample to sample, at most.
+const MOST: usize = 8;
+
+/// RMS difference, in standard deviations of what is left, by which steps are told from exact solutions.
+const TOLD: f64 = 0.3;
+
+impl Problem<'_> {
+    /// `best`, or the same equations stepped as a simulator does it, if the score is better for that.
+    pub(super) fn as_simulated(&self, best: Hypothesis) -> Hypothesis {
+        if !matches!(best.flow.stepping(), Stepping::Continuous { .. }) || self.leaves_nothing(&best) {
+            return best;
+        }
+        let difference = |substeps: usize| {
+            let (flow, fit) = (&best.flow, &best.fit);
+            let coarse = flow.with_stepping(Stepping::Classical { substeps });
+            (self.difference(&coarse, flow, &fit.xi, &fit.x, &fit.sigma), substeps)
+        };
+        // If the steps explain what is left, it is what they differ by.
+        let mut told: Vec<(f64, usize)> = (1..=MOST).map(difference).filter(|(d, _)| *d > TOLD).collect();
+        told.sort_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()));
+        let mut simulated: Option<Hypothesis> = None;
+        for (_, substeps) in told {
+            let stepping = Stepping::Classical { substeps };
+            let Some(other) = self.hypothesis(best.supports.clone(), stepping, best.start(), 2..4) else { continue };
+            if other.score + TOLD_APART < simulated.as_ref().unwrap_or(&best).score {
+                let done = self.leaves_nothing(&other);
+                simulated = Some(other);
+                if done {
+                    break;
+                }
+            }
+        }
+        simulated.unwrap_or(best)
+    }
+}
