@@ -82,8 +82,8 @@ impl Problem<'_> {
         let (mut segments, mut x) = (Vec::new(), Vec::<Array2<f64>>::new());
         for (segment, strays) in self.segments.iter().zip(&strays) {
             let mut first = 0;
-            for t in 0..=segment.len() {
-                if t == segment.len() || strays[t] {
+            for (t, stray) in strays.iter().copied().chain([true]).enumerate() {
+                if stray {
                     if t > first {
                         segments.push(segment.part(first, t));
                         // The path has wandered off to make up for the strays.
