@@ -9,6 +9,7 @@ _UNARY = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "log": "log", "sqrt": "sqrt", "absolute": "abs", "fabs": "abs",
     "sign": "sign", "tanh": "tanh",
 }  # fmt: skip
+_OF_TWO = {"maximum": "max", "fmax": "max", "minimum": "min", "fmin": "min"}
 _BINARY = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "true_divide": "/"}
 
 
@@ -23,6 +24,8 @@ class Traced:
         if method == "__call__" and not kwargs:
             if name in _UNARY:
                 return Traced(f"{_UNARY[name]}({_text(inputs[0])})")
+            if name in _OF_TWO:
+                return Traced(f"{_OF_TWO[name]}({_text(inputs[0])}, {_text(inputs[1])})")
             if name in _BINARY:
                 return _both(inputs[0], _BINARY[name], inputs[1])
             if name in ("power", "float_power"):
@@ -67,6 +70,10 @@ class Traced:
 
     def __abs__(self) -> Traced:
         return Traced(f"abs({self.text})")
+
+    def clip(self, low: Any, high: Any, **_: Any) -> Traced:
+        """What `numpy.clip` calls."""
+        return Traced(f"clip({self.text}, {_text(low)}, {_text(high)})")
 
     def __pow__(self, other: Any) -> Traced:
         return _text_power(self, other)
