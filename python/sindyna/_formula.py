@@ -117,7 +117,6 @@ class _Reader:
         call: Tree = ("call", text, argument)
         return call if raised is None else ("pow", call, int(raised))
 
-
     def arguments(self, n: int) -> list[Tree]:
         found = []
         for before in ["(", *[","] * (n - 1)]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 _UNARY = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "log": "log", "sqrt": "sqrt", "absolute": "abs", "fabs": "abs",
     "sign": "sign", "tanh": "tanh",
@@ -77,6 +79,27 @@ class Traced:
 
     def __pow__(self, other: Any) -> Traced:
         return _text_power(self, other)
+
+
+def _method(function: str) -> Callable[[Traced], Traced]:
+    return lambda self: Traced(f"{function}({self.text})")
+
+
+# What NumPy calls for each element of an array of objects.
+for _function in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh"):
+    setattr(Traced, _function, _method(_function))
+
+
+def of_rows(function: Callable[..., Any], *rows: Sequence[str]) -> str | None:
+    """The formula of a function of arrays with a row per step; none if it does something that a term cannot, comparisons among them."""
+    try:
+        result = function(*(np.array([[Traced(symbol) for symbol in row]], dtype=object) for row in rows))
+        (value,) = np.asarray(result, dtype=object).reshape(-1)
+    except Exception:
+        return None
+    if isinstance(value, Traced):
+        return value.text
+    return repr(float(value)) if isinstance(value, (int, float)) else None
 
 
 def _text(value: Any) -> str:

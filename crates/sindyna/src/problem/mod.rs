@@ -2,6 +2,8 @@
 //!
 //! [`named`] gives those that come along, [`OwnSystem`] one's own. All of them are a [`Problem`].
 
+mod condition;
+mod formula_task;
 mod mujoco;
 mod native;
 mod own;
@@ -9,6 +11,7 @@ mod source;
 mod task_builder;
 mod traits;
 
+pub use formula_task::FormulaTask;
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub(crate) use source::{Source, system};
 pub use source::{named, names};

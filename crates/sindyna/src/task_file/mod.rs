@@ -1,13 +1,11 @@
 //! Task files: any MJCF model with observations, reward, end and limits given in TOML (`docs/task-files.md`).
 
-mod condition;
 mod document;
-mod task;
 
 use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use anyhow::{Context as _, bail, ensure};
 use sindyna_core::{Channel, Environment, Kind, Precision, Seed, Sensors, Space, Spec, Task};
@@ -15,11 +13,9 @@ use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search};
 use sindyna_sindy::{Expr, parse};
 
 use crate::Error;
-use crate::problem::Problem;
-use condition::Condition;
+use crate::problem::{FormulaTask, Problem};
 use document::{Document, State, StateKind};
 use sindyna_logs::closes_circle;
-use task::FormulaTask;
 
 /// Name of the task file in a run directory.
 pub(crate) const RECORDED_TASK: &str = "task.toml";
@@ -123,9 +119,9 @@ impl Problem for TaskFile {
     }
 
     fn check(&self) -> Result<(), Error> {
-        match self.task.complaint.get() {
+        match self.task.complaint() {
             None => Ok(()),
-            Some(complaint) => Err(Error::Reward { complaint: complaint.clone() }),
+            Some(complaint) => Err(Error::Reward { complaint: complaint.to_owned() }),
         }
     }
 
@@ -223,17 +219,16 @@ impl Document {
     }
 
     fn task(&self, model: &MujocoModel) -> anyhow::Result<FormulaTask> {
-        let names = self.names();
-        let reward = parse(&self.task.reward, &names).context("task.reward")?;
-        let after = &names[self.state.len() + self.control.len()..];
-        let terminated = self.task.terminated.as_ref().map(|text| Condition::parse(text, after));
-        let terminated = terminated.transpose().context("task.terminated, a condition on the state after the step")?;
         let start = self.state.iter().zip(model.rest());
         let start = start.map(|(state, &rest)| state.start.map_or((rest, rest), |[low, high]| (low, high)));
-        let spec = self.spec(model)?;
-        let task = FormulaTask { spec, start: start.collect(), reward, names, terminated, complaint: OnceLock::new() };
+        let task =
+            FormulaTask::new(self.spec(model)?, start.collect(), &self.task.reward, self.task.terminated.as_deref())
+                .map_err(|e| match e {
+                    Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
+                    other => other.into(),
+                })?;
         task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0));
-        match task.complaint.get() {
+        match task.complaint() {
             None => Ok(task),
             Some(complaint) => bail!("task.reward must be a finite number wherever the system goes: {complaint}"),
         }
