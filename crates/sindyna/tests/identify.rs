@@ -317,3 +317,26 @@ fn where_no_noise_is_allowed_noisy_equations_are_an_approximation() {
         assert_eq!(stdout.contains("an approximation"), !adequate, "{stdout}");
     }
 }
+
+#[test]
+fn a_log_may_come_from_standard_input_with_other_cells_and_time() {
+    use std::io::Write as _;
+    let temp = tempfile::tempdir().unwrap();
+    let log = example().replace(',', ";").replacen("t [s];", "seconds [s];", 1).replacen("t;", "seconds;", 1);
+    assert!(log.starts_with("seconds"), "{}", &log[..40]);
+    let args = [&["identify", "-"], &COLUMNS[..], &["--angles", "th", "--delimiter", ";", "--time-column", "seconds"]];
+    let mut process = common::command(temp.path(), &args.concat())
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    process.stdin.take().unwrap().write_all(log.as_bytes()).unwrap();
+    let (code, stdout, stderr) = parts(&process.wait_with_output().unwrap());
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stdout.contains("log: standard input, 101 rows") && stdout.contains("w\u{307} = 15 sin th + 3 u"),
+        "{stdout}"
+    );
+    assert!(temp.path().join("models/log/model.json").is_file());
+}

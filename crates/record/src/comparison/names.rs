@@ -5,6 +5,40 @@
 pub struct Names<'a> {
     /// Tasks.
     pub tasks: &'a [&'a str],
-    /// Methods.
+    /// Methods. Each may have variants, `METHOD+NAME`.
     pub methods: &'a [&'a str],
+}
+
+/// What stands between a method and the name of its variant.
+const JOINT: char = '+';
+
+/// Characters of the name of a variant.
+const LONGEST: usize = 40;
+
+impl Names<'_> {
+    /// Whether a comparison may have the method `name`, or the variant.
+    #[must_use]
+    pub fn has_method(&self, name: &str) -> bool {
+        let variant = name.split_once(JOINT).map(|(_, variant)| variant);
+        self.methods.contains(&base(name)) && variant.is_none_or(is_variant)
+    }
+}
+
+/// The method that the method or variant `name` is, or is a variant of.
+#[must_use]
+pub fn base(name: &str) -> &str {
+    name.split_once(JOINT).map_or(name, |(base, _)| base)
+}
+
+/// The name of the variant `name` of `method`.
+#[must_use]
+pub fn variant(method: &str, name: &str) -> String {
+    format!("{method}{JOINT}{name}")
+}
+
+/// Whether `name` can be that of a variant: letters, digits, `-` and `_`.
+#[must_use]
+pub fn is_variant(name: &str) -> bool {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    (1..=LONGEST).contains(&name.len()) && name.chars().all(plain)
 }

@@ -78,7 +78,7 @@ impl Problem<'_> {
             return None;
         }
         let (mut segments, mut x) = (Vec::new(), Vec::<Array2<f64>>::new());
-        for ((segment, strays), path) in self.segments.iter().zip(&strays).zip(&best.fit.x) {
+        for (segment, strays) in self.segments.iter().zip(&strays) {
             let mut first = 0;
             for t in 0..=segment.len() {
                 if t == segment.len() || strays[t] {
@@ -90,7 +90,6 @@ impl Problem<'_> {
                     first = t + 1;
                 }
             }
-            debug_assert_eq!(path.nrows(), segment.x.nrows());
         }
         let kept = Problem { segments: &segments, ..*self };
         let start = Start { x: &x, ..best.start() };

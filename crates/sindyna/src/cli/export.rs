@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use serde_json::Value;
+use serde_json::{Value, json};
 use sindyna_core::Channel;
 use sindyna_sindy::{Model, export};
 
-use super::common::{Verdict, print, write_out};
+use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 use crate::settings::TrainConfig;
 use sindyna_record::Own;
@@ -42,7 +42,15 @@ enum Language {
     Python,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+impl Language {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Python => "python",
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };
     let text =
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
@@ -56,13 +64,13 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     };
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
-        write_out(&module)?;
-        return Ok(Verdict::Done);
+        let result = json!({"language": args.to.name(), "written": null, "program": module});
+        return Answer::raw(module, &result);
     }
     let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
     Own { path: &out, what: "export of sindyna" }.save(module.as_bytes()).map_err(|e| Failure::of_own(e, "--out"))?;
-    print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
-    Ok(Verdict::Done)
+    let text = format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display());
+    Answer::new(Verdict::Done, text, &json!({"language": args.to.name(), "written": out, "program": module}))
 }
 
 /// Whether `out` is a name of standard output.

@@ -156,7 +156,8 @@ impl Settings {
     /// The paper's terms are over what is observed: cos θ, sin θ and ω are three states there. Whoever asks for its
     /// library gets these, unless coordinates are asked for as well.
     fn settle_coordinates(&self, config: &mut TrainConfig) {
-        let overridden = |name: &str| self.overrides.iter().any(|text| self::key(text) == name);
+        let is = |given: &str, key: &str| given == key || key.split_once('.').is_some_and(|(_, name)| given == name);
+        let overridden = |key: &str| self.overrides.iter().any(|text| is(self::key(text), key));
         let library = self.identification.library.is_some() || overridden("identification.library");
         let coordinates = self.coordinates.is_some() || overridden("identification.coordinates");
         if library && !coordinates && config.identification.library != LibraryName::Auto {

@@ -1,5 +1,6 @@
 //! One run of one method on one task.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -9,10 +10,11 @@ use sindyna_core::{
 };
 use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
 use sindyna_envs::System;
-use sindyna_record::comparison::{Outcome, Point, Request, mean};
+use sindyna_record::comparison::{Outcome, Point, Request, Seeds, mean};
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
-use sindyna_sindy::{Identifier, Model, NoiseChoice};
+use sindyna_sindy::{Identifier, Model};
 
+use super::Contender;
 use super::method::Method;
 use super::presets::{self, EPISODES, Preset};
 use crate::cli::failure::Failure;
@@ -37,7 +39,7 @@ const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and c
 #[derive(Clone)]
 pub(crate) struct Job {
     pub(crate) system: System,
-    pub(crate) method: Method,
+    pub(crate) contender: Contender,
     pub(crate) seed: u64,
     /// Real steps at most for those who learn on the real system, if they are not the task's.
     pub(crate) budget: Option<usize>,
@@ -45,15 +47,25 @@ pub(crate) struct Job {
     pub(crate) whole_budget: bool,
 }
 
+impl fmt::Display for Job {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} seed {}", self.system.name(), self.contender.name(), self.seed)
+    }
+}
+
 impl Job {
-    /// What it asks for: its seed and all before.
+    /// What it asks for.
     pub(crate) fn request(&self) -> Request {
-        Request { task: self.system.name().into(), method: self.method.name().into(), seeds: self.seed + 1 }
+        Request { task: self.system.name().into(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
+    }
+
+    pub(crate) fn method(&self) -> Method {
+        self.contender.method
     }
 
     /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
     pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
-        let mut outcome = Outcome::new(self.system.name(), self.method.name(), self.seed);
+        let mut outcome = Outcome::new(self.system.name(), &self.contender.name(), self.seed);
         match self.attempt(&mut outcome, interrupted) {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
@@ -66,8 +78,8 @@ impl Job {
 
     fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
         let spec = self.system.spec();
-        match self.method {
-            Method::Sindy => self.inside(&self.identifier(), outcome, interrupted, tell),
+        match self.method() {
+            Method::Sindy => self.inside(&self.identifier()?, outcome, interrupted, tell),
             Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, interrupted, |model, outcome| {
                 outcome.model_parameters = Some(model.nonzero());
             }),
@@ -98,9 +110,9 @@ impl Job {
 
     /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
     pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
-        Ok(match self.method {
+        Ok(match self.method() {
             Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth => {
-                let model = match self.method {
+                let model = match self.method() {
                     Method::LeastSquares => {
                         "# The model is linear, fitted by least squares, instead of what [identification] says.\n"
                     }
@@ -108,7 +120,7 @@ impl Job {
                     Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
                     _ => "",
                 };
-                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
+                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings()? }.to_toml()?)
             }
             Method::SindyLqr => Some(format!("# {COSTS}; warm-up and identification are those of sindy.\n")),
             Method::Lqr => Some(format!("# {COSTS}.\n{}", toml::to_string(&PUSHES)?)),
@@ -118,7 +130,7 @@ impl Job {
 
     /// What those learn with who learn on the real system.
     fn preset(&self) -> Option<Preset> {
-        let mut preset = presets::of(self.method, self.system.spec())?;
+        let mut preset = presets::of(self.method(), self.system.spec())?;
         if let Some(budget) = self.budget {
             preset.schedule.real_steps = budget;
             // Who may not go so far is looked at where the steps end.
@@ -130,9 +142,10 @@ impl Job {
         Some(preset)
     }
 
-    /// The settings of `sindyna train`.
-    fn inner_settings(&self) -> TrainConfig {
-        TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) }
+    /// The settings of `sindyna train`, with those of the variant.
+    fn inner_settings(&self) -> Result<TrainConfig, Failure> {
+        let defaults = TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) };
+        Ok(self.contender.settle(defaults)?)
     }
 
     /// Algorithm 1 with the models of `learner`.
@@ -144,7 +157,7 @@ impl Job {
         tell: fn(&L::Model, &mut Outcome),
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
-        let config = self.inner_settings();
+        let config = self.inner_settings()?;
         // How noisy the sensors are is told to nobody.
         let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
@@ -177,7 +190,7 @@ impl Job {
     ) -> Result<Ended, Failure> {
         let Some(ensemble) = preset.ensemble.clone() else {
             return match preset.schedule.branches {
-                Some(_) => self.online(&self.identifier(), preset, outcome, interrupted),
+                Some(_) => self.online(&self.identifier()?, preset, outcome, interrupted),
                 None => self.online(&NoModel, preset, outcome, interrupted),
             };
         };
@@ -233,10 +246,10 @@ impl Job {
 
     /// A regulator of the equations identified from the data that `sindy` begins with.
     fn regulate_identified(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
-        let (spec, config) = (self.system.spec(), self.inner_settings());
+        let (spec, config) = (self.system.spec(), self.inner_settings()?);
         let mut explorer = config.warmup.explorer.explorer(spec);
         let data = self.warm_up(&mut *explorer, (1, config.schedule().rollout_len))?;
-        let model = self.identifier().identify(&data)?.model;
+        let model = self.identifier()?.identify(&data)?.model;
         tell(&model, outcome);
         self.regulate(&model, &data, outcome)
     }
@@ -254,8 +267,8 @@ impl Job {
     }
 
     /// Who finds the equations, as `sindyna train` does.
-    fn identifier(&self) -> Identifier {
-        Identifier::new(self.system.spec()).with_noise(NoiseChoice::Estimated)
+    fn identifier(&self) -> Result<Identifier, Failure> {
+        Ok(self.inner_settings()?.identifier(self.system.spec())?)
     }
 
     /// The first real steps, so many times so many, by `explorer`.
@@ -264,7 +277,7 @@ impl Job {
         explorer: &mut dyn Explorer,
         (warmup_rollouts, rollout_len): (usize, usize),
     ) -> Result<Dataset, Failure> {
-        let config = self.inner_settings();
+        let config = self.inner_settings()?;
         let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule() };
         let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
         // A learner that makes no model ends after the warm-up.

@@ -41,6 +41,7 @@ impl Store {
             }
         }
         sweep(root)?;
+        same_variants(root, jobs)?;
         let asked: Vec<Request> = jobs.iter().map(Job::request).collect();
         write_requests(root, &merged(&read_requests(root)?, &asked))?;
         Ok(Self { root: root.to_owned(), _lock: lock })
@@ -72,9 +73,26 @@ impl Store {
     }
 
     fn path(&self, job: &Job, extension: &str) -> PathBuf {
-        let folder = self.root.join("runs").join(job.system.name()).join(job.method.name());
+        let folder = self.root.join("runs").join(job.system.name()).join(job.contender.name());
         folder.join(format!("seed-{}.{extension}", job.seed))
     }
+}
+
+/// Refuses a variant under whose name runs with other settings lie there.
+fn same_variants(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
+    for job in jobs {
+        let (task, name) = (job.system.name(), job.contender.name());
+        let path = root.join("runs").join(task).join(&name).join("settings.toml");
+        let Some(settings) = job.settings()?.filter(|_| job.contender.is_variant()) else { continue };
+        if fs::read_to_string(&path).is_ok_and(|before| before != settings) {
+            return Err(Failure::new(format!(
+                "{} holds runs of a variant `{name}` with other settings",
+                root.display()
+            ))
+            .hint("give the variant another name, or name another directory with --out"));
+        }
+    }
+    Ok(())
 }
 
 /// Says which of the settings differ.
