@@ -5,11 +5,13 @@
 mod mujoco;
 mod native;
 mod own;
+mod recorded;
 mod source;
 mod task_builder;
 mod traits;
 
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
+pub(crate) use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Replayed, Sampling};
 pub(crate) use source::{Source, system};
 pub use source::{named, names};
 pub use task_builder::{OwnTask, TaskBuilder};

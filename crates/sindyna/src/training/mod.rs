@@ -1,8 +1,10 @@
 //! Training a controller inside identified equations.
 
 mod evaluation;
+mod known;
 pub(crate) mod learner;
 mod plan;
+mod reach;
 pub(crate) mod summary;
 
 use std::io;
@@ -18,6 +20,7 @@ use crate::Error;
 use crate::problem::{Problem, named};
 use crate::settings::TrainConfig;
 pub(crate) use evaluation::{episode, evaluation, predictions, watched_evaluation};
+pub(crate) use known::{identified_bytes, identified_of};
 pub(crate) use plan::Plan;
 
 /// What is to be trained, and how. The same settings and seed give the same bits.
@@ -119,7 +122,7 @@ impl Training {
     pub fn run_watched(&self, watch: &mut dyn FnMut(&Event<'_>), stop: &Arc<AtomicBool>) -> Result<Trained, Error> {
         let (config, problem) = (&self.config, &*self.problem);
         config.check()?;
-        let plan = Plan::new(config, problem.spec(), stop.clone())?;
+        let plan = Plan::new(config, problem, stop.clone())?;
         let (task, sensors) = (problem.task(), problem.sensors().with_noise(&[]));
         let seed = Seed::new(config.seed);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &plan.learner, schedule: &plan.schedule, seed };
@@ -131,11 +134,11 @@ impl Training {
         // A system of which there is one is free again.
         drop(env);
         let mut evaluated = None;
-        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+        if let (Some(policy), false, None) = (&learned.policy, learned.interrupted, problem.log()) {
             evaluated = Some(evaluation(problem, &**policy, config.evaluation_episodes, seed)?);
         }
         Ok(Trained {
-            summary: summary::of(config, made_by, problem.spec(), &learned, evaluated),
+            summary: summary::of(config, made_by, problem, &learned, evaluated),
             model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
             policy: learned.policy,
             data: learned.data,
