@@ -206,7 +206,7 @@ impl Digest {
         // Names become those of files, and stand in pages: none but ours.
         let named = self.asked.iter().map(|a| (ASKED, &a.task, &a.method));
         for (name, task, method) in named.chain(self.runs.iter().map(|run| (RUNS, &run.task, &run.method))) {
-            if !known.tasks.contains(&task.as_str()) {
+            if !known.has_task(task) {
                 return Err(format!("{name} names the task `{task}`, which there is not"));
             }
             if !known.has_method(method) {

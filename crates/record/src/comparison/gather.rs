@@ -15,9 +15,9 @@ pub fn gather(root: &Path, names: &Names<'_>) -> Result<Digest, RecordError> {
     let settings = fs::read_to_string(root.join(SETTINGS))
         .map_err(|source| RecordError::NotAComparison { path: root.to_owned(), source })?;
     let mut digest = Digest { settings, asked: read_requests(root)?, ..Digest::default() };
-    for task in names.tasks {
-        for method in methods(root, task, names) {
-            gather_one(root, task, &method, &mut digest)?;
+    for task in tasks(root, names) {
+        for method in methods(root, &task, names) {
+            gather_one(root, &task, &method, &mut digest)?;
         }
     }
     if digest.runs.is_empty() {
@@ -28,12 +28,25 @@ pub fn gather(root: &Path, names: &Names<'_>) -> Result<Digest, RecordError> {
     Ok(digest)
 }
 
+/// The tasks in their usual order, those of task files after them.
+fn tasks(root: &Path, names: &Names<'_>) -> Vec<String> {
+    let mut others = names_in(&root.join("runs"));
+    others.retain(|name| names.has_task(name) && !names.tasks.contains(&name.as_str()));
+    names.tasks.iter().map(ToString::to_string).chain(others).collect()
+}
+
+/// Names of what lies in `folder`, in order.
+fn names_in(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut found: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    found.sort_unstable();
+    found
+}
+
 /// The methods in their usual order, each followed by the variants there are runs of on `task`.
 fn methods(root: &Path, task: &str, names: &Names<'_>) -> Vec<String> {
-    let entries = fs::read_dir(root.join("runs").join(task)).into_iter().flatten().flatten();
-    let mut found: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    let mut found = names_in(&root.join("runs").join(task));
     found.retain(|name| names.has_method(name));
-    found.sort_unstable();
     let of = |method: &str| found.iter().filter(move |name| base(name) == method).cloned().collect::<Vec<_>>();
     names.methods.iter().flat_map(|method| of(method)).collect()
 }

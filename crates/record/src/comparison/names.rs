@@ -3,7 +3,7 @@
 /// The names that a comparison may have, in their usual order: others become neither names of files nor text in pages.
 #[derive(Debug, Clone, Copy)]
 pub struct Names<'a> {
-    /// Tasks.
+    /// Tasks that come along. Others may be called with letters, digits, `-` and `_`.
     pub tasks: &'a [&'a str],
     /// Methods. Each may have variants, `METHOD+NAME`.
     pub methods: &'a [&'a str],
@@ -12,10 +12,17 @@ pub struct Names<'a> {
 /// What stands between a method and the name of its variant.
 const JOINT: char = '+';
 
-/// Characters of the name of a variant.
+/// Characters of the name of a variant; a task has four times as many bytes.
 const LONGEST: usize = 40;
 
 impl Names<'_> {
+    /// Whether a comparison may have the task `name`.
+    #[must_use]
+    pub fn has_task(&self, name: &str) -> bool {
+        let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+        self.tasks.contains(&name) || ((1..=4 * LONGEST).contains(&name.len()) && name.chars().all(plain))
+    }
+
     /// Whether a comparison may have the method `name`, or the variant.
     #[must_use]
     pub fn has_method(&self, name: &str) -> bool {

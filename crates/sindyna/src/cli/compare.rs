@@ -1,7 +1,7 @@
 //! `sindyna compare`: methods side by side.
 
-use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
@@ -21,7 +21,7 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::methods::{Contender, Job, Known, Method, Pace, Store, Variant, first_check};
 use crate::cli::progress::Progress;
 use crate::cli::report_files;
-use crate::problem;
+use crate::problem::{self, Problem, Source};
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
@@ -33,7 +33,7 @@ use crate::problem;
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS, allow_negative_numbers = true)]
 pub(crate) struct Args {
-    /// Tasks, `sindyna tasks` lists them
+    /// Tasks, `sindyna tasks` lists them; a name that ends in .toml is a task file with a simulator (docs/task-files.md)
     #[arg(
         long,
         value_name = "NAMES",
@@ -198,7 +198,27 @@ fn name(text: &str) -> Result<String, &'static str> {
     if text.is_empty() { Err("a name in the list is empty") } else { Ok(text.to_owned()) }
 }
 
+/// Whether `method` can be used on `system`.
+fn fits(method: Method, system: &dyn Problem) -> bool {
+    method.fits(&system.spec().name) && (method != Method::Truth || system.dynamics().is_some())
+}
+
 impl Args {
+    /// The task that comes along as `task`, or that of a task file.
+    fn system(&self, task: &str) -> Result<Arc<dyn Problem>, Failure> {
+        let path = Path::new(task);
+        let source = match path.extension() {
+            Some(end) if end == "toml" => Source::File(path.to_owned()),
+            _ => Source::Named(task.to_owned()),
+        };
+        let (spec, simulator) = source.spec()?;
+        if matches!(source, Source::File(_)) && problem::names().contains(&spec.name.as_str()) {
+            return Err(Failure::new(format!("{task} is called `{}`, as a task that comes along", spec.name))
+                .hint("give the task in the file another name"));
+        }
+        Ok(source.problem(simulator, self.noise)?)
+    }
+
     fn jobs(&self, progress: &Progress) -> Result<Vec<Job>, Failure> {
         let mut jobs = Vec::new();
         let mut methods: Vec<Contender> =
@@ -208,13 +228,12 @@ impl Args {
         unique(&mut methods);
         different_names(&methods)?;
         unique(&mut tasks);
-        let system = |task: &String| Ok::<_, Failure>(problem::system(task)?.with_noise(self.noise));
-        let systems = tasks.iter().map(system).collect::<Result<Vec<_>, _>>()?;
+        let systems = tasks.iter().map(|task| self.system(task)).collect::<Result<Vec<_>, _>>()?;
         let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
         for seed in self.seeds.iter() {
             for system in &systems {
-                let fitting = methods.iter().filter(|m| m.method.fits(system.name()));
+                let fitting = methods.iter().filter(|m| fits(m.method, &**system));
                 let job = |contender: &Contender| Job {
                     system: system.clone(),
                     contender: contender.clone(),
@@ -226,7 +245,8 @@ impl Args {
             }
         }
         for method in &methods {
-            let not: Vec<&str> = tasks.iter().filter(|task| !method.method.fits(task)).map(String::as_str).collect();
+            let not = systems.iter().filter(|system| !fits(method.method, &***system));
+            let not: Vec<&str> = not.map(|system| system.spec().name.as_str()).collect();
             if !not.is_empty() {
                 progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }

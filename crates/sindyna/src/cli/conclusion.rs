@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sindyna_core::number::{plural, significant};
 use sindyna_record::identification::Account;
-use sindyna_record::run::{Confirmation, Prediction, Summary, Timing};
+use sindyna_record::run::{Confirmation, Coverage, Prediction, StateRange, Summary, Timing};
 use sindyna_report::text;
 
 use super::evaluate::report;
@@ -47,9 +47,12 @@ impl Conclusion<'_> {
         }
         if let Some(prediction) = &training.prediction {
             text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes));
-            if training.confirmation.is_none() && self.unconfirmed {
+            if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
                 text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
             }
+        }
+        if let Some(coverage) = &training.coverage {
+            text += &covered(coverage);
         }
         if let Some(failure) = &training.failure {
             text += &format!("training stopped short: {failure}\n");
@@ -60,8 +63,12 @@ impl Conclusion<'_> {
                 "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
                 self.record.display()
             ),
+            None if training.coverage.is_some() => String::new(),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };
+        if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {
+            text += &format!("one action takes {:.1} µs\n", 1e6 * seconds);
+        }
         if let Some(timing) = self.timing {
             text += &format!(
                 "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
@@ -85,6 +92,21 @@ fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Optio
         significant(*low, 4),
         significant(*high, 4)
     )
+}
+
+/// Where the policy goes, and where the data were.
+fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
+    let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
+    let mut text = format!(
+        "not evaluated: there is no system. In {} in the model, {:.0} % of the steps are beyond the data\n",
+        plural(*episodes, "episode"),
+        100.0 * share_outside
+    );
+    for StateRange { state, unit, data, policy } in states {
+        let beyond = if policy.0 < data.0 || policy.1 > data.1 { "  beyond the data" } else { "" };
+        text += &format!("  {state} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
+    }
+    text
 }
 
 /// What came of the policy's real episode.

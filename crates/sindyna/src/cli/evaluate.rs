@@ -68,6 +68,13 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
     let source = Source::of(&config, &args.run);
     let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
+    if problem.log().is_some() {
+        return Err(Failure::new(format!(
+            "{} was trained in the equations of a log: there is no system to evaluate its policy on",
+            args.run.display()
+        ))
+        .hint(format!("`sindyna show {}` tells what is predicted", args.run.display())));
+    }
     let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
     check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));

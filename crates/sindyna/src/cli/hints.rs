@@ -63,7 +63,7 @@ fn of_ours(error: &Error) -> Option<String> {
         }
         .into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
-        Error::TaskFile { .. } => "docs/task-files.md tells what stands in a task file".into(),
+        Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md tells what stands in a task file".into(),
         Error::Reward { .. } => "guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into(),
         Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
         _ => return None,

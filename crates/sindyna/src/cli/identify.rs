@@ -10,7 +10,7 @@ use sindyna_core::{Channel, Dataset, FitError, Kind, Precision};
 use sindyna_logs::{Log, Note, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
-use sindyna_record::run::RunDir;
+use sindyna_record::run::{RunDir, log_csv};
 use sindyna_sindy::{Identifier, NoiseChoice, Watch};
 
 use super::answer::{Answer, Verdict};
@@ -22,8 +22,9 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
+use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
 use crate::settings::IdentificationConfig;
-use crate::training::predictions;
+use crate::training::{identified_bytes, predictions};
 use record::{Document, Record};
 use sindyna_core::number::{plural, significant};
 
@@ -139,6 +140,8 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         ("config.toml", Some(toml::to_string(&record)?.into_bytes())),
         ("prediction.csv", predicted),
         ("model.json", Some(found.model.to_json().into_bytes())),
+        (RECORDED_LOG, Some(log_csv(&log.spec, &log.data)?)),
+        (RECORDED_MODELS, Some(identified_bytes(&found))),
         ("identify.json", Some(json(&document)?)),
     ];
     if !args.no_report {
@@ -256,7 +259,8 @@ fn instead(note: &Note) -> &'static str {
 }
 
 /// The files of a model's directory, in the order in which they are written.
-const FILES: [&str; 5] = ["config.toml", pages::PAGE, "prediction.csv", "model.json", "identify.json"];
+const FILES: [&str; 7] =
+    ["config.toml", pages::PAGE, "prediction.csv", "model.json", RECORDED_LOG, RECORDED_MODELS, "identify.json"];
 
 fn write(out: Option<&Path>, record: &Record, files: Vec<(&'static str, Option<Vec<u8>>)>) -> Result<RunDir, Failure> {
     let files: Vec<(&str, Vec<u8>)> = files.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).collect();

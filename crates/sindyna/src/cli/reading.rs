@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use clap::ValueEnum;
 use sindyna_core::Precision;
 use sindyna_logs::{Clock, Log, LogOptions, TIME};
 
 use crate::cli::failure::Failure;
+use crate::settings::PrecisionName;
 
 /// Options that say what the columns of a log are.
 #[derive(Debug, clap::Args)]
@@ -41,28 +41,13 @@ pub(crate) struct ReadingOptions {
     resample: Option<f64>,
     /// How finely the states were measured or computed [default: what the numbers show]
     #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
-    precision: Option<Float>,
+    precision: Option<PrecisionName>,
     /// Column of the time stamps in seconds [default: t]
     #[arg(long, value_name = "NAME", help_heading = "Log")]
     time_column: Option<String>,
     /// What separates cells: one character, or `tab` [default: ,]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter, help_heading = "Log")]
     delimiter: Option<u8>,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Float {
-    F32,
-    F64,
-}
-
-impl From<Float> for Precision {
-    fn from(float: Float) -> Self {
-        match float {
-            Float::F32 => Self::F32,
-            Float::F64 => Self::F64,
-        }
-    }
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

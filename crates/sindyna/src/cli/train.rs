@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use serde::Serialize;
-use sindyna_core::{Certainty, Dataset, Event, FitError, Observer, Seed};
+use sindyna_core::{Certainty, Dataset, Event, FitError, Mode, Observer, Policy, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
@@ -76,7 +76,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     }
     let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
-    let plan = Plan::new(&config, problem.spec(), interrupt.flag())?;
+    let plan = Plan::new(&config, &*problem, interrupt.flag())?;
     let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
@@ -113,7 +113,8 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
             checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
             let came_out = summary.evaluation.as_ref();
-            let came_out = came_out.map_or(Verdict::MissedTarget, |evaluation| verdict(&*problem, evaluation));
+            let none = if summary.training.coverage.is_some() { Verdict::Done } else { Verdict::MissedTarget };
+            let came_out = came_out.map_or(none, |evaluation| verdict(&*problem, evaluation));
             let page = Some(path.join(pages::PAGE)).filter(|page| page.is_file());
             let told = Told { record: path, report: page, summary: &summary, timing: None };
             return Answer::new(came_out, String::new(), &told);
@@ -123,7 +124,7 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
-    let (plan, pool) = (Plan::new(&config, problem.spec(), interrupt.flag())?, args.common.pool()?);
+    let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
     let page = !args.no_report;
     let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
     pool.install(|| run.go(plan))
@@ -169,7 +170,10 @@ impl Run<'_> {
 
         let mut evaluated = None;
         let mut first_episode = None;
-        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+        let mut act_seconds = None;
+        if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
+            act_seconds = latency(&**policy, log, spec);
+        } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let (result, episode) =
                 watched_evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
             first_episode = Some(episode);
@@ -182,6 +186,7 @@ impl Run<'_> {
             identify_seconds: clock.identified,
             train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
+            act_seconds,
             wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
@@ -193,7 +198,7 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary::of(config, made_by, spec, &learned, evaluated.clone());
+        let summary = summary::of(config, made_by, problem, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
         let account = learned.model.as_ref().map(|fitted| Account::new(&fitted.0, spec));
@@ -213,6 +218,7 @@ impl Run<'_> {
         let came_out = match &evaluated {
             _ if learned.interrupted => Verdict::Interrupted,
             Some(evaluation) => verdict(problem, evaluation),
+            None if problem.log().is_some() && learned.policy.is_some() => Verdict::Done,
             None => Verdict::MissedTarget,
         };
         let record = self.run_dir.path();
@@ -324,6 +330,25 @@ impl Run<'_> {
             acted.map(|table| table.to_csv()).transpose()?,
         ])
     }
+}
+
+/// Seconds of one action of `policy`, the median over the observations of `data`.
+fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> Option<f64> {
+    /// Actions that are timed.
+    const TIMED: usize = 1_000;
+    let (mut action, mut rng) = (vec![0.0; spec.action_space.action_dim()], Seed::new(0).stream("latency", 0));
+    let observations: Vec<Vec<f64>> = data
+        .rollouts()
+        .flat_map(|r| r.observations.rows().into_iter().map(|o| o.to_vec()).collect::<Vec<_>>())
+        .collect();
+    let timed = observations.iter().cycle().take(TIMED).map(|observation| {
+        let begun = Instant::now();
+        policy.act(observation, Mode::Exploit, &mut rng, &mut action);
+        begun.elapsed().as_secs_f64()
+    });
+    let mut seconds: Vec<f64> = timed.collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds.get(seconds.len() / 2).copied()
 }
 
 /// What can be done about a run that could not go on.

@@ -1,9 +1,10 @@
 //! Training a controller inside identified equations.
 
 mod evaluation;
+mod known;
 pub(crate) mod learner;
 mod plan;
-mod recorded;
+mod reach;
 pub(crate) mod summary;
 
 use std::io;
@@ -16,11 +17,11 @@ use sindyna_record::run::Summary;
 use sindyna_sindy::{Identified, Model};
 
 use crate::Error;
-use crate::problem::{Problem, named};
+use crate::problem::{Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
 pub(crate) use evaluation::{episode, evaluation, predictions, watched_evaluation};
+pub(crate) use known::{identified_bytes, identified_of};
 pub(crate) use plan::Plan;
-use recorded::{Repeating, Replayed};
 
 /// What is to be trained, and how. The same settings and seed give the same bits.
 ///
@@ -31,7 +32,7 @@ pub struct Training {
     problem: Arc<dyn Problem>,
     config: TrainConfig,
     /// Data that were there before, instead of a warm-up.
-    recorded: Option<Dataset>,
+    recorded: Option<Arc<Dataset>>,
     evaluated: bool,
 }
 
@@ -107,7 +108,7 @@ impl Training {
     #[must_use]
     pub fn with_data(mut self, data: Dataset) -> Self {
         (self.config.warmup.rollouts, self.config.warmup.rollout_len) = (1, data.n_steps());
-        self.recorded = Some(data);
+        self.recorded = Some(Arc::new(data));
         self
     }
 
@@ -142,15 +143,15 @@ impl Training {
     pub fn run_watched(&self, watch: &mut dyn FnMut(&Event<'_>), stop: &Arc<AtomicBool>) -> Result<Trained, Error> {
         let (config, problem) = (&self.config, &*self.problem);
         config.check()?;
-        let plan = Plan::new(config, problem.spec(), stop.clone())?;
+        let plan = Plan::new(config, problem, stop.clone())?;
         let (task, sensors) = (problem.task(), problem.sensors().with_noise(&[]));
         let seed = Seed::new(config.seed);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &plan.learner, schedule: &plan.schedule, seed };
-        let (mut env, mut explorer): (Box<dyn Environment + '_>, Box<dyn Explorer>) = match &self.recorded {
+        let (mut env, mut explorer): (Box<dyn Environment>, Box<dyn Explorer>) = match &self.recorded {
             None => (problem.environment()?, plan.explorer),
             Some(data) => {
-                let explorer = Repeating { data: data.clone(), then: plan.explorer };
-                (Box::new(Replayed::new(data.clone(), problem)), Box::new(explorer))
+                let played = Played::new(problem.spec().clone(), data.clone(), Some(self.problem.clone()));
+                (Box::new(played), Box::new(Replayed::new(data.clone(), Some(plan.explorer))))
             }
         };
         let made_by = (plan.agent.name(), plan.isa);
@@ -161,11 +162,12 @@ impl Training {
         // A system of which there is one is free again.
         drop(env);
         let mut evaluated = None;
-        if let (Some(policy), false, true) = (&learned.policy, learned.interrupted, self.evaluated) {
+        let evaluated_too = self.evaluated && !learned.interrupted && problem.log().is_none();
+        if let (Some(policy), true) = (&learned.policy, evaluated_too) {
             evaluated = Some(evaluation(problem, &**policy, config.evaluation_episodes, seed)?);
         }
         Ok(Trained {
-            summary: summary::of(config, made_by, problem.spec(), &learned, evaluated),
+            summary: summary::of(config, made_by, problem, &learned, evaluated),
             model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
             identified: learned.model.as_ref().map(|fitted| fitted.0.clone()),
             policy: learned.policy,

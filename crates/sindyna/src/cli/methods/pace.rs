@@ -90,7 +90,7 @@ fn shown(time: Duration) -> String {
 }
 
 fn kind(job: &Job) -> Kind {
-    (job.system.name().to_owned(), job.contender.name())
+    (job.task().to_owned(), job.contender.name())
 }
 
 #[cfg(test)]
@@ -100,7 +100,7 @@ mod tests {
     use crate::problem;
 
     fn job(task: &str, method: Method, seed: u64) -> Job {
-        let system = problem::system(task).unwrap();
+        let system = problem::named(task).unwrap();
         Job { system, contender: method.into(), seed, budget: None, whole_budget: false }
     }
 

@@ -6,10 +6,10 @@ use std::sync::Arc;
 use serde::Serialize;
 use sindyna_control::{ByHand, Costs, Lqr};
 use sindyna_core::{
-    Agent, Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
+    Agent, Dataset, Dynamics, DynamicsLearner, Environment, Explorer, FitError, Knowledge, NoModel, Observer, Policy,
+    Rng, Seed,
 };
 use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
-use sindyna_envs::System;
 use sindyna_record::comparison::{Outcome, Point, Request, Seeds, mean};
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
 use sindyna_sindy::{Identifier, Model};
@@ -18,6 +18,7 @@ use super::Contender;
 use super::method::Method;
 use super::presets::{self, EPISODES, Preset};
 use crate::cli::failure::Failure;
+use crate::problem::Problem;
 use crate::settings::{TrainConfig, agent};
 
 /// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
@@ -38,7 +39,7 @@ const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and c
 /// What has to be done.
 #[derive(Clone)]
 pub(crate) struct Job {
-    pub(crate) system: System,
+    pub(crate) system: Arc<dyn Problem>,
     pub(crate) contender: Contender,
     pub(crate) seed: u64,
     /// Real steps at most for those who learn on the real system, if they are not the task's.
@@ -49,14 +50,23 @@ pub(crate) struct Job {
 
 impl fmt::Display for Job {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {} seed {}", self.system.name(), self.contender.name(), self.seed)
+        write!(f, "{} {} seed {}", self.task(), self.contender.name(), self.seed)
     }
 }
 
 impl Job {
     /// What it asks for.
     pub(crate) fn request(&self) -> Request {
-        Request { task: self.system.name().into(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
+        Request { task: self.task().into(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
+    }
+
+    /// What its task is called.
+    pub(crate) fn task(&self) -> &str {
+        &self.system.spec().name
+    }
+
+    fn environments(&self, count: usize) -> Result<Vec<Box<dyn Environment>>, Failure> {
+        Ok((0..count).map(|_| self.system.environment()).collect::<Result<_, _>>()?)
     }
 
     pub(crate) fn method(&self) -> Method {
@@ -65,7 +75,7 @@ impl Job {
 
     /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
     pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
-        let mut outcome = Outcome::new(self.system.name(), &self.contender.name(), self.seed);
+        let mut outcome = Outcome::new(self.task(), &self.contender.name(), self.seed);
         match self.attempt(&mut outcome, interrupted) {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
@@ -88,7 +98,10 @@ impl Job {
                 outcome.model_parameters = Some(learner.n_parameters());
                 self.inside(&learner, outcome, interrupted, |_, _| {})
             }
-            Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
+            Method::Truth => {
+                let truth = self.system.dynamics().ok_or_else(|| Failure::new("nobody knows its equations"))?;
+                self.inside(&Known(truth), outcome, interrupted, |_, _| {})
+            }
             Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper | Method::SindyMbpo => {
                 let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
                 self.outside(&preset, outcome, interrupted)
@@ -96,7 +109,7 @@ impl Job {
             Method::Lqr => self.regulate_linear(outcome),
             Method::SindyLqr => self.regulate_identified(outcome),
             Method::Hand => {
-                let law = ByHand::new(self.system.name());
+                let law = ByHand::new(self.task());
                 let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
                 self.judge(&law, outcome)?;
                 Ok(Ended::Whole)
@@ -161,7 +174,7 @@ impl Job {
         // How noisy the sensors are is told to nobody.
         let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
-        let mut env = self.system.environment();
+        let mut env = self.system.environment()?;
         let mut explorer = config.warmup.explorer.explorer(spec);
         let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
         if learned.interrupted {
@@ -209,8 +222,8 @@ impl Job {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let (task, sensors) = (self.system.task(), self.system.sensors().with_noise(&[]));
         let online = Online { task: &*task, sensors: &sensors, learner, schedule: &preset.schedule, seed };
-        let mut env = self.system.environment();
-        let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
+        let mut env = self.system.environment()?;
+        let mut judges = self.environments(preset.schedule.checks.episodes)?;
         let mut explorer = Uniform::new(spec);
         let agent = self.agent(preset.sac.clone())?;
         let left = online.run(&mut env, &mut judges, &mut explorer, agent, interrupted)?;
@@ -282,7 +295,7 @@ impl Job {
         let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
-        let mut env = self.system.environment();
+        let mut env = self.system.environment()?;
         Ok(dyna.run(&mut env, explorer, self.agent(config.sac)?, &mut Silent, &|| false)?.data)
     }
 
@@ -293,7 +306,7 @@ impl Job {
 
     /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.
     fn judge(&self, policy: &dyn Policy, outcome: &mut Outcome) -> Result<(), Failure> {
-        let mut envs: Vec<_> = (0..EPISODES).map(|_| self.system.environment()).collect();
+        let mut envs = self.environments(EPISODES)?;
         outcome.returns = evaluate(&mut envs, policy, EPISODES, Seed::new(self.seed), "evaluation")?;
         let solved =
             self.system.spec().solved_at.zip(mean(&outcome.returns)).is_some_and(|(mark, reached)| reached >= mark);
