@@ -26,6 +26,7 @@ from ._optimizers import STLSQ, BestSubset, LeastSquares
 from ._report import Equation, Report, Summand
 from ._sindy import DiscreteSINDy, SINDy
 from ._sindyna import __version__
+from ._system import System
 
 __all__ = [
     "STLSQ",
@@ -49,6 +50,7 @@ __all__ = [
     "SINDy",
     "SmoothedFiniteDifference",
     "Summand",
+    "System",
     "TensoredLibrary",
     "__version__",
     "learn",

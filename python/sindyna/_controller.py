@@ -130,11 +130,15 @@ class Controller:
 
     @property
     def equations(self) -> list[str]:
+        if self._document["account"] is None:
+            return list(self._document["summary"]["identification"]["equations"])
         fitted = self._fitted
         return [f"{_show.left(fitted, e.state)} = {_show.equation(e, 6)}" for e in self.report_.equations]
 
     @property
     def report_(self) -> Report:
+        if self._document["account"] is None:
+            raise AttributeError("a run of the command has its report in report.html and identify.json")
         return self._fitted.report
 
     @property
@@ -191,6 +195,8 @@ class Controller:
 
     def _batch(self, copies: int) -> _sindyna.Batch:
         own, (reward, terminated) = self._document, self._functions
+        if own["system"] is None:
+            return _sindyna.learned_builtin(own["summary"]["task"], self._model, copies)
         if (own["told"]["reward"] is None and reward is None) or (own["ends_by_function"] and terminated is None):
             raise ValueError(
                 "this controller was loaded from a file, and files hold no functions: give sindyna.load(path, reward=…, terminated=…)"
@@ -279,12 +285,12 @@ def load(
     terminated: Callable[..., Any] | None = None,
 ) -> Controller:
     """
-    Reads a controller that `Controller.save` wrote. Nothing in the file is run.
+    Reads a controller that `Controller.save` wrote, or a run of the command `sindyna train`. Nothing that is read is run.
 
     Parameters
     ----------
     path : str or path
-        The file.
+        The file, or the directory of the run.
     reward, terminated : callable, optional
         The functions it was trained with, which are in no file; needed for `env` alone.
 
@@ -292,6 +298,8 @@ def load(
     -------
     Controller
     """
+    if Path(path).is_dir():
+        return _of_run(Path(path))
     try:
         document = json.loads(Path(path).read_text(encoding="utf-8"))
         version, kind = document["format"], document["class"]
@@ -307,4 +315,35 @@ def load(
         _ = controller.report_, controller.returns, document["policy"] and controller.policy
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise ValueError(f"{path} is not a whole controller of sindyna: {error!r}") from None
+    return controller
+
+
+def _of_run(path: Path) -> Controller:
+    """The controller of a run of the command."""
+
+    def read(name: str) -> bytes:
+        file = path / name
+        if not file.is_file():
+            raise ValueError(f"{path} is not a run of `sindyna train` that came to a policy: it has no {name}")
+        return file.read_bytes()
+
+    try:
+        summary, model = json.loads(read("summary.json")), json.loads(read("model.json"))
+        policy = base64.b64encode(read("policy.safetensors")).decode("ascii")
+        document = dict.fromkeys(_PARTS) | {
+            "observed": [],
+            "states": list(model["states"]),
+            "inputs": list(model["controls"]),
+            "told": {"reward": None, "terminated": None},
+            "first": 0,
+            "model": model,
+            "summary": summary,
+            "policy": policy,
+            "resets": summary["real_episodes"],
+            "notes": [],
+        }
+        controller = Controller(document)
+        _ = controller.policy, controller.returns, controller.equations
+    except (KeyError, TypeError) as error:
+        raise ValueError(f"{path} is not a whole run: {error!r}") from None
     return controller

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from . import _gym, _sindyna
+from . import _gym, _log, _sindyna
 from ._controller import Controller
-from ._task import Symbols, endings, identified, never_ends
-
-#: A formula, or a function of (obs, action, next_obs), each with a row per step.
-Reward = str | Callable[[Any, Any, Any], Any]
-#: A condition, or a function of next_obs.
-Ends = str | Callable[[Any], Any]
+from ._system import System
+from ._task import Ends, Reward, Symbols, endings, functions_of, identified, never_ends
 
 
 def learn(
-    env: Any,
+    env: Any = None,
     *,
+    data: Any = None,
+    inputs: Sequence[str] | Mapping[str, tuple[float, float]] | None = None,
     real_steps: int = 10,
     seed: int = 0,
     reward: Reward | None = None,
@@ -47,8 +45,13 @@ def learn(
 
     Parameters
     ----------
-    env : gymnasium.Env or str
+    env : gymnasium.Env, str or System, optional
         The environment, or its name. Observations are a Box that shows all of the state, actions a Box or Discrete.
+    data : tuple of arrays, or DataFrame, optional
+        A log in place of an environment: samples (T, m) and inputs (T, k) or (T - 1, k), held from sample to sample, or lists of these; or a
+        data frame whose columns ``inputs`` are inputs. Needs `dt`, `reward` and `max_steps`; `start` where episodes begin elsewhere than the log.
+    inputs : list or dict, optional
+        Of a log: names of its inputs, or names and ranges ``{"u": (-2, 2)}``; the ranges of the log by default.
     real_steps : int
         Steps before anything is learned.
     seed : int
@@ -93,6 +96,16 @@ def learn(
     ValueError
         If no equations are found, or the reward cannot be told from the data.
     """
+    if (env is None) == (data is None):
+        raise ValueError("learn needs an environment or data, not both")
+    if data is not None:
+        log = _log.Log(data, inputs, dt, names)
+        chosen = [*settings, f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}"]
+        return _of_log(log, (reward, terminated), (angles, rates), start, max_steps, _whole("seed", seed, 0), chosen)
+    if isinstance(env, System):
+        reward, terminated = reward or env.reward, terminated or env.terminated
+        angles = [(f"cos_{name}", f"sin_{name}") for name in env.angles] if angles is None else angles
+        names, max_steps, env = names or env.names, max_steps or env.max_steps, env.env()
     made = _gym.made(env)
     plain = _gym.Plain(made, controls)
     observed = _observed(names, plain.n_values)
@@ -121,6 +134,28 @@ def learn(
     return trained(symbols, data, starts, (reward, terminated), (plain, seed, chosen, resets), form)
 
 
+def _of_log(
+    log: _log.Log,
+    task: tuple[Reward | None, Ends | None],
+    known: tuple[Sequence[Any] | None, Mapping[str, str] | None],
+    start: Mapping[str, tuple[float, float]] | None,
+    max_steps: int | None,
+    seed: int,
+    chosen: list[str],
+) -> Controller:
+    """A controller from a log alone."""
+    (reward, terminated), (angles, rates) = task, known
+    if reward is None or max_steps is None:
+        raise ValueError("a log tells neither what pays nor how long an episode is: give reward= and max_steps=")
+    length = _whole("max_steps", max_steps, 1)
+    system, states, notes = _recognised(log, log.data(length), log.names, ([log.dt], length), angles, rates)
+    data = _sindyna.Data(json.dumps(system), log.data(length).episodes())
+    symbols = Symbols(log.names, states, system, log.inputs)
+    starts = _starts(None, system, states, data, {} if start is None else dict(start), 0, seed)
+    form = {"observed": log.names, "first": 0, "shape": None, "notes": notes}
+    return trained(symbols, data, starts, (reward, terminated), (None, seed, chosen, 0), form)
+
+
 def trained(
     symbols: Symbols,
     data: _sindyna.Data,
@@ -143,17 +178,11 @@ def trained(
         raise ValueError(
             f"every step is paid {found}, and no episode was terminated: nothing can be learned. Give terminated=, or reward=, or collect more real_steps"
         )
-    told = found if isinstance(found, str) else symbols.of_function(found)
-    formulas = {
-        "starts": starts,
-        "reward": "0" if told is None else symbols.reward(told),
-        "terminated": symbols.condition(terminated) if isinstance(terminated, str) else None,
-    }
-    functions = (
-        None if isinstance(found, str) or told is not None else _with_actions(found, system, form),
-        terminated if callable(terminated) else None,
-    )
-    outcome = _sindyna.train(json.dumps(system), json.dumps(formulas), data, seed, chosen, plain, *functions)
+    formulas, functions, told = functions_of(symbols, found, terminated, form["first"])
+    document = {"starts": starts, **formulas}
+    if plain is None:
+        data = _sindyna.paid(json.dumps(system), json.dumps(document), data, *functions)
+    outcome = _sindyna.train(json.dumps(system), json.dumps(document), data, seed, chosen, plain, *functions)
     summary, known, policy = json.loads(outcome.summary), outcome.identified, outcome.policy
     return Controller(
         {
@@ -161,7 +190,7 @@ def trained(
             "observed": list(observed),
             "states": symbols.states,
             "inputs": symbols.inputs,
-            "task": formulas,
+            "task": document,
             "told": {
                 "reward": told,
                 "terminated": terminated if isinstance(terminated, str) else None,
@@ -178,14 +207,6 @@ def trained(
         },
         functions,
     )
-
-
-def _with_actions(function: Callable[..., Any], system: dict[str, Any], form: dict[str, Any]) -> Callable[..., Any]:
-    """The function with actions as the environment has them."""
-    if "box" in system["actions"]:
-        return function
-    first = form["first"]
-    return lambda obs, action, next_obs: function(obs, first + action[:, 0].astype(np.int64), next_obs)
 
 
 def _observed(names: Sequence[str] | None, n: int) -> list[str]:

@@ -20,9 +20,12 @@ __all__ = [
     "feature_names",
     "identify",
     "learned",
+    "learned_builtin",
+    "paid",
     "regress",
     "states",
     "train",
+    "written",
 ]
 
 __version__: str
@@ -140,3 +143,20 @@ def learned(
     reward: Callable[[_Array, _Array, _Array], Any] | None = None,
     terminated: Callable[[_Array], Any] | None = None,
 ) -> Batch: ...
+def learned_builtin(name: str, model: Model, copies: int) -> Batch: ...
+def written(
+    system: str,
+    task: str,
+    equations: Sequence[str],
+    map: bool,
+    copies: int,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Batch: ...
+def paid(
+    system: str,
+    task: str,
+    data: Data,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Data: ...

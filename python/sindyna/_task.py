@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -17,6 +17,13 @@ from ._trace import of_rows
 #: Observations (T + 1, m), actions (T, values), rewards (T,) and the end of each episode.
 Episodes = list[tuple[Array, Array, Array, str]]
 
+#: A formula, or a function of (obs, action, next_obs), each with a row per step.
+Reward = str | Callable[[Any, Any, Any], Any]
+#: A condition, or a function of next_obs.
+Ends = str | Callable[[Any], Any]
+#: Functions that take the place of formulas.
+Functions = tuple[Callable[[Any, Any, Any], Any] | None, Callable[[Any], Any] | None]
+
 #: Residual of a reward that is explained, as a part of its spread; rounding of observations to float32 leaves 1e-7.
 EXPLAINED = 1e-4
 
@@ -27,11 +34,17 @@ SPARE = 3
 class Symbols:
     """The names that formulas of a task may hold, and the engine's symbols for them."""
 
-    def __init__(self, observed: Sequence[str], states: Sequence[str], system: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        observed: Sequence[str],
+        states: Sequence[str],
+        system: dict[str, Any],
+        inputs: Sequence[str] | None = None,
+    ) -> None:
         self.system = system
         actions = system["actions"]
         n_inputs = len(actions["box"]["low"]) if "box" in actions else len(actions["numbered"][0])
-        self.inputs = [f"u{i}" for i in range(n_inputs)] if n_inputs > 1 else ["u"]
+        self.inputs = list(inputs) if inputs else [f"u{i}" for i in range(n_inputs)] if n_inputs > 1 else ["u"]
         self.states, self.observed = list(states), list(observed)
         own: dict[str, str] = {}
         for i, (name, declared) in enumerate(zip(states, system["states"], strict=True)):
@@ -43,9 +56,9 @@ class Symbols:
         if taken:
             raise ValueError(f"observations cannot be called {', '.join(taken)}: that means something else in formulas")
         self.after = {f"next_{name}": symbol.replace("x", "next_x") for name, symbol in own.items()}
-        inputs = {name: f"u{i}" for i, name in enumerate(self.inputs)}
+        controls = {name: f"u{i}" for i, name in enumerate(self.inputs)}
         self.words = {"and": "and", "or": "or", "pi": repr(float(np.pi))}
-        self.all = {**own, **inputs, **self.after, "terminated": "terminated", **self.words}
+        self.all = {**own, **controls, **self.after, "terminated": "terminated", **self.words}
 
     def of_function(self, function: Any) -> str | None:
         """The formula of a reward that is a function, where it has one."""
@@ -173,6 +186,26 @@ def endings(observed: Sequence[str], episodes: Episodes) -> str | None:
         return f"{observed[i]} was {ranges[0]} there, {ranges[1]} elsewhere"
 
     return "; ".join(told(i) for i in range(len(observed)))
+
+
+def functions_of(
+    symbols: Symbols, reward: Reward, terminated: Ends | None, first: int
+) -> tuple[dict[str, str | None], Functions, str | None]:
+    """Formulas over symbols, functions where there are none, and the reward as a formula for people, if it is one. Numbered actions begin at `first`."""
+    told = reward if isinstance(reward, str) else symbols.of_function(reward)
+    formulas = {
+        "reward": "0" if told is None else symbols.reward(told),
+        "terminated": symbols.condition(terminated) if isinstance(terminated, str) else None,
+    }
+    paid = None if isinstance(reward, str) or told is not None else _with_actions(reward, symbols.system, first)
+    return formulas, (paid, terminated if callable(terminated) else None), told
+
+
+def _with_actions(function: Callable[..., Any], system: dict[str, Any], first: int) -> Callable[..., Any]:
+    """The function with actions as the environment has them."""
+    if "box" in system["actions"]:
+        return function
+    return lambda obs, action, next_obs: function(obs, first + action[:, 0].astype(np.int64), next_obs)
 
 
 def never_ends(reward: str | None, terminated: Any) -> bool:

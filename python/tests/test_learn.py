@@ -250,3 +250,112 @@ def test_copies_of_a_system_that_comes_along_are_stepped_side_by_side():
     for step in range(20):
         push = np.full((5, 1), np.sin(step), dtype=np.float32)
         assert (many.step(push)[0][2] == one.step(push[0])[0]).all()
+
+
+def hinge(**kwargs):
+    """A damped hinge in a plane without gravity, pushed by u."""
+    return sindyna.System(
+        ["th", "w"],
+        {"th": "w", "w": "-0.4*w + 3*u"},
+        {"u": (-1, 1)},
+        "-th^2 - 0.05*w^2 - 0.01*u^2",
+        {"th": (-1, 1), "w": (-0.5, 0.5)},
+        **{"dt": 0.1, "max_steps": 60, **kwargs},
+    )
+
+
+def test_a_system_of_ones_own_moves_by_its_equations():
+    env = hinge().env()
+    env.reset(options={"state": [0.3, -0.2]})
+    moved, paid, *_ = env.step([0.5])
+    # The exact solution of w' = -0.4 w + 1.5.
+    w = 3.75 + (-0.2 - 3.75) * np.exp(-0.04)
+    th = 0.3 + 0.1 * 3.75 + (-0.2 - 3.75) * (1 - np.exp(-0.04)) / 0.4
+    assert moved == pytest.approx([th, w], abs=1e-9)
+    assert paid == pytest.approx(-0.09 - 0.05 * 0.04 - 0.01 * 0.25)
+    shown, _ = hinge(angles=["th"]).env().reset(options={"state": [0.3, -0.2]})
+    assert shown == pytest.approx([np.cos(0.3), np.sin(0.3), -0.2])
+    counter = sindyna.System(
+        ["n"], {"n": "n + u"}, {"u": (0, 2)}, "n", dt=1, map=True, terminated="next_n >= 3"
+    ).vector_env(2)
+    counter.reset(seed=0)
+    assert [counter.step(np.full((2, 1), 2.0))[2].tolist() for _ in range(3)] == [[False] * 2, [True] * 2, [False] * 2]
+
+
+@pytest.mark.parametrize(
+    ("change", "match"),
+    [
+        ({"equations": {"th": "w"}}, "equations must be of the states"),
+        ({"equations": {"th": "w", "w": "-9.8*sin(q)"}}, "named 'q'"),
+        ({"inputs": {"u": (1, 1)}}, "from low to high"),
+        ({"inputs": {"th": (0, 1)}}, "different names"),
+        ({"reward": "-x"}, "named 'x'"),
+        ({"terminated": "next_th"}, "0 comparisons"),
+        ({"angles": ["q"]}, "angles must be of the states"),
+        ({"start": {"th": (1, 0)}}, "range of start values"),
+    ],
+)
+def test_systems_that_cannot_be_are_refused(change, match):
+    whole = {
+        "states": ["th", "w"],
+        "equations": {"th": "w", "w": "u"},
+        "inputs": {"u": (-1, 1)},
+        "reward": "-th^2",
+        "dt": 0.1,
+    }
+    sindyna.System(**whole)
+    with pytest.raises(ValueError, match=match):
+        sindyna.System(**{**whole, **change})
+
+
+def test_a_log_is_enough_for_a_controller():
+    env, draw = hinge().env(), np.random.default_rng(4)
+    samples, pushes = [env.reset(seed=1)[0]], []
+    for step in range(40):
+        pushes.append([draw.uniform(-1, 1) if step % 4 == 0 else pushes[-1][0]])
+        samples.append(env.step(pushes[-1])[0])
+    x, u = np.array(samples), np.array(pushes)
+    told = {
+        "dt": 0.1,
+        "reward": "-x0^2 - 0.05*x1^2 - 0.01*u^2",
+        "max_steps": 60,
+        "start": {"x0": (-1, 1), "x1": (-0.5, 0.5)},
+    }
+    controller = sindyna.learn(data=(x, u), inputs={"u": (-1, 1)}, **told)
+    assert controller.equations == ["(x0)' = 1.000000 x1", "(x1)' = -0.400000 x1 + 3.000000 u"]
+    assert (controller.real_steps, len(controller.returns), controller.mean_return) == (40, 0, None)
+    _low, _high, mean, _ = controller.predicted_return
+    returns = []
+    for seed in range(20):
+        observation, _ = env.reset(seed=seed)
+        paid, cut = 0.0, False
+        while not cut:
+            observation, reward, _, cut, _ = env.step(controller.policy(observation))
+            paid += reward
+        returns.append(paid)
+    assert np.mean(returns) == pytest.approx(mean, rel=0.5)
+    assert np.mean(returns) > -12
+    for wrong, match in (({"reward": None}, "give reward="), ({"dt": None}, "dt"), ({"max_steps": None}, "max_steps")):
+        with pytest.raises(ValueError, match=match):
+            sindyna.learn(data=(x, u), **{**told, **wrong})
+    with pytest.raises(ValueError, match="not both"):
+        sindyna.learn("Pendulum-v1", data=(x, u))
+
+
+def test_a_run_of_the_command_is_loaded(pendulum, tmp_path):
+    own = pendulum._document
+    model = json.dumps(own["model"])
+    for symbol, name in (("x0", "θ"), ("x1", "ω"), ("u0", "u")):
+        model = model.replace(symbol, name)
+    summary = {**own["summary"], "task": "pendulum"}
+    for name, content in (("model.json", model), ("summary.json", json.dumps(summary))):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    with pytest.raises(ValueError, match="no policy"):
+        sindyna.load(tmp_path)
+    (tmp_path / "policy.safetensors").write_bytes(pendulum.policy._inner.to_bytes())
+    run = sindyna.load(tmp_path)
+    assert run.policy([0.9, 0.1, 0.0]) == pendulum.policy([0.9, 0.1, 0.0])
+    one, other = run.env(), pendulum.env()
+    for env in (one, other):
+        env.reset(options={"state": [0.5, 0.1]})
+    assert one.step([1.0])[0] == pytest.approx(other.step([1.0])[0], abs=1e-6)

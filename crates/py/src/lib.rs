@@ -19,7 +19,9 @@ mod _sindyna {
     #[pymodule_export]
     use crate::identify::identify;
     #[pymodule_export]
-    use crate::learn::{Batch, Data, Outcome, Policy, builtin, collect, learned, states, train};
+    use crate::learn::{
+        Batch, Data, Outcome, Policy, builtin, collect, learned, learned_builtin, paid, states, train, written,
+    };
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]

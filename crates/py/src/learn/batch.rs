@@ -8,10 +8,13 @@ use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use sindyna::core::{Bounded, Dynamics, EnvError, Environment as _, Rng, Seed, Sensors, Simulated, Space, Spec, Task};
+use sindyna_envs::System;
+use sindyna_sindy::Expr;
 
 use super::outside::Raised;
 use super::system::{Declared, refused, sensors};
 use super::task::{Functions, PyTask};
+use crate::library::symbols;
 use crate::model::Model;
 
 /// Lanes that one thread steps at a time, at least: fewer are not worth another thread.
@@ -250,11 +253,15 @@ impl Batch {
     }
 }
 
+fn builtin_system(name: &str) -> PyResult<System> {
+    let unknown = || refused(format!("no system named `{name}`; known: {}", sindyna::problem::names().join(", ")));
+    sindyna_envs::find(name).ok_or_else(unknown)
+}
+
 /// Copies of the system that comes along as `name`.
 #[pyfunction]
 pub(crate) fn builtin(name: &str, copies: usize) -> PyResult<Batch> {
-    let unknown = || refused(format!("no system named `{name}`; known: {}", sindyna::problem::names().join(", ")));
-    let system = sindyna_envs::find(name).ok_or_else(unknown)?;
+    let system = builtin_system(name)?;
     Batch::new(system.dynamics(), system.task(), system.sensors(), copies, Raised::default())
 }
 
@@ -271,6 +278,52 @@ pub(crate) fn learned(
 ) -> PyResult<Batch> {
     let spec = Declared::read(system)?.spec()?;
     let dynamics = Arc::new(Bounded::new(model.inner().clone(), &spec.state));
+    let (raised, sensors) = (Raised::default(), sensors(&spec)?);
+    let task = PyTask::new(spec, task, Functions { reward, terminated }, raised.clone())?;
+    Batch::new(dynamics, Arc::new(task), sensors, copies, raised)
+}
+
+/// Copies of the system that comes along as `name`, moving as the equations of a run of the command tell.
+#[pyfunction]
+pub(crate) fn learned_builtin(name: &str, model: &Model, copies: usize) -> PyResult<Batch> {
+    let system = builtin_system(name)?;
+    let dynamics = Arc::new(Bounded::new(model.inner().clone(), &system.spec().state));
+    Batch::new(dynamics, system.task(), system.sensors(), copies, Raised::default())
+}
+
+/// Copies of a system of one's own: right-hand sides as formulas over states and inputs, of rates, or of the next states of a map.
+#[pyfunction]
+#[pyo3(signature = (system, task, equations, map, copies, reward=None, terminated=None))]
+pub(crate) fn written(
+    system: &str,
+    task: &str,
+    equations: Vec<String>,
+    map: bool,
+    copies: usize,
+    reward: Option<Py<PyAny>>,
+    terminated: Option<Py<PyAny>>,
+) -> PyResult<Batch> {
+    let spec = Declared::read(system)?.spec()?;
+    let names = symbols(spec.state_dim(), spec.control_dim());
+    let read = |text: &String| sindyna_sindy::parse(text, &names).map_err(refused);
+    let equations: Vec<Expr> = equations.iter().map(read).collect::<PyResult<_>>()?;
+    if equations.len() != spec.state_dim() {
+        return Err(refused(format!("{} states need as many equations, got {}", spec.state_dim(), equations.len())));
+    }
+    let values = move |x: &[f64], u: &[f64], out: &mut [f64]| {
+        let z = [x, u].concat();
+        out.iter_mut().zip(&equations).for_each(|(slot, equation)| *slot = equation.eval(&z));
+    };
+    let dynamics: Arc<dyn Dynamics> = if map {
+        let next = move |x: &[f64], u: &[f64]| {
+            let mut next = vec![0.0; x.len()];
+            values(x, u, &mut next);
+            next
+        };
+        Arc::new(sindyna::problem::stepped(next))
+    } else {
+        Arc::new(sindyna::problem::ode(spec.dt, values))
+    };
     let (raised, sensors) = (Raised::default(), sensors(&spec)?);
     let task = PyTask::new(spec, task, Functions { reward, terminated }, raised.clone())?;
     Batch::new(dynamics, Arc::new(task), sensors, copies, raised)

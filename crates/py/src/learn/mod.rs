@@ -9,8 +9,8 @@ mod system;
 mod task;
 mod training;
 
-pub(crate) use batch::{Batch, builtin, learned};
+pub(crate) use batch::{Batch, builtin, learned, learned_builtin, written};
 pub(crate) use data::Data;
 pub(crate) use policy::Policy;
 pub(crate) use system::states;
-pub(crate) use training::{Outcome, collect, train};
+pub(crate) use training::{Outcome, collect, paid, train};

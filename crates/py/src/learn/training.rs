@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
-use sindyna::core::{Dataset, End, Environment, Explorer, Seed};
+use sindyna::core::{Dataset, End, Environment, Explorer, Inverse, Seed, Task as _};
 use sindyna::dyna::Swings;
 use sindyna::{Trained, Training};
 
@@ -52,6 +52,42 @@ pub(crate) fn collect(py: Python<'_>, object: Py<PyAny>, system: &str, steps: us
         Ok(data)
     })?;
     collected.map(|inner| Data { inner }).map_err(|told| raised.take().unwrap_or_else(|| PyRuntimeError::new_err(told)))
+}
+
+/// The same data with the rewards and the ends that the task tells, for logs that have none.
+#[pyfunction]
+#[pyo3(signature = (system, task, data, reward=None, terminated=None))]
+pub(crate) fn paid(
+    system: &str,
+    task: &str,
+    data: &Data,
+    reward: Option<Py<PyAny>>,
+    terminated: Option<Py<PyAny>>,
+) -> PyResult<Data> {
+    let spec = Declared::read(system)?.spec()?;
+    let inverse = Inverse::of(&spec).map_err(refused)?;
+    let raised = Raised::default();
+    let task = PyTask::new(spec.clone(), task, Functions { reward, terminated }, raised.clone())?;
+    let (mut x, mut next) = (vec![0.0; spec.state_dim()], vec![0.0; spec.state_dim()]);
+    let (m, k, values) = (spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim());
+    let mut told = Dataset::new(m, k, values, spec.dt);
+    for rollout in data.inner.rollouts() {
+        inverse.state(&rollout.observations.row(0).to_vec(), &vec![0.0; x.len()], &mut x);
+        told.begin(&rollout.observations.row(0).to_vec()).map_err(refused)?;
+        let mut ended = false;
+        for (i, (action, control)) in rollout.actions.rows().into_iter().zip(rollout.controls.rows()).enumerate() {
+            let (action, control, o) = (action.to_vec(), control.to_vec(), rollout.observations.row(i + 1).to_vec());
+            inverse.state(&o, &x, &mut next);
+            told.push(&action, &control, task.reward(&x, &action, &control, &next), &o).map_err(refused)?;
+            ended = task.terminated(&next);
+            std::mem::swap(&mut x, &mut next);
+        }
+        told.finish(if ended { End::Terminated } else { End::Cut });
+    }
+    match raised.take() {
+        Some(raised) => Err(raised),
+        None => Ok(Data { inner: told }),
+    }
 }
 
 /// What training came to.
