@@ -264,7 +264,12 @@ def _recognised(
         notes.append(
             f"a step is taken as {best['dt']:g} s, not {intervals[0]:.4g} s: only then is one observed value the rate of another"
         )
-    return {**plain.system(best["dt"], length), "states": best["states"]}, best["names"], notes
+    named: list[str] = []
+    for name in best["names"]:
+        # Angles behind unnamed cosines and sines are called alike.
+        free = (f"{name}{i}" if i > 1 else name for i in range(1, len(observed) + 2))
+        named.append(next(one for one in free if one not in named))
+    return {**plain.system(best["dt"], length), "states": best["states"]}, named, notes
 
 
 def _starts(

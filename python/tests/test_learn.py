@@ -169,6 +169,14 @@ def test_functions_without_comparisons_become_formulas(pendulum):
     assert env.step([1.5])[1] == pytest.approx(np.cos(0.5) - 0.4 - 0.001 * 1.5**2)
 
 
+def test_angles_behind_unnamed_values_have_names_of_their_own():
+    env = gymnasium.make("Acrobot-v1")
+    with pytest.raises(
+        ValueError, match=r"named 'nothing'; variables: angle, x0, x1, angle2, x2, x3, x4, x5, u, next_angle"
+    ):
+        sindyna.learn(env, angles=[(0, 1), (2, 3)], real_steps=20, reward="nothing", start_resets=2)
+
+
 class Slope(gymnasium.Env):
     """A ball on a slope that is tilted; paid as `pay` says."""
 
