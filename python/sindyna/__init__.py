@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from ._controller import Controller, Interval, Policy, load
 from ._differentiation import FiniteDifference, SmoothedFiniteDifference
 from ._errors import NotFittedError
+from ._learn import learn
 from ._libraries import (
     ConcatLibrary,
     CustomLibrary,
@@ -29,6 +31,7 @@ __all__ = [
     "STLSQ",
     "BestSubset",
     "ConcatLibrary",
+    "Controller",
     "CustomLibrary",
     "DiscreteSINDy",
     "Equation",
@@ -37,8 +40,10 @@ __all__ = [
     "FourierLibrary",
     "GeneralizedLibrary",
     "IdentityLibrary",
+    "Interval",
     "LeastSquares",
     "NotFittedError",
+    "Policy",
     "PolynomialLibrary",
     "Report",
     "SINDy",
@@ -46,6 +51,8 @@ __all__ = [
     "Summand",
     "TensoredLibrary",
     "__version__",
+    "learn",
+    "load",
 ]
 
 #: Names of PySINDy that are not here, and what to use.

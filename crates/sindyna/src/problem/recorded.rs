@@ -3,15 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sindyna_core::{
-    Checkpoint, Dataset, EnvError, Environment, Explorer, Kind, Observe as _, Outcome, Precision, Rng, Seed, Sensors,
-    Spec, Task,
-};
+use sindyna_core::{Dataset, Environment, Kind, Observe as _, Precision, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogOptions};
 use sindyna_record::run::log_csv;
 use sindyna_sindy::Identified;
 
-use super::Problem;
+use super::{Played, Problem};
 use crate::Error;
 use crate::task_file::TaskFile;
 use crate::training::identified_of;
@@ -167,13 +164,7 @@ impl Problem for Recorded {
     }
 
     fn environment(&self) -> Result<Box<dyn Environment>, Error> {
-        Ok(Box::new(Played {
-            spec: self.spec().clone(),
-            data: self.data.clone(),
-            rollout: None,
-            step: 0,
-            observation: Vec::new(),
-        }))
+        Ok(Box::new(Played::new(self.spec().clone(), self.data.clone(), None)))
     }
 
     fn copies(&self) -> usize {
@@ -197,76 +188,5 @@ impl Problem for Recorded {
         files.push((RECORDED_LOG, log_csv(&self.log.spec, &self.log.data)?));
         files.extend(self.models.as_ref().map(|(bytes, _)| (RECORDED_MODELS, bytes.clone())));
         Ok(files)
-    }
-}
-
-/// The log, as if it happened now.
-struct Played {
-    spec: Spec,
-    data: Arc<Dataset>,
-    /// Number of the trajectory; none before the first.
-    rollout: Option<usize>,
-    step: usize,
-    observation: Vec<f64>,
-}
-
-impl Environment for Played {
-    fn spec(&self) -> &Spec {
-        &self.spec
-    }
-
-    fn observation(&self) -> &[f64] {
-        &self.observation
-    }
-
-    fn reset(&mut self, _rng: &mut Rng) -> Result<(), EnvError> {
-        let number = self.rollout.map_or(0, |number| number + 1);
-        let rollout = self.data.rollouts().nth(number).ok_or_else(over)?;
-        self.observation = rollout.observations.row(0).to_vec();
-        (self.rollout, self.step) = (Some(number), 0);
-        Ok(())
-    }
-
-    fn step(&mut self, action: &[f64], _rng: &mut Rng) -> Result<Outcome, EnvError> {
-        let rollout = self.rollout.and_then(|number| self.data.rollouts().nth(number)).ok_or(EnvError::NeedsReset)?;
-        if self.step >= rollout.rewards.len() {
-            return Err(EnvError::NeedsReset);
-        }
-        if rollout.actions.row(self.step).iter().ne(action) {
-            return Err(EnvError::System {
-                reason: "a log cannot be asked what another action would have done".into(),
-            });
-        }
-        let reward = rollout.rewards[self.step];
-        self.step += 1;
-        self.observation = rollout.observations.row(self.step).to_vec();
-        Ok(Outcome { reward, terminated: false, truncated: self.step == rollout.rewards.len() })
-    }
-}
-
-fn over() -> EnvError {
-    EnvError::System { reason: "the log is over".into() }
-}
-
-/// Does what was done in a log.
-pub(crate) struct Replayed(Vec<Vec<f64>>);
-
-impl Replayed {
-    pub(crate) fn of(data: &Dataset) -> Self {
-        Self(
-            data.rollouts()
-                .flat_map(|r| r.actions.rows().into_iter().map(|row| row.to_vec()).collect::<Vec<_>>())
-                .collect(),
-        )
-    }
-}
-
-impl Checkpoint for Replayed {}
-
-impl Explorer for Replayed {
-    fn next(&mut self, so_far: &Dataset, _rng: &mut Rng, action: &mut [f64]) {
-        if let Some(done) = self.0.get(so_far.n_steps()) {
-            action.copy_from_slice(done);
-        }
     }
 }

@@ -2,12 +2,10 @@
 //! a log.
 
 mod check;
-mod condition;
 mod document;
 mod equations;
 mod simulator;
 mod spec;
-mod task;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,10 +16,9 @@ use sindyna_core::{Dynamics, EnvError, Environment, Precision, Sensors, Simulate
 use sindyna_mujoco::MujocoEnvironment;
 
 use crate::Error;
-use crate::problem::Problem;
+use crate::problem::{FormulaTask, Problem};
 use document::Document;
 use simulator::Simulator;
-use task::FormulaTask;
 
 /// Name of the task file in a run directory.
 pub(crate) const RECORDED_TASK: &str = "task.toml";
@@ -145,9 +142,9 @@ impl Problem for TaskFile {
     }
 
     fn check(&self) -> Result<(), Error> {
-        match self.task.complaint.get() {
+        match self.task.complaint() {
             None => Ok(()),
-            Some(complaint) => Err(Error::Reward { complaint: complaint.clone() }),
+            Some(complaint) => Err(Error::Reward { complaint: complaint.to_owned() }),
         }
     }
 

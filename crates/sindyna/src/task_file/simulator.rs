@@ -12,7 +12,7 @@ use sindyna_mujoco::{Library, MujocoModel, Search};
 use super::RECORDED_MODEL;
 use super::document::Document;
 use super::equations::Equations;
-use super::task::FormulaTask;
+use crate::problem::FormulaTask;
 
 /// Runge–Kutta steps of fourth order in one control interval.
 const SUBSTEPS: usize = 16;

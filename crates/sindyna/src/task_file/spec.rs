@@ -1,14 +1,11 @@
 //! What a task file declares: channels, reward, end.
 
-use std::sync::OnceLock;
-
 use anyhow::{Context as _, bail, ensure};
 use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec};
-use sindyna_sindy::parse;
 
-use super::condition::Condition;
 use super::document::{Document, State, StateKind};
-use super::task::FormulaTask;
+use crate::Error;
+use crate::problem::FormulaTask;
 
 /// Start states the reward is tried at before anything runs.
 const TRIED_REWARDS: usize = 100;
@@ -16,17 +13,15 @@ const TRIED_REWARDS: usize = 100;
 impl Document {
     /// The task with control intervals of `dt` \[s\]; states without a `start` begin at `rest` (n).
     pub(super) fn task(&self, dt: f64, rest: &[f64]) -> anyhow::Result<FormulaTask> {
-        let names = self.names();
-        let reward = parse(&self.task.reward, &names).context("task.reward")?;
-        let after = &names[self.state.len() + self.control.len()..];
-        let terminated = self.task.terminated.as_ref().map(|text| Condition::parse(text, after));
-        let terminated = terminated.transpose().context("task.terminated, a condition on the state after the step")?;
         let start = self.state.iter().zip(rest);
         let start = start.map(|(state, &rest)| state.start.map_or((rest, rest), |[low, high]| (low, high)));
-        let spec = self.spec(dt)?;
-        let task = FormulaTask { spec, start: start.collect(), reward, names, terminated, complaint: OnceLock::new() };
+        let formulas = (self.task.reward.as_str(), self.task.terminated.as_deref());
+        let task = FormulaTask::new(self.spec(dt)?, start.collect(), formulas.0, formulas.1).map_err(|e| match e {
+            Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
+            other => other.into(),
+        })?;
         task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0));
-        match task.complaint.get() {
+        match task.complaint() {
             None => Ok(task),
             Some(complaint) => bail!("task.reward must be a finite number wherever the system goes: {complaint}"),
         }

@@ -32,7 +32,7 @@ impl Plan {
             agent: config.agent(spec, &mut weights)?,
             isa: config.isa()?,
             explorer: match problem.log() {
-                Some(log) => Box::new(Replayed::of(log)),
+                Some(log) => Box::new(Replayed::new(Arc::new(log.clone()), None)),
                 None => config.warmup.explorer.explorer(spec),
             },
         })
