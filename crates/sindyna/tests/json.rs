@@ -4,6 +4,7 @@
 
 mod common;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
@@ -162,4 +163,74 @@ fn colours_are_there_where_they_are_asked_for() {
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), args));
         assert_eq!((code, stdout.as_str(), stderr.contains('\u{1b}')), (2, "", colours), "{args:?}: {stderr}");
     }
+}
+
+/// Names of all fields in `value`, however deep.
+fn fields(value: &Value, into: &mut BTreeSet<String>) {
+    match value {
+        Value::Object(map) => map.iter().for_each(|(name, value)| {
+            into.insert(name.clone());
+            fields(value, into);
+        }),
+        Value::Array(list) => list.iter().for_each(|value| fields(value, into)),
+        _ => {}
+    }
+}
+
+#[test]
+fn every_field_and_column_of_a_record_is_documented() {
+    let temp = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/spring");
+    for name in ["spring.csv", "spring.toml"] {
+        fs::copy(examples.join(name), temp.path().join(name)).unwrap();
+    }
+    let run = |line: &str| {
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &line.split(' ').collect::<Vec<_>>()));
+        assert!(code <= 1, "{line}: {stdout}{stderr}");
+    };
+    run("train pendulum --noise 0.001 --max-updates 400 --episodes 3 --max-real-steps 200 --out run --quiet");
+    run("identify spring.csv --states x,v --inputs F --holdout 0.2 --out model --quiet");
+    run("train --task-file spring.toml --model model --max-updates 300 --out log --quiet");
+    run("compare --tasks pendulum --methods sindy-lqr,random,sac --budget 250 --seeds 2 --out c --quiet");
+    let mut names = BTreeSet::new();
+    for file in [
+        "run/model.json",
+        "run/identify.json",
+        "run/summary.json",
+        "run/timing.json",
+        "model/identify.json",
+        "log/summary.json",
+        "log/timing.json",
+        "c/summary.json",
+        "c/runs/pendulum/random/seed-0.json",
+        "c/runs/pendulum/random/seed-0.timing.json",
+        "c/runs/pendulum/sac/seed-1.json",
+    ] {
+        fields(&serde_json::from_str(&fs::read_to_string(temp.path().join(file)).unwrap()).unwrap(), &mut names);
+    }
+    for line in fs::read_to_string(temp.path().join("run/events.jsonl")).unwrap().lines() {
+        let event: Value = serde_json::from_str(line).unwrap();
+        names.insert(event["event"].as_str().unwrap().to_owned());
+    }
+    for file in ["run/config.toml", "log/config.toml", "c/compare.toml"] {
+        let text = fs::read_to_string(temp.path().join(file)).unwrap();
+        names.extend(text.parse::<toml::Table>().unwrap().keys().cloned());
+    }
+    for file in ["c/asked.csv", "c/digest/checksums.csv"] {
+        let text = fs::read_to_string(temp.path().join(file)).unwrap();
+        names.extend(text.lines().next().unwrap().split(',').map(String::from));
+    }
+    for directory in ["run", "model", "log", "c", "c/digest"] {
+        let entries = fs::read_dir(temp.path().join(directory)).unwrap();
+        names.extend(
+            entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).filter(|name| name != "runs"),
+        );
+    }
+    let page = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/formats.md")).unwrap();
+    let missing: Vec<&String> = names.iter().filter(|name| !page.contains(&format!("`{name}`"))).collect();
+    assert!(
+        missing.is_empty() && names.len() > 100,
+        "{} names, of which docs/formats.md lacks {missing:?}",
+        names.len()
+    );
 }

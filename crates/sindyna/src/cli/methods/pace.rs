@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::time::Duration;
 
+use sindyna_core::number::plural;
+
 use super::Job;
 
 /// Runs that are to come, and how long those took that are over.
@@ -74,8 +76,10 @@ impl fmt::Display for Left {
         let time = shown(Duration::from_secs_f64(self.seconds.clamp(0.0, 1e9)));
         match self.unknown {
             0 => write!(f, "{time} left"),
-            unknown if self.seconds == 0.0 => write!(f, "time left unknown, {unknown} of kinds not timed yet"),
-            unknown => write!(f, "{time} left and {unknown} of kinds not timed yet"),
+            unknown if self.seconds == 0.0 => {
+                write!(f, "time left unknown: {} of kinds not timed yet", plural(unknown, "run"))
+            }
+            unknown => write!(f, "more than {time} left: {} of kinds not timed yet", plural(unknown, "run")),
         }
     }
 }
@@ -114,10 +118,10 @@ mod tests {
             job("pendulum", Method::Sac, 1),
         ];
         let mut pace = Pace::new(jobs.iter(), 2);
-        assert_eq!(pace.left().to_string(), "time left unknown, 5 of kinds not timed yet");
+        assert_eq!(pace.left().to_string(), "time left unknown: 5 runs of kinds not timed yet");
         pace.done(&jobs[0], 1.0);
         assert_eq!(pace.left(), Left { seconds: 1.0, unknown: 3 });
-        assert_eq!(pace.left().to_string(), "1 s left and 3 of kinds not timed yet");
+        assert_eq!(pace.left().to_string(), "more than 1 s left: 3 runs of kinds not timed yet");
         pace.done(&jobs[2], 200.0);
         assert_eq!(pace.left(), Left { seconds: 200.0, unknown: 1 }, "no shorter than the longest run");
         pace.done(&jobs[3], 20.0);
