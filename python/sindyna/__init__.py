@@ -8,8 +8,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from ._controller import Controller, Interval, Policy, load
 from ._differentiation import FiniteDifference, SmoothedFiniteDifference
 from ._errors import NotFittedError
+from ._learn import learn
 from ._libraries import (
     ConcatLibrary,
     CustomLibrary,
@@ -24,11 +26,13 @@ from ._optimizers import STLSQ, BestSubset, LeastSquares
 from ._report import Equation, Report, Summand
 from ._sindy import DiscreteSINDy, SINDy
 from ._sindyna import __version__
+from ._system import System
 
 __all__ = [
     "STLSQ",
     "BestSubset",
     "ConcatLibrary",
+    "Controller",
     "CustomLibrary",
     "DiscreteSINDy",
     "Equation",
@@ -37,15 +41,20 @@ __all__ = [
     "FourierLibrary",
     "GeneralizedLibrary",
     "IdentityLibrary",
+    "Interval",
     "LeastSquares",
     "NotFittedError",
+    "Policy",
     "PolynomialLibrary",
     "Report",
     "SINDy",
     "SmoothedFiniteDifference",
     "Summand",
+    "System",
     "TensoredLibrary",
     "__version__",
+    "learn",
+    "load",
 ]
 
 #: Names of PySINDy that are not here, and what to use.

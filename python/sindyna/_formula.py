@@ -6,17 +6,23 @@ Nothing here evaluates text as code: names of signals may hold quotes, newlines 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sign", "tanh")
+#: Functions of terms and how many arguments they have.
+ARGUMENTS = {
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sign", "tanh"), 1),
+    **{"max": 2, "min": 2, "clip": 3},
+}
+FUNCTIONS = tuple(ARGUMENTS)
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>[0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?)|d(?P<rate>[xu][0-9]+)/dt\b|(?P<name>[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹][^\W⁰¹²³⁴⁵⁶⁷⁸⁹]*)"
-    r"|(?P<raised>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|(?P<sign>[-+*/^()·−]))"
+    r"|(?P<raised>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|(?P<sign>[-+*/^(),·−]))"
 )
 
-#: A term: ("num", 2.0), ("var", "x0"), ("rate", "x0"), ("neg", a), ("add" | "sub" | "mul" | "div", a, b), ("pow", a, n), ("call", "sin", a).
+#: A term: ("num", 2.0), ("var", "x0"), ("rate", "x0"), ("neg", a), ("add" | "sub" | "mul" | "div", a, b), ("pow", a, n), ("call", "sin", a),
+#: ("call", "max", a, b).
 Tree = tuple[Any, ...]
 
 
@@ -93,13 +99,14 @@ class _Reader:
             return ("rate", text)
         if (kind, text) == ("sign", "("):
             tree = self.sum()
-            if self.take() != ("sign", ")"):
-                raise ValueError("a parenthesis is not closed")
+            self.expect(")")
             return tree
         if kind != "name":
             raise ValueError(f"{text or 'the end'!r} is unexpected")
         if text not in FUNCTIONS:
             return ("var", text)
+        if ARGUMENTS[text] > 1:
+            return ("call", text, *self.arguments(ARGUMENTS[text]))
         raised = self.take()[1].translate(_RAISED) if self.peek()[0] == "raised" else None
         if self.peek() == ("sign", "("):
             argument = self.atom()
@@ -109,6 +116,19 @@ class _Reader:
             argument = self.atom()
         call: Tree = ("call", text, argument)
         return call if raised is None else ("pow", call, int(raised))
+
+    def arguments(self, n: int) -> list[Tree]:
+        found = []
+        for before in ["(", *[","] * (n - 1)]:
+            self.expect(before)
+            found.append(self.sum())
+        self.expect(")")
+        return found
+
+    def expect(self, sign: str) -> None:
+        _, text = self.take()
+        if text != sign:
+            raise ValueError(f"{text or 'the end'!r} is unexpected where {sign!r} is due")
 
 
 def read(text: str) -> Tree:
@@ -162,7 +182,7 @@ def plain(tree: Tree, name: Callable[[str], str]) -> str:
         base = plain(tree[1], name)
         simple = tree[1][0] in ("var", "call", "rate")
         return f"{base if simple else f'({base})'}^{tree[2]}"
-    return f"{tree[1]}({plain(tree[2], name)})"
+    return f"{tree[1]}({', '.join(plain(part, name) for part in tree[2:])})"
 
 
 def latex(tree: Tree, name: Callable[[str], str]) -> str:
@@ -192,12 +212,12 @@ def latex(tree: Tree, name: Callable[[str], str]) -> str:
     if kind == "pow":
         base = latex(tree[1], name)
         return f"{base}^{{{tree[2]}}}" if tree[1][0] == "var" else rf"\left({base}\right)^{{{tree[2]}}}"
-    function, argument = tree[1], latex(tree[2], name)
+    function, argument = tree[1], ", ".join(latex(part, name) for part in tree[2:])
     if function == "abs":
         return rf"\left|{argument}\right|"
     if function == "sqrt":
         return rf"\sqrt{{{argument}}}"
-    head = r"\operatorname{sign}" if function == "sign" else f"\\{function}"
+    head = rf"\operatorname{{{function}}}" if function in ("sign", "clip") else f"\\{function}"
     return rf"{head}\left({argument}\right)"
 
 
@@ -246,10 +266,47 @@ def sympy(tree: Tree, symbol: Callable[[str], Any], rate: Callable[[str], Any]) 
     if kind == "pow":
         return of(tree[1]) ** tree[2]
     if kind == "call":
-        function: Any = {"abs": sp.Abs, "sign": sp.sign}.get(tree[1]) or getattr(sp, tree[1])
-        return function(of(tree[2]))
+        arguments = [of(part) for part in tree[2:]]
+        if tree[1] == "clip":
+            return sp.Min(sp.Max(arguments[0], arguments[1]), arguments[2])
+        named: dict[str, Any] = {"abs": sp.Abs, "sign": sp.sign, "max": sp.Max, "min": sp.Min}
+        return (named.get(tree[1]) or getattr(sp, tree[1]))(*arguments)
     a, b = of(tree[1]), of(tree[2])
     return {"add": lambda: a + b, "sub": lambda: a - b, "mul": lambda: a * b, "div": lambda: a / b}[kind]()
+
+
+def translated(text: str, symbols: Mapping[str, str]) -> str:
+    """A formula with the symbols of people's names in their places.
+
+    Raises
+    ------
+    ValueError
+        If it holds a name there is not.
+    """
+    if not isinstance(text, str):
+        raise TypeError(f"a formula is text, got {text!r}")
+
+    def bounded(name: str) -> str:
+        before = r"(?<!\w)" if re.match(r"\w", name) else ""
+        # A raised digit is an exponent.
+        after = r"(?![^\W⁰¹²³⁴⁵⁶⁷⁸⁹])" if re.match(r"\w", name[-1]) else ""
+        function = r"(?!\s*\()" if name in FUNCTIONS else ""
+        return before + re.escape(name) + after + function
+
+    found = "|".join(bounded(name) for name in sorted(symbols, key=len, reverse=True))
+    parts, at = [], 0
+    for match in re.finditer(found, text):
+        parts += [(text[at : match.start()], False), (symbols[match.group()], True)]
+        at = match.end()
+    parts.append((text[at:], False))
+    for part, known in parts:
+        words = [] if known else re.findall(r"[^\W\d]\w*", re.sub(r"\d\.?[eE][+-]?\d", "0", part))
+        unknown = next((word for word in words if word not in FUNCTIONS), None)
+        if unknown is not None:
+            raise ValueError(
+                f"{text!r}: no variable or function named {unknown!r}; variables: {', '.join(symbols)}; functions: {', '.join(FUNCTIONS)}"
+            )
+    return "".join(part for part, _ in parts)
 
 
 class Names:
@@ -273,40 +330,7 @@ class Names:
         ValueError
             If it holds a name there is not.
         """
-        if not isinstance(text, str):
-            raise TypeError(f"a formula is text, got {text!r}")
-
-        def bounded(name: str) -> str:
-            before = r"(?<!\w)" if re.match(r"\w", name) else ""
-            # A raised digit is an exponent.
-            after = r"(?![^\W⁰¹²³⁴⁵⁶⁷⁸⁹])" if re.match(r"\w", name[-1]) else ""
-            function = r"(?!\s*\()" if name in FUNCTIONS else ""
-            return before + re.escape(name) + after + function
-
-        found = "|".join(bounded(name) for name in sorted(self.by_name, key=len, reverse=True))
-        parts, at = [], 0
-        for match in re.finditer(found, text):
-            parts += [(text[at : match.start()], False), (self.by_name[match.group()], True)]
-            at = match.end()
-        parts.append((text[at:], False))
-        for part, known in parts:
-            unknown = (
-                None
-                if known
-                else next(
-                    (
-                        w
-                        for w in re.findall(r"[^\W\d]\w*", re.sub(r"\d\.?[eE][+-]?\d", "0", part))
-                        if w not in FUNCTIONS
-                    ),
-                    None,
-                )
-            )
-            if unknown is not None:
-                raise ValueError(
-                    f"{text!r}: no variable or function named {unknown!r}; variables: {', '.join(self.by_name)}; functions: {', '.join(FUNCTIONS)}"
-                )
-        return "".join(part for part, _ in parts)
+        return translated(text, self.by_name)
 
     def told(self, message: str) -> str:
         """What the engine says, with people's names."""

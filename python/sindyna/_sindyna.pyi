@@ -1,12 +1,32 @@
 from collections.abc import Callable, Sequence
-from typing import final
+from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
 _Array = npt.NDArray[np.float64]
+_Flags = npt.NDArray[np.bool_]
 
-__all__ = ["Model", "__version__", "differentiate", "feature_names", "identify", "regress"]
+__all__ = [
+    "Batch",
+    "Data",
+    "Model",
+    "Outcome",
+    "Policy",
+    "__version__",
+    "builtin",
+    "collect",
+    "differentiate",
+    "feature_names",
+    "identify",
+    "learned",
+    "learned_builtin",
+    "paid",
+    "regress",
+    "states",
+    "train",
+    "written",
+]
 
 __version__: str
 
@@ -42,3 +62,101 @@ class Model:
     ) -> _Array: ...
     def ahead(self, x: _Array, u: _Array, dt: _Array, horizon: int | None = None) -> _Array: ...
     def jacobians(self, x: _Array, u: _Array) -> tuple[_Array, _Array]: ...
+
+@final
+class Data:
+    def __new__(cls, system: str, episodes: Sequence[tuple[_Array, _Array, _Array, str]]) -> Data: ...
+    @property
+    def n_steps(self) -> int: ...
+    @property
+    def n_resets(self) -> int: ...
+    def episodes(self) -> list[tuple[_Array, _Array, _Array, str]]: ...
+    def recognise(
+        self,
+        names: Sequence[str],
+        dt: float,
+        angles: Sequence[str],
+        circles: Sequence[tuple[str, str]] | None,
+        rates: Sequence[tuple[str, str]] | None,
+    ) -> str: ...
+
+@final
+class Policy:
+    @staticmethod
+    def from_bytes(bytes: bytes) -> Policy: ...
+    def to_bytes(self) -> bytes: ...
+    def __reduce__(self) -> tuple[Callable[[bytes], Policy], tuple[bytes]]: ...
+    @property
+    def n_observations(self) -> int: ...
+    @property
+    def n_numbered(self) -> int | None: ...
+    def act(self, observations: _Array) -> _Array: ...
+
+@final
+class Outcome:
+    @property
+    def summary(self) -> str: ...
+    @property
+    def identified(self) -> tuple[Model, str] | None: ...
+    @property
+    def policy(self) -> Policy | None: ...
+    @property
+    def data(self) -> Data: ...
+
+@final
+class Batch:
+    @property
+    def dt(self) -> float: ...
+    @property
+    def max_steps(self) -> int: ...
+    @property
+    def bounds(self) -> list[tuple[float, float]]: ...
+    @property
+    def float32(self) -> bool: ...
+    @property
+    def action_bounds(self) -> tuple[list[float], list[float]] | None: ...
+    @property
+    def n_actions(self) -> int: ...
+    def reset(self, seed: int | None = None, which: Sequence[bool] | None = None) -> _Array: ...
+    def reset_to(self, states: _Array) -> _Array: ...
+    def states(self) -> _Array: ...
+    def step(self, actions: _Array, autoreset: bool) -> tuple[_Array, _Array, _Flags, _Flags, _Flags]: ...
+
+def collect(object: Any, system: str, steps: int, seed: int) -> Data: ...
+def states(system: str, observations: _Array) -> _Array: ...
+def train(
+    system: str,
+    task: str,
+    data: Data,
+    seed: int,
+    settings: Sequence[str],
+    object: Any | None = None,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Outcome: ...
+def builtin(name: str, copies: int) -> Batch: ...
+def learned(
+    system: str,
+    task: str,
+    model: Model,
+    copies: int,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Batch: ...
+def learned_builtin(name: str, model: Model, copies: int) -> Batch: ...
+def written(
+    system: str,
+    task: str,
+    equations: Sequence[str],
+    map: bool,
+    copies: int,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Batch: ...
+def paid(
+    system: str,
+    task: str,
+    data: Data,
+    reward: Callable[[_Array, _Array, _Array], Any] | None = None,
+    terminated: Callable[[_Array], Any] | None = None,
+) -> Data: ...

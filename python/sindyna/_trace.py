@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 _UNARY = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "log": "log", "sqrt": "sqrt", "absolute": "abs", "fabs": "abs",
     "sign": "sign", "tanh": "tanh",
 }  # fmt: skip
+_OF_TWO = {"maximum": "max", "fmax": "max", "minimum": "min", "fmin": "min"}
 _BINARY = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "true_divide": "/"}
 
 
@@ -23,6 +26,8 @@ class Traced:
         if method == "__call__" and not kwargs:
             if name in _UNARY:
                 return Traced(f"{_UNARY[name]}({_text(inputs[0])})")
+            if name in _OF_TWO:
+                return Traced(f"{_OF_TWO[name]}({_text(inputs[0])}, {_text(inputs[1])})")
             if name in _BINARY:
                 return _both(inputs[0], _BINARY[name], inputs[1])
             if name in ("power", "float_power"):
@@ -68,8 +73,33 @@ class Traced:
     def __abs__(self) -> Traced:
         return Traced(f"abs({self.text})")
 
+    def clip(self, low: Any, high: Any, **_: Any) -> Traced:
+        """What `numpy.clip` calls."""
+        return Traced(f"clip({self.text}, {_text(low)}, {_text(high)})")
+
     def __pow__(self, other: Any) -> Traced:
         return _text_power(self, other)
+
+
+def _method(function: str) -> Callable[[Traced], Traced]:
+    return lambda self: Traced(f"{function}({self.text})")
+
+
+# What NumPy calls for each element of an array of objects.
+for _function in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh"):
+    setattr(Traced, _function, _method(_function))
+
+
+def of_rows(function: Callable[..., Any], *rows: Sequence[str]) -> str | None:
+    """The formula of a function of arrays with a row per step; none if it does something that a term cannot, comparisons among them."""
+    try:
+        result = function(*(np.array([[Traced(symbol) for symbol in row]], dtype=object) for row in rows))
+        (value,) = np.asarray(result, dtype=object).reshape(-1)
+    except Exception:
+        return None
+    if isinstance(value, Traced):
+        return value.text
+    return repr(float(value)) if isinstance(value, (int, float)) else None
 
 
 def _text(value: Any) -> str:

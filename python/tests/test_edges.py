@@ -1,12 +1,14 @@
 """Bad input is refused with value, bound and hint; hostile names and files are harmless; models survive files."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 import sympy
 
 import sindyna
+from sindyna import _formula
 from systems import PENDULUM, assert_found, lorenz, pendulum
 
 
@@ -253,6 +255,51 @@ def test_implicit_equations_are_solved_for_rates():
     assert np.abs(values - model.predict(x, force)).max() < 1e-9
     assert any(s.rate for e in model.report_.equations for s in e.summands)
     assert "\\dot{" in model._repr_latex_()
+
+
+def stop(x):
+    """The force of a stop with play: nothing between -0.3 and 0.3."""
+    return np.maximum(x - 0.3, 0) - np.maximum(-x - 0.3, 0)
+
+
+def test_kinks_are_found_and_written_for_people_latex_and_sympy():
+    from systems import follow
+
+    t = 0.02 * np.arange(300)
+    force = np.repeat(np.random.default_rng(3).uniform(-4, 4, size=60), 5)[:, None]
+    x = follow(lambda s, z, f: [z[1], -20 * stop(z[0]) - 0.5 * z[1] + f[0]], [0.1, 0.0], t, force)
+    noisy = x + 1e-4 * np.random.default_rng(4).normal(size=x.shape)
+    model = sindyna.SINDy(rates={"v": "x"}).fit(noisy, t=t, u=force, feature_names=["x", "v", "F"])
+    found = {s.term: s.coefficient for s in model.report_.equations[1].summands}
+    (kink,) = set(found) - {"v", "F"}
+    edge = re.fullmatch(r"max\(x - (0\.\d+), 0\) - max\(-(0\.\d+) - x, 0\)", kink)
+    assert edge
+    assert all(abs(float(at) - 0.3) < 1e-3 for at in edge.groups())
+    assert max(abs(found[kink] + 20), abs(found["v"] + 0.5), abs(found["F"] - 1)) < 0.05
+    assert rf"\max\left(x - {edge[1]}, 0\right)" in model._repr_latex_()
+    own = model.to_sympy()[1]
+    assert own.has(sympy.Max)
+    value = sympy.lambdify(sympy.symbols("x v F"), own, "numpy")(*np.hstack([x, force]).T)
+    assert np.abs(value - model.predict(x, force)[:, 1]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("text", "shown", "at"),
+    [
+        ("max(x0 − 0.4, 0)", "max(a - 0.4, 0)", [0.0, 0.6]),
+        ("min(x0, 2)·max(−x0, 1)", "min(a, 2) max(-a, 1)", [-1.0, 1.0]),
+        ("clip(2·x0, −1, 1)²", "clip(2 a, -1, 1)^2", [1.0, 1.0]),
+    ],
+)
+def test_functions_of_several_terms_are_read(text, shown, at):
+    tree = _formula.read(text)
+    assert _formula.plain(tree, lambda _: "a") == shown
+    a = sympy.Symbol("a")
+    value = sympy.lambdify(a, _formula.sympy(tree, lambda _: a, lambda _: a))
+    assert [float(value(v)) for v in (-1.0, 1.0)] == pytest.approx(at)
+    for broken in ("max(x0)", "max(x0, 0", "min x0", "clip(x0, 1)"):
+        with pytest.raises(ValueError, match="unexpected"):
+            _formula.read(broken)
 
 
 def test_latex_is_what_is_shown_in_notebooks():

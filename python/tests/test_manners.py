@@ -179,6 +179,11 @@ def test_ctrl_c_ends_a_simulation():
     assert interrupted_after(0.1, lambda: model.simulate(x[0], np.linspace(0, 1e5, 1000))) < 0.2
 
 
+@pytest.mark.parametrize("delay", [0.05, 1.5])
+def test_ctrl_c_ends_learning(delay):
+    assert interrupted_after(delay, lambda: sindyna.learn("Pendulum-v1", evaluation_episodes=10_000)) < 0.2
+
+
 def test_two_fits_in_two_threads_run_in_parallel():
     # Other programs may have all cores, so seconds prove nothing: short fits end, and this thread counts, while a long one goes on.
     t, x = lorenz(n=600, noise=0.1)

@@ -115,6 +115,15 @@ def test_functions_become_formulas_that_have_their_values():
     assert np.abs(model.predict(x) - x_dot).max() < 1e-9
 
 
+def test_the_larger_the_smaller_and_limits_become_formulas():
+    x = np.random.default_rng(1).uniform(-2.0, 2.0, size=(60, 2))
+    functions = [lambda a: np.maximum(a - 0.4, 0), lambda a, b: np.clip(a, -1, 1) * np.minimum(a, b)]
+    x_dot = np.column_stack([functions[0](x[:, 0]), 2 * functions[1](x[:, 0], x[:, 1])])
+    model = ps.SINDy(ps.LeastSquares(), ps.CustomLibrary(functions)).fit(x, t=0.1, x_dot=x_dot)
+    assert np.abs(model.coefficients() - [[1, 0, 0], [0, 0, 2]]).max() < 1e-9
+    assert np.abs(model.predict(x) - x_dot).max() < 1e-9
+
+
 def test_known_derivatives_are_regressed():
     _, x = lorenz(n=300)
     rate = np.column_stack(

@@ -6,6 +6,17 @@
 //!
 //! [`ByHand`] holds feedback laws that people wrote for the tasks: the marks of what is attainable.
 //!
+//! ```
+//! use sindyna_control::ByHand;
+//! use sindyna_core::{Mode, Policy as _, Seed};
+//!
+//! let law = ByHand::new("pendulum").expect("somebody has written one");
+//! let mut action = [0.0];
+//! // Upright and still: nothing is to be done.
+//! law.act(&[1.0, 0.0, 0.0], Mode::Exploit, &mut Seed::new(0).stream("any", 0), &mut action);
+//! assert!(action[0].abs() < 1e-9);
+//! ```
+//!
 //! Not here: anything trained, any reward; any knowledge of a particular system but in `by_hand`.
 
 mod by_hand;

@@ -8,6 +8,23 @@
 //! termination live. The *observation* o is what sensors show (cosines, float32 rounding) and what policies see.
 //! Likewise the *action* is what an agent chose and the *control* u what the system received.
 //!
+//! ```
+//! use sindyna_core::{Dynamics as _, Held, Scheme, Seed, VectorField};
+//!
+//! /// A mass on a spring: ẋ = v, v̇ = u − 4 x.
+//! struct Spring;
+//! impl VectorField for Spring {
+//!     fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+//!         x_dot.copy_from_slice(&[x[1], u[0] - 4.0 * x[0]]);
+//!     }
+//! }
+//! let dynamics = Held::new(Spring, Scheme::Rk4 { substeps: 10 }, 0.1);
+//! let mut next = [0.0; 2];
+//! dynamics.step(&[1.0, 0.0], &[0.0], &mut Seed::new(0).stream("spring", 0), &mut next)?;
+//! assert!((next[0] - 0.2_f64.cos()).abs() < 1e-9 && (next[1] + 2.0 * 0.2_f64.sin()).abs() < 1e-9);
+//! # Ok::<(), sindyna_core::Diverged>(())
+//! ```
+//!
 //! Not here: any physics, any regression, any network, any file, clock or terminal.
 
 mod bounds;

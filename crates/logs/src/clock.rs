@@ -146,7 +146,7 @@ mod tests {
     }
 
     fn table() -> Table {
-        Table::parse(Path::new("log.csv"), "t,x\n0,1\n".to_owned()).unwrap()
+        Table::parse(Path::new("log.csv"), "t,x\n0,1\n".to_owned(), b',').unwrap()
     }
 
     #[test]

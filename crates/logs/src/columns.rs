@@ -9,26 +9,31 @@ use crate::{LogError, LogOptions, Note, StateOption, Suggestion, TIME, TRAJECTOR
 /// The columns that `options` name.
 pub(crate) fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected, LogError> {
     if options.states.is_empty() {
-        return Err(which_columns(table, path));
+        return Err(which_columns(table, path, &options.time));
     }
     let named: Vec<&String> = options.states.iter().chain(&options.inputs).collect();
     for (i, name) in named.iter().enumerate() {
         let column = || (*name).clone();
-        if [TIME, TRAJECTORY].contains(&name.as_str()) {
+        if [options.time.as_str(), TRAJECTORY].contains(&name.as_str()) {
             return Err(LogError::Reserved { column: column() });
         }
         if named[..i].contains(name) {
             return Err(LogError::NamedTwice { column: column() });
         }
     }
-    in_unit(table, TIME, "s", "seconds")?;
+    in_unit(table, &options.time, "s", "seconds")?;
     let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();
     Ok(Selected {
         states: columns(&options.states)?,
         inputs: columns(&options.inputs)?,
-        time: table.find(TIME),
+        time: time(table, options)?,
         trajectory: table.find(TRAJECTORY),
     })
+}
+
+/// The column of the time stamps; one that was named must be there.
+fn time(table: &Table, options: &LogOptions) -> Result<Option<usize>, LogError> {
+    if options.time == TIME { Ok(table.find(TIME)) } else { table.column(&options.time).map(Some) }
 }
 
 /// Refuses the column `name` if its header tells another unit than `wanted`.
@@ -42,9 +47,9 @@ pub(crate) fn in_unit(table: &Table, name: &str, wanted: &str, expected: &'stati
 }
 
 /// Asks which columns are what, with a guess.
-fn which_columns(table: &Table, path: &Path) -> LogError {
+fn which_columns(table: &Table, path: &Path, time: &str) -> LogError {
     let names = table.columns().iter().map(|c| c.name.as_str());
-    let columns: Vec<&str> = names.filter(|n| !n.is_empty() && ![TIME, TRAJECTORY].contains(n)).collect();
+    let columns: Vec<&str> = names.filter(|n| !n.is_empty() && ![time, TRAJECTORY].contains(n)).collect();
     if columns.is_empty() {
         return LogError::NoColumns { path: path.to_owned() };
     }
@@ -55,7 +60,7 @@ fn which_columns(table: &Table, path: &Path) -> LogError {
     let (inputs, states): (Vec<&str>, Vec<&str>) =
         columns.iter().filter(|n| **n != "reward").partition(|name| looks_like_input(name));
     let owned = |list: Vec<&str>| list.into_iter().map(String::from).collect();
-    let suggestion = Suggestion { states: owned(states), inputs: owned(inputs), has_time: table.find(TIME).is_some() };
+    let suggestion = Suggestion { states: owned(states), inputs: owned(inputs), has_time: table.find(time).is_some() };
     LogError::ColumnsNotNamed { path: path.to_owned(), columns: owned(columns), suggestion }
 }
 

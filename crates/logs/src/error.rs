@@ -189,7 +189,7 @@ pub enum LogError {
         known: Vec<String>,
     },
     /// `t` or `trajectory` was named as a state or an input.
-    #[error("`{column}` is {}, not a state or an input", if column == crate::TIME { "the time" } else { "what tells rollouts apart" })]
+    #[error("`{column}` is {}, not a state or an input", if column == crate::TRAJECTORY { "what tells rollouts apart" } else { "the time" })]
     Reserved {
         /// Name of the column.
         column: String,

@@ -1,5 +1,7 @@
 //! A log, understood.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use sindyna_core::{Dataset, Precision, Spec};
@@ -30,7 +32,17 @@ impl Log {
     /// [`LogError`], with the line and column that is wrong.
     pub fn read(path: impl AsRef<Path>, options: &LogOptions) -> Result<Self, LogError> {
         let path = path.as_ref();
-        Self::interpret(path, &Table::read(path)?, options)
+        let file = File::open(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
+        Self::interpret(path, &Table::read(path, file, options.delimiter)?, options)
+    }
+
+    /// The same of what `source` gives, such as standard input; messages call it `name`.
+    ///
+    /// # Errors
+    /// [`LogError`], with the line and column that is wrong.
+    pub fn read_from(name: impl AsRef<Path>, source: impl Read, options: &LogOptions) -> Result<Self, LogError> {
+        let path = name.as_ref();
+        Self::interpret(path, &Table::read(path, source, options.delimiter)?, options)
     }
 
     /// The same of a `text` that is at hand; messages call it `name`.
@@ -39,7 +51,7 @@ impl Log {
     /// [`LogError`], with the line and column that is wrong.
     pub fn parse(name: impl AsRef<Path>, text: String, options: &LogOptions) -> Result<Self, LogError> {
         let path = name.as_ref();
-        Self::interpret(path, &Table::parse(path, text)?, options)
+        Self::interpret(path, &Table::parse(path, text, options.delimiter)?, options)
     }
 
     fn interpret(path: &Path, table: &Table, options: &LogOptions) -> Result<Self, LogError> {

@@ -2,15 +2,19 @@
 
 use sindyna_core::Precision;
 
-/// Column of the time stamps \[s\].
+/// Column of the time stamps \[s\], if no other is named.
 pub const TIME: &str = "t";
 
 /// Column that tells trajectories apart.
 pub const TRAJECTORY: &str = "trajectory";
 
 /// What is known of a log's columns. Any value will do: it is checked against the file when that is read.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LogOptions {
+    /// What stands between two cells of a line: one byte that is neither a quote, a line break nor part of a number.
+    pub delimiter: u8,
+    /// Column of the time stamps \[s\].
+    pub time: String,
     /// Columns that are states.
     pub states: Vec<String>,
     /// Columns that are inputs, each held until the next row.
@@ -34,13 +38,31 @@ pub struct LogOptions {
 /// Where the sampling interval comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Clock {
-    /// Evenly spaced time stamps in a column `t` \[s\].
+    /// Evenly spaced time stamps in the column [`LogOptions::time`] \[s\].
     #[default]
     Stamps,
     /// The user \[s\].
     Given(f64),
     /// Interpolation of whatever time stamps there are \[s\].
     Resampled(f64),
+}
+
+impl Default for LogOptions {
+    fn default() -> Self {
+        Self {
+            delimiter: b',',
+            time: TIME.into(),
+            states: Vec::new(),
+            inputs: Vec::new(),
+            angles: Vec::new(),
+            rates: None,
+            circles: None,
+            noise: Vec::new(),
+            limits: Vec::new(),
+            clock: Clock::Stamps,
+            precision: None,
+        }
+    }
 }
 
 impl LogOptions {

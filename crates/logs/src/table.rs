@@ -12,6 +12,7 @@ use crate::LogError;
 pub(crate) struct Table {
     path: PathBuf,
     text: String,
+    delimiter: char,
     columns: Vec<Column>,
     /// Number (from 1) and place of each line after the header.
     lines: Vec<(usize, Range<usize>)>,
@@ -37,29 +38,31 @@ impl Column {
 }
 
 impl Table {
-    /// Reads the file at `path`.
-    pub(crate) fn read(path: &Path) -> Result<Self, LogError> {
-        let bytes = std::fs::read(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
+    /// Reads all of `source`, which messages call `path`.
+    pub(crate) fn read(path: &Path, mut source: impl std::io::Read, delimiter: u8) -> Result<Self, LogError> {
+        let mut bytes = Vec::new();
+        source.read_to_end(&mut bytes).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
         let text = String::from_utf8(bytes).map_err(|e| {
             let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
             LogError::NotText { path: path.to_owned(), line }
         })?;
-        Self::parse(path, text)
+        Self::parse(path, text, delimiter)
     }
 
     /// Reads `text`, which messages call `path`.
-    pub(crate) fn parse(path: &Path, text: String) -> Result<Self, LogError> {
+    pub(crate) fn parse(path: &Path, text: String, delimiter: u8) -> Result<Self, LogError> {
+        let delimiter = char::from(delimiter);
         if text.contains('\r') && !text.contains('\n') {
             return Err(LogError::CarriageReturns { path: path.to_owned() });
         }
-        let mut lines = without_comments(&text, lines(&text));
+        let mut lines = without_comments(&text, lines(&text), delimiter);
         while lines.last().is_some_and(|(_, place)| text[place.clone()].trim().is_empty()) {
             lines.pop();
         }
         let Some(first) = lines.first().cloned() else {
             return Err(LogError::Empty { path: path.to_owned() });
         };
-        let mut table = Self { path: path.to_owned(), columns: Vec::new(), lines: lines.split_off(1), text };
+        let mut table = Self { path: path.to_owned(), delimiter, columns: Vec::new(), lines: lines.split_off(1), text };
         table.columns = table.header(first)?;
         if table.lines.is_empty() {
             return Err(LogError::NoRows { path: path.to_owned() });
@@ -74,7 +77,7 @@ impl Table {
         let header = self.text[place].trim_start_matches('\u{feff}');
         let cells = self.split(line, header)?;
         if let [only] = &cells[..]
-            && (only.contains([';', '\t']) || only.split_whitespace().all(|part| part.parse::<f64>().is_ok()))
+            && (only.contains([',', ';', '\t']) || only.split_whitespace().all(|part| part.parse::<f64>().is_ok()))
         {
             return Err(LogError::OneColumn { path: self.path.clone(), line, header: only.to_string() });
         }
@@ -110,10 +113,10 @@ impl Table {
         })
     }
 
-    /// The cells of `line`; `"…"` may hold commas, and `""` is a quote there.
+    /// The cells of `line`; `"…"` may hold delimiters, and `""` is a quote there.
     fn split<'a>(&self, line: usize, text: &'a str) -> Result<Vec<Cow<'a, str>>, LogError> {
         if !text.contains('"') {
-            return Ok(text.split(',').map(|c| Cow::Borrowed(c.trim())).collect());
+            return Ok(text.split(self.delimiter).map(|c| Cow::Borrowed(c.trim())).collect());
         }
         let (mut cells, mut cell, mut quoted) = (Vec::new(), String::new(), false);
         let mut chars = text.chars().peekable();
@@ -121,7 +124,9 @@ impl Table {
             match c {
                 '"' if quoted && chars.peek() == Some(&'"') => cell.extend(chars.next()),
                 '"' => quoted = !quoted,
-                ',' if !quoted => cells.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned())),
+                c if c == self.delimiter && !quoted => {
+                    cells.push(Cow::Owned(std::mem::take(&mut cell).trim().to_owned()))
+                }
                 c => cell.push(c),
             }
         }
@@ -189,15 +194,15 @@ fn lines(text: &str) -> Vec<(usize, Range<usize>)> {
 
 /// Takes away the lines that begin with `#`, but for one that names the columns, as NumPy writes it: the last before the numbers,
 /// if it has as many cells.
-fn without_comments(text: &str, mut lines: Vec<(usize, Range<usize>)>) -> Vec<(usize, Range<usize>)> {
+fn without_comments(text: &str, mut lines: Vec<(usize, Range<usize>)>, delimiter: char) -> Vec<(usize, Range<usize>)> {
     let bare = |place: &Range<usize>| text[place.clone()].trim_start_matches(['\u{feff}', '#', ' ']);
     let comment = |place: &Range<usize>| text[place.clone()].trim_start_matches('\u{feff}').starts_with('#');
     let leading = lines.iter().take_while(|(_, place)| comment(place)).count();
     let end = lines.len().min(leading + 1);
     if let [.., (_, names), (_, first)] = &mut lines[..end] {
-        let cells: Vec<&str> = text[first.clone()].split(',').collect();
+        let cells: Vec<&str> = text[first.clone()].split(delimiter).collect();
         let numbers = cells.iter().all(|cell| cell.trim().parse::<f64>().is_ok());
-        if leading > 0 && numbers && bare(names).split(',').count() == cells.len() {
+        if leading > 0 && numbers && bare(names).split(delimiter).count() == cells.len() {
             names.start = names.end - bare(names).len();
         }
     }
@@ -210,7 +215,7 @@ mod tests {
     use super::*;
 
     fn parse(text: &str) -> Result<Table, LogError> {
-        Table::parse(Path::new("log.csv"), text.to_owned())
+        Table::parse(Path::new("log.csv"), text.to_owned(), b',')
     }
 
     #[test]
@@ -222,6 +227,15 @@ mod tests {
         assert_eq!(rows[0], (2, vec!["0".into(), "1.5".into(), "2".into()]));
         assert_eq!(rows[1].1[1], "-3e-2");
         assert_eq!(table.number(3, 1, "-3e-2").unwrap(), -0.03);
+    }
+
+    #[test]
+    fn cells_are_separated_by_what_is_said() {
+        let table = Table::parse(Path::new("log.csv"), "a;\"b;c\"\n1;2\n".into(), b';').unwrap();
+        assert_eq!(table.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["a", "b;c"]);
+        assert_eq!(table.rows().next().unwrap().unwrap().1, ["1", "2"]);
+        let failure = Table::parse(Path::new("log.csv"), "a,b\n1,2\n".into(), b'\t').map(drop).unwrap_err();
+        assert!(failure.to_string().contains("is one column"), "{failure}");
     }
 
     #[test]

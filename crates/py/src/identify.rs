@@ -124,8 +124,9 @@ pub(crate) fn identify(
             controls: controls.as_array().to_owned(),
         })
         .collect();
-    let found = apart(py, move |go_on| {
-        let found = identifier.identify_recordings_watched(&recordings, &Watch::going_on(go_on));
+    let found = apart(py, move |stop| {
+        let go_on = || !stop.is_set();
+        let found = identifier.identify_recordings_watched(&recordings, &Watch::going_on(&go_on));
         found.map(|found| (account(&found), found.model))
     })?;
     let (account, model) = found.map_err(|e| PyValueError::new_err(e.to_string()))?;
@@ -133,7 +134,7 @@ pub(crate) fn identify(
 }
 
 /// The account of an identification, as JSON; numbers that are not finite are null.
-fn account(found: &Identified) -> String {
+pub(crate) fn account(found: &Identified) -> String {
     let certainty = match found.certainty() {
         Certainty::Exact => "exact",
         Certainty::Adequate => "adequate",

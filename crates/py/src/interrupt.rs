@@ -16,21 +16,33 @@ const PERIOD: Duration = Duration::from_millis(20);
 /// Stack of a thread that works, as large as that of a main thread.
 const STACK: usize = 8 << 20;
 
+/// Whether work is to stop.
+pub(crate) struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// Whether it is.
+    pub(crate) fn is_set(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    /// What tells it, for work that looks by itself.
+    pub(crate) fn flag(&self) -> &Arc<AtomicBool> {
+        &self.0
+    }
+}
+
 /// The result of `work`, done by a thread of its own without the interpreter's lock. If a signal's handler raises an exception meanwhile, that is
 /// the result at once; `work`, which is asked to stop, ends when it looks at what it is given.
 ///
 /// # Errors
 /// The exception raised; [`PyRuntimeError`] if `work` panics or no thread can be had.
-pub(crate) fn apart<T: Send + 'static>(
-    py: Python<'_>,
-    work: impl FnOnce(&dyn Fn() -> bool) -> T + Send + 'static,
-) -> PyResult<T> {
+pub(crate) fn apart<T: Send + 'static>(py: Python<'_>, work: impl FnOnce(&Stop) -> T + Send + 'static) -> PyResult<T> {
     let stop = Arc::new(AtomicBool::new(false));
     let (send, receive) = channel();
-    let asked = Arc::clone(&stop);
+    let asked = Stop(Arc::clone(&stop));
     let worker = move || {
         // Nobody waits for the result of what was stopped.
-        let _ = send.send(work(&|| !asked.load(Ordering::Relaxed)));
+        let _ = send.send(work(&asked));
     };
     let failed = |e: std::io::Error| PyRuntimeError::new_err(format!("no thread could be started: {e}"));
     Builder::new().name("sindyna".into()).stack_size(STACK).spawn(worker).map_err(failed)?;

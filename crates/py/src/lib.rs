@@ -6,6 +6,7 @@
 mod identify;
 mod integrate;
 mod interrupt;
+mod learn;
 mod library;
 mod model;
 mod regress;
@@ -17,6 +18,10 @@ use pyo3::prelude::pymodule;
 mod _sindyna {
     #[pymodule_export]
     use crate::identify::identify;
+    #[pymodule_export]
+    use crate::learn::{
+        Batch, Data, Outcome, Policy, builtin, collect, learned, learned_builtin, paid, states, train, written,
+    };
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]

@@ -29,6 +29,10 @@ impl Model {
         Self { inner }
     }
 
+    pub(crate) fn inner(&self) -> &sindyna_sindy::Model {
+        &self.inner
+    }
+
     fn check(&self, states: usize, controls: usize) -> PyResult<()> {
         let (n, k) = (self.inner.states().len(), self.inner.controls().len());
         if (states, controls) == (n, k) {

@@ -99,7 +99,11 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
         fit.map(|fit| (account(&fit), fit.model))
     };
     // Handing it to another thread would take longer than a small regression.
-    let fit = if searches || n_values > FEW { apart(py, fit)? } else { py.detach(|| fit(&|| true)) };
+    let fit = if searches || n_values > FEW {
+        apart(py, move |stop| fit(&|| !stop.is_set()))?
+    } else {
+        py.detach(|| fit(&|| true))
+    };
     let (account, model) = fit.map_err(refused)?;
     Ok((Model::new(model), account))
 }

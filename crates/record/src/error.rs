@@ -116,6 +116,9 @@ pub enum RecordError {
     /// A model cannot be stepped.
     #[error(transparent)]
     Model(#[from] crate::identification::ModelFileError),
+    /// A state follows from no observation.
+    #[error(transparent)]
+    Unseen(#[from] sindyna_core::Unseen),
     /// A value has no JSON.
     #[error("a record cannot be written as JSON")]
     Json(#[from] serde_json::Error),

@@ -4,8 +4,8 @@ use sindyna_envs::System;
 
 /// Facts about the tasks and methods of a comparison that no record holds. Whoever runs methods knows them.
 pub trait Catalog {
-    /// Names of the methods in their usual order, which is that of their colours.
-    fn methods(&self) -> &[&'static str];
+    /// Names of the methods in their usual order, which is that of their colours; variants come last.
+    fn methods(&self) -> Vec<&str>;
 
     /// The system called `task`, with its true equations.
     fn system(&self, task: &str) -> Option<System>;
@@ -66,8 +66,8 @@ pub(crate) mod tests {
     pub(crate) struct Some7;
 
     impl Catalog for Some7 {
-        fn methods(&self) -> &[&'static str] {
-            &["sindy", "mbpo", "sac", "truth", "lqr", "hand", "random"]
+        fn methods(&self) -> Vec<&str> {
+            vec!["sindy", "mbpo", "sac", "truth", "lqr", "hand", "random"]
         }
         fn system(&self, task: &str) -> Option<System> {
             sindyna_envs::find(task)

@@ -20,6 +20,7 @@
 
 mod cli;
 mod error;
+mod export;
 pub mod identify;
 pub mod problem;
 mod settings;

@@ -27,10 +27,7 @@ fn unknown_names_are_answered_with_the_known_ones() {
     refuses(&["train", "pendulum", "--solver", "lasso"], &["lasso", "best-subset", "stlsq"]);
     refuses(&["train", "pendulum", "--target", "x"], &["motion", "increment", "discrete", "continuous"]);
     refuses(&["train", "pendulum", "--isa", "sse9"], &["sse9", "portable", "avx512"]);
-    refuses(
-        &["train", "pendulum", "--explorer", "alternate"],
-        &["'alternate'", "a similar value exists: 'alternating'"],
-    );
+    refuses(&["train", "pendulum", "--explorer", "alternate"], &["'alternate'", "did you mean `alternating`?"]);
     refuses(&["train", "pendulum", "--term", "sin(phi)"], &["phi"]);
     refuses(&["tasks", "walker"], &["no task named `walker`"]);
     refuses(&["train", "--polcy"], &["--polcy"]);

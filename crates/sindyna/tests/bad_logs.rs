@@ -112,7 +112,7 @@ fn bad_options_are_named() {
         (&["identify", "missing.csv"][..], "cannot read missing.csv"),
         (&["identify", "."], "cannot read ."),
         (&["export", "missing", "--to", "python"], "cannot read missing"),
-        (&["export", "missing", "--to", "pyton"], "a similar value exists: 'python'"),
+        (&["export", "missing", "--to", "pyton"], "did you mean `python`?"),
     ] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), args));
         assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");

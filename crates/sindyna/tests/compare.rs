@@ -233,3 +233,42 @@ fn a_task_or_method_named_twice_counts_once() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert!(code == 0 && stdout.contains("1 of 1"), "{stdout}{stderr}");
 }
+
+#[test]
+fn variants_and_seeds_of_ones_own_stand_beside_the_methods() {
+    let temp = tempfile::tempdir().unwrap();
+    let variant = "short: max_updates=400,solver=stlsq,threshold=0.1";
+    let args = ["compare", "--tasks", "pendulum", "--methods", "random", "--variant", variant, "--quiet"];
+    let run = |more: &[&str]| parts(&sindyna(temp.path(), &[&args[..], more].concat()));
+    let (code, stdout, stderr) = run(&["--seeds", "0-0,7-7", "--out", "c"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("sindy+short"), "{stdout}");
+    for seed in [0, 7] {
+        let outcome = json(&temp.path().join(format!("c/runs/pendulum/sindy+short/seed-{seed}.json")));
+        assert_eq!((&outcome["method"], &outcome["updates"]), (&"sindy+short".into(), &400.into()));
+    }
+    let settings = fs::read_to_string(temp.path().join("c/runs/pendulum/sindy+short/settings.toml")).unwrap();
+    assert!(settings.contains("solver = \"stlsq\"") && settings.contains("max_updates = 400"), "{settings}");
+    assert_eq!(
+        fs::read_to_string(temp.path().join("c/digest/asked.csv")).unwrap(),
+        "task,method,seeds\npendulum,random,\"0-0,7-7\"\npendulum,sindy+short,\"0-0,7-7\"\n"
+    );
+    let whole = files(&temp.path().join("c"));
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "c"]));
+    assert_eq!(code, 0, "{stderr}");
+    assert_eq!(files(&temp.path().join("c")), whole, "the report tells the same again");
+
+    let other = ["compare", "--tasks", "pendulum", "--methods", "random", "--variant", "short: max_updates=500"];
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &[&other[..], &["--out", "c"]].concat()));
+    assert!(code == 2 && stderr.contains("a variant `sindy+short` with other settings"), "{stderr}");
+    for (variant, says) in [
+        ("a: polyac=1", "did you mean `polyak`?"),
+        ("a: rollout_len=1", "`imagination.rollout_len` or `warmup.rollout_len`"),
+        ("a: discount=2", "sac.discount must be"),
+        ("../a: discount=0.5", "letters, digits"),
+    ] {
+        let args = ["compare", "--tasks", "pendulum", "--variant", variant, "--out", "d"];
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code == 2 && stderr.contains(says) && !temp.path().join("d").exists(), "{variant}: {stderr}");
+    }
+}

@@ -7,10 +7,8 @@ mod common;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::Command;
 
-use common::{COLUMNS, example, identify, json, parts, sindyna};
+use common::{COLUMNS, example, identify, json, parts, python, sindyna};
 use rand::RngExt as _;
 use sindyna_core::{Dynamics as _, Seed};
 use sindyna_sindy::Model;
@@ -76,18 +74,6 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
             assert!((a - b).abs() < 1e-12, "{python:?} is not {expected:?}");
         }
     }
-}
-
-/// What `script` prints, run in `directory` by the Python of `.venv`, which `scripts/mujoco_install` makes.
-fn python(directory: &Path, script: &str) -> String {
-    let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
-    let venv = venv.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from);
-    let interpreter =
-        std::path::absolute(venv).unwrap().join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
-    let output = Command::new(&interpreter).current_dir(directory).args(["-X", "utf8", "-c", script]).output();
-    let output = output.unwrap_or_else(|e| panic!("{}: {e}\n\nrun scripts/mujoco_install", interpreter.display()));
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
@@ -316,4 +302,27 @@ fn where_no_noise_is_allowed_noisy_equations_are_an_approximation() {
         assert_eq!(code, i32::from(!adequate), "{stdout}{stderr}");
         assert_eq!(stdout.contains("an approximation"), !adequate, "{stdout}");
     }
+}
+
+#[test]
+fn a_log_may_come_from_standard_input_with_other_cells_and_time() {
+    use std::io::Write as _;
+    let temp = tempfile::tempdir().unwrap();
+    let log = example().replace(',', ";").replacen("t [s];", "seconds [s];", 1).replacen("t;", "seconds;", 1);
+    assert!(log.starts_with("seconds"), "{}", &log[..40]);
+    let args = [&["identify", "-"], &COLUMNS[..], &["--angles", "th", "--delimiter", ";", "--time-column", "seconds"]];
+    let mut process = common::command(temp.path(), &args.concat())
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    process.stdin.take().unwrap().write_all(log.as_bytes()).unwrap();
+    let (code, stdout, stderr) = parts(&process.wait_with_output().unwrap());
+    assert_eq!(code, 0, "{stderr}");
+    assert!(
+        stdout.contains("log: standard input, 101 rows") && stdout.contains("w\u{307} = 15 sin th + 3 u"),
+        "{stdout}"
+    );
+    assert!(temp.path().join("models/log/model.json").is_file());
 }

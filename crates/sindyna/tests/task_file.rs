@@ -186,7 +186,7 @@ fn options_that_do_not_go_with_a_task_file_are_refused() {
     for (args, says) in [
         (&["train", "--task-file", "none.toml"][..], "cannot read none.toml"),
         (&["train", "pendulum", "--task-file", "task.toml"], "task.toml is for `cart-on-a-rail`, not for `pendulum`"),
-        (&["train", "--task-file", "task.toml", "--simulator", "native"], "simulator must be `mujoco` for a task file"),
+        (&["train", "--task-file", "task.toml", "--simulator", "native"], "simulator must be `mujoco` for task.toml"),
         (&["train", "--task-file", "task.toml", "--set", "task=pendulum"], "`task` cannot be set"),
         (&["train", "--task-file", "task.toml", "--config", "config.toml"], "cannot be used with"),
     ] {

@@ -206,10 +206,10 @@ impl Digest {
         // Names become those of files, and stand in pages: none but ours.
         let named = self.asked.iter().map(|a| (ASKED, &a.task, &a.method));
         for (name, task, method) in named.chain(self.runs.iter().map(|run| (RUNS, &run.task, &run.method))) {
-            if !known.tasks.contains(&task.as_str()) {
+            if !known.has_task(task) {
                 return Err(format!("{name} names the task `{task}`, which there is not"));
             }
-            if !known.methods.contains(&method.as_str()) {
+            if !known.has_method(method) {
                 return Err(format!("{name} names the method `{method}`, which there is not"));
             }
         }
@@ -299,6 +299,7 @@ fn distinct<'a>(names: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::comparison::Seeds;
 
     const NAMES: Names<'static> = Names { tasks: &["pendulum"], methods: &["sindy", "sac"] };
 
@@ -311,7 +312,7 @@ mod tests {
             model_parameters: Some(2),
             ..Outcome::new("pendulum", "sindy", 3)
         };
-        let asked = vec![Request { task: "pendulum".into(), method: "sac".into(), seeds: 3 }];
+        let asked = vec![Request { task: "pendulum".into(), method: "sac".into(), seeds: Seeds::first(3) }];
         let mut digest = Digest { settings: "version = \"0\"\n".into(), asked, ..Digest::default() };
         digest.add(&outcome, Some(1.25));
         digest.add(&Outcome::new("pendulum", "sac", 0), None);
@@ -354,7 +355,7 @@ mod tests {
             strange.add(&Outcome::new(task, method, 0), None);
             assert!(strange.check(&NAMES).unwrap_err().contains(says));
         }
-        let asked = vec![Request { task: "pendulum".into(), method: "\u{7}".into(), seeds: 1 }];
+        let asked = vec![Request { task: "pendulum".into(), method: "\u{7}".into(), seeds: Seeds::first(1) }];
         assert!(
             Digest { asked, ..Digest::default() }.check(&NAMES).unwrap_err().contains("asked.csv names the method")
         );

@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+use super::Seeds;
+
 /// One method on one task: a line of `asked.csv`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Request {
@@ -11,19 +13,19 @@ pub struct Request {
     pub task: String,
     /// Name of the method.
     pub method: String,
-    /// Number of seeds, from 0 on.
-    pub seeds: u64,
+    /// Seeds.
+    pub seeds: Seeds,
 }
 
-/// All that `before` and `now` ask for, each task and method once: of both the larger number of seeds.
+/// All that `before` and `now` ask for, each task and method once: the seeds of both.
 #[must_use]
 pub fn merged(before: &[Request], now: &[Request]) -> Vec<Request> {
-    let mut most: BTreeMap<(&str, &str), u64> = BTreeMap::new();
+    let mut all: BTreeMap<(&str, &str), Seeds> = BTreeMap::new();
     for Request { task, method, seeds } in before.iter().chain(now) {
-        let known = most.entry((task, method)).or_insert(0);
-        *known = (*seeds).max(*known);
+        let known = all.entry((task, method)).or_default();
+        *known = seeds.union(known);
     }
     let line =
-        |((task, method), seeds): ((&str, &str), u64)| Request { task: task.into(), method: method.into(), seeds };
-    most.into_iter().map(line).collect()
+        |((task, method), seeds): ((&str, &str), Seeds)| Request { task: task.into(), method: method.into(), seeds };
+    all.into_iter().map(line).collect()
 }

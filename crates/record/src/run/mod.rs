@@ -13,5 +13,7 @@ pub use episode::{EpisodeRow, EpisodeTable, Watched, labels_of};
 pub use events::EventLog;
 pub use lock::DirLock;
 pub use moments::Moment;
-pub use rollout_csv::rollout_csv;
-pub use summary::{Confirmation, Evaluation, Identification, Prediction, Summary, Timing, Training};
+pub use rollout_csv::{log_csv, rollout_csv};
+pub use summary::{
+    Confirmation, Coverage, Evaluation, Identification, Prediction, StateRange, Summary, Timing, Training,
+};

@@ -1,8 +1,10 @@
-//! `rollout.csv`: the real data.
+//! `rollout.csv`: the real data; `data.csv`: a log.
 
 use std::fmt::Write as _;
 
-use sindyna_core::{Dataset, Spec};
+use sindyna_core::{Channel, Dataset, Inverse, Spec};
+
+use crate::RecordError;
 
 /// A row per sample: trajectory, time t \[s\], observation, action, control held until the next row, reward of that
 /// step. The last row of a rollout has no action; its fields are empty.
@@ -41,4 +43,29 @@ pub fn rollout_csv(spec: &Spec, data: &Dataset) -> String {
         }
     }
     text
+}
+
+/// A log as it was understood: a row per sample with trajectory, time t \[s\], states, and control held until the next row; the last row
+/// of a trajectory repeats the control before.
+///
+/// # Errors
+/// [`RecordError::Unseen`] if a state follows from no observation, [`RecordError::Csv`] for what has no CSV.
+pub fn log_csv(spec: &Spec, data: &Dataset) -> Result<Vec<u8>, RecordError> {
+    let inverse = Inverse::of(spec)?;
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    let named = |channels: &[Channel]| channels.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
+    writer.write_record([vec!["trajectory".into(), "t".into()], named(&spec.state), named(&spec.control)].concat())?;
+    for (trajectory, rollout) in data.rollouts().enumerate() {
+        // A trajectory without a step has no control.
+        let Some(last) = rollout.rewards.len().checked_sub(1) else { continue };
+        let mut state = vec![0.0; spec.state_dim()];
+        for (i, observation) in rollout.observations.rows().into_iter().enumerate() {
+            let near = state.clone();
+            inverse.state(&observation.to_vec(), &near, &mut state);
+            let numbers = state.iter().chain(rollout.controls.row(i.min(last))).map(ToString::to_string);
+            let place = [trajectory.to_string(), (i as f64 * data.dt()).to_string()];
+            writer.write_record(place.into_iter().chain(numbers))?;
+        }
+    }
+    Ok(writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?)
 }

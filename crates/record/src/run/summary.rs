@@ -48,7 +48,7 @@ impl Summary {
     #[must_use]
     pub fn files(&self) -> Vec<&'static str> {
         let model = self.identification.as_ref().map(|_| "model.json");
-        let policy = self.evaluation.as_ref().map(|_| "policy.safetensors");
+        let policy = self.training.model_return.map(|_| "policy.safetensors");
         ["rollout.csv", "events.jsonl", "timing.json"].into_iter().chain(model).chain(policy).collect()
     }
 }
@@ -137,6 +137,9 @@ pub struct Training {
     /// Its real episode before that, where the model was not believed without one.
     #[serde(default)]
     pub confirmation: Option<Confirmation>,
+    /// Where the policy goes in the model, and where the data were; told where there was no evaluation because there is no system.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<Coverage>,
     /// Why training stopped short, if it did.
     pub failure: Option<String>,
 }
@@ -152,6 +155,30 @@ pub struct Prediction {
     pub low: f64,
     /// Upper end of the interval.
     pub high: f64,
+}
+
+/// Where a policy goes in its model beside where the data were.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Coverage {
+    /// Episodes in the model.
+    pub episodes: usize,
+    /// Share of their steps with a state beyond the range of the data; angles aside.
+    pub share_outside: f64,
+    /// Each state.
+    pub states: Vec<StateRange>,
+}
+
+/// Lowest and highest value of a state.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StateRange {
+    /// The state.
+    pub state: String,
+    /// Its unit.
+    pub unit: String,
+    /// In the data.
+    pub data: (f64, f64),
+    /// In episodes of the policy in the model.
+    pub policy: (f64, f64),
 }
 
 /// A real episode beside what was promised for it.
@@ -181,6 +208,9 @@ pub struct Timing {
     pub train_seconds: f64,
     /// Seconds of the evaluation.
     pub evaluate_seconds: f64,
+    /// Seconds of one action of the policy, the median of many; told where there was no evaluation because there is no system.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub act_seconds: Option<f64>,
     /// Seconds in all.
     pub wall_seconds: f64,
     /// Processor and cores.

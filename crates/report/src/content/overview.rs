@@ -81,7 +81,7 @@ fn overview(digest: &Digest) -> String {
 /// Pairs of task and method that have fewer seeds than were asked for, or than others, and why some have none.
 pub(crate) fn gaps(digest: &Digest, catalog: &dyn Catalog) -> Option<String> {
     let asked = |task: &str, method: &str| {
-        digest.asked.iter().find(|a| a.task == task && a.method == method).map(|a| a.seeds as usize)
+        digest.asked.iter().find(|a| a.task == task && a.method == method).map(|a| a.seeds.count())
     };
     let count = |task: &str, method: &str| digest.of(task, method).count();
     let named = digest.asked.iter().map(|a| (a.task.as_str(), a.method.as_str()));
@@ -117,7 +117,7 @@ pub(crate) fn gaps(digest: &Digest, catalog: &dyn Catalog) -> Option<String> {
 mod tests {
     use super::*;
     use crate::catalog::tests::Some7;
-    use sindyna_record::comparison::{Outcome, Request};
+    use sindyna_record::comparison::{Outcome, Request, Seeds};
 
     #[test]
     fn gaps_are_told() {
@@ -133,7 +133,8 @@ mod tests {
         }
         let told = gaps(&digest, &Some7).expect("there are gaps");
         assert_eq!(told, "Not in it: lqr is not for pendulum; sac on cart-pole has 1 run of 2.");
-        let asked = |task: &str, method: &str| Request { task: task.into(), method: method.into(), seeds: 3 };
+        let asked =
+            |task: &str, method: &str| Request { task: task.into(), method: method.into(), seeds: Seeds::first(3) };
         digest.asked = vec![asked("cart-pole", "sac"), asked("mountain-car", "sindy")];
         let told = gaps(&digest, &Some7).expect("there are gaps");
         assert!(told.contains("sac on cart-pole has 1 of the 3 runs asked for"), "{told}");

@@ -6,7 +6,7 @@ use super::frame::{HEIGHT, WIDTH};
 use crate::Catalog;
 use crate::escape::escaped;
 
-/// Methods that have a colour of their own; others share the last.
+/// Methods that have a colour of their own; variants take those of methods that are seldom beside them.
 pub const METHOD_COLOURS: usize = METHODS.len();
 
 /// Colours of the methods in their usual order, on light and on dark ground: each at least 4.5 : 1 against it.
@@ -65,8 +65,9 @@ const PAGE_SHAPES: [(&str, &str); 7] = [
 
 /// The class whose colour is that of the method called `name`, in every drawing.
 pub(crate) fn colour(catalog: &dyn Catalog, name: &str) -> String {
-    let (place, last) = (catalog.methods().iter().position(|method| *method == name), METHOD_COLOURS - 1);
-    format!("c{}", place.unwrap_or(last).min(last))
+    let last = METHOD_COLOURS - 1;
+    let place = catalog.methods().iter().position(|method| *method == name).unwrap_or(last);
+    format!("c{}", place.checked_sub(METHOD_COLOURS).map_or(place, |variant| 1 + variant % (last - 1)))
 }
 
 /// The rules of drawings on a page, whose colours are variables that follow the reader's wish for light or dark.

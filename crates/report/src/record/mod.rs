@@ -7,7 +7,7 @@ mod series;
 mod verdict;
 
 use sindyna_envs::System;
-use sindyna_record::run::{Moment, Summary};
+use sindyna_record::run::{Coverage, Moment, StateRange, Summary};
 use sindyna_record::{ModelRecord, RunRecord};
 
 use crate::Page;
@@ -127,6 +127,9 @@ fn result(summary: &Summary) -> Vec<Block> {
             )
         }
         (None, _) if summary.interrupted => "Interrupted before the evaluation.".into(),
+        (None, _) if summary.training.coverage.is_some() => {
+            "Not evaluated: the data are a log, there is no system. The return below is predicted.".into()
+        }
         (None, _) => "No policy was evaluated.".into(),
     };
     let mut blocks = vec![Block::Verdict { good: summary.solved, text }];
@@ -187,5 +190,27 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
         )));
     }
     blocks.push(Block::Figures(figures));
+    blocks.extend(of.coverage.iter().flat_map(coverage));
     blocks
+}
+
+/// Where the policy goes in the model, and where the data were.
+fn coverage(coverage: &Coverage) -> Vec<Block> {
+    let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
+    let row = |r: &StateRange| {
+        let beyond = if r.policy.0 < r.data.0 || r.policy.1 > r.data.1 { "yes" } else { "no" };
+        [r.state.clone(), r.unit.clone(), range(r.data), range(r.policy), beyond.into()]
+    };
+    vec![
+        Block::text(format!(
+            "In {} of the policy in the model, {} % of the steps are beyond the range of the data, where nothing was compared with the system.",
+            plural(coverage.episodes, "episode"),
+            fixed(100.0 * coverage.share_outside, 0)
+        )),
+        Block::table(
+            2,
+            ["state", "unit", "data", "policy", "beyond the data"],
+            coverage.states.iter().take(MOST_ROWS).map(row).collect(),
+        ),
+    ]
 }

@@ -1,34 +1,6 @@
-//! What all commands have in common.
-
-use std::io::Write as _;
+//! What the commands that compute have in common.
 
 use super::failure::Failure;
-use super::plain::plain;
-
-/// How a command that ran came out.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Verdict {
-    Done,
-    MissedTarget,
-    Interrupted,
-}
-
-/// Writes `text` to stdout, for people to read.
-pub(crate) fn print(text: &str) -> Result<(), Failure> {
-    write_out(&plain(text))
-}
-
-/// Writes `text` to stdout as it is; a reader that has gone away (`| head`) is not an error.
-pub(crate) fn write_out(text: &str) -> Result<(), Failure> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(Failure::from(anyhow::Error::new(e).context("cannot write to stdout"))
-                .hint("results go to stdout: see that what it leads to has room"))
-        }
-        _ => Ok(()),
-    }
-}
 
 /// Threads to work with.
 const MOST_THREADS: i64 = 1_024;
@@ -39,9 +11,6 @@ pub(crate) struct Common {
     /// Threads to work with; results do not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
-    /// No progress on stderr
-    #[arg(long, short)]
-    pub(crate) quiet: bool,
 }
 
 impl Common {

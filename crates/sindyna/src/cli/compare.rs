@@ -1,23 +1,27 @@
 //! `sindyna compare`: methods side by side.
 
-use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
 use sindyna_core::number::plural;
-use sindyna_record::comparison::{Outcome, gather};
+use sindyna_record::comparison::{Outcome, Seeds, gather};
 use sindyna_report::Comparison;
 use sindyna_rl::Isa;
 
-use super::common::{Common, Verdict, print};
+use super::answer::{Answer, Verdict};
+use super::common::Common;
+use super::console::Console;
+use super::pages;
+use super::report::Told;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::cli::methods::{Job, Known, Method, Pace, Store, first_check};
+use crate::cli::methods::{Contender, Job, Known, Method, Pace, Store, Variant, first_check};
 use crate::cli::progress::Progress;
 use crate::cli::report_files;
-use crate::problem;
+use crate::problem::{self, Problem, Source};
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
@@ -29,7 +33,7 @@ use crate::problem;
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS, allow_negative_numbers = true)]
 pub(crate) struct Args {
-    /// Tasks, `sindyna tasks` lists them
+    /// Tasks, `sindyna tasks` lists them; a name that ends in .toml is a task file with a simulator (docs/task-files.md)
     #[arg(
         long,
         value_name = "NAMES",
@@ -47,9 +51,13 @@ pub(crate) struct Args {
         default_value = "sindy,sac,lqr,hand,random"
     )]
     methods: Vec<String>,
-    /// Seeds 0 to N−1
-    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    seeds: u64,
+    /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. May be given
+    /// several times; keys are those of config.toml, whose last part does where it is the only one
+    #[arg(long = "variant", value_name = "NAME: KEY=VALUE,…")]
+    variants: Vec<Variant>,
+    /// Seeds: N for 0 to N−1, or a list of seeds and ranges such as 0-9,100-199
+    #[arg(long, value_name = "N|LIST", default_value = "10")]
+    seeds: Seeds,
     /// Real steps at most, for sac, sac20, mbpo, mbpo-paper and sindy-mbpo; the others take what they need [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
@@ -71,20 +79,29 @@ Methods:
   sindy          equations from ten real steps on, soft actor-critic inside them: `sindyna train`
   least-squares  the same loop with a linear model, fitted by least squares
   ensemble       the same loop with an ensemble of neural networks (Janner's)
-  mbpo           soft actor-critic on the real system and in an ensemble of neural networks, ten updates a step (Janner 2019)
+  mbpo           soft actor-critic on the real system and in an ensemble of networks (Janner 2019)
   mbpo-paper     the same with the ensemble whose size the SINDy paper gives
   sindy-mbpo     mbpo with identified equations instead of the ensemble
   sac            soft actor-critic on the real system, one update a step
   sac20          the same with twenty updates a step
   truth          soft actor-critic inside the true equations: what the best of models could give
-  lqr            least squares on six real episodes of five small random actions, and a linear-quadratic regulator (tasks to balance)
-  sindy-lqr      a linear-quadratic regulator of the equations identified from ten real steps (tasks to balance)
+  lqr            a linear-quadratic regulator of a linear model of 30 real steps (tasks to balance)
+  sindy-lqr      the same of the equations identified from ten real steps
   hand           a controller written by somebody who knows the equations
   random         uniformly random actions";
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+/// What `--json` says of a comparison that was run.
+#[derive(Serialize)]
+struct Ran<'a> {
+    #[serde(flatten)]
+    told: Told<'a>,
+    runs: usize,
+    done_before: usize,
+}
+
+pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     let interrupt = Interrupt::listen()?;
-    let progress = Progress::new(args.common.quiet);
+    let progress = Progress::new(console);
     let jobs = args.jobs(&progress)?;
     let settings = settings(args)?;
     let store = Store::open(&args.out, &settings, &jobs)?;
@@ -93,41 +110,79 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let pool = args.common.pool()?;
     let mut pace = Pace::new(left.iter().copied(), pool.current_num_threads());
     before.iter().for_each(|job| pace.know(job, store.seconds(job).unwrap_or(0.0)));
-    let time =
-        pace.seconds_left().filter(|_| !left.is_empty()).map_or_else(String::new, |s| format!(", {} left", shown(s)));
+    let time = if left.is_empty() { String::new() } else { format!(", {}", pace.left()) };
     progress.say(&format!("{}, {} of them done before{time}", plural(jobs.len(), "run"), before.len()));
-    let state = Mutex::new((0, pace));
+    let state = Mutex::new(State { done: 0, pace, running: Vec::new() });
+    let locked = || state.lock().unwrap_or_else(PoisonError::into_inner);
     pool.install(|| {
         // One job after the other goes to whichever core is free.
         left.iter().par_bridge().try_for_each(|job| {
+            if stop() {
+                return Ok(());
+            }
+            locked().begin(job, left.len(), &progress);
             let begun = Instant::now();
-            let Some(outcome) = (!stop()).then(|| job.run(&stop)).flatten() else { return Ok(()) };
+            let outcome = job.run(&stop);
             let seconds = begun.elapsed().as_secs_f64();
-            store.keep(job, &outcome, seconds)?;
-            let mut state = state.lock().unwrap_or_else(PoisonError::into_inner);
-            state.0 += 1;
-            state.1.done(job, seconds);
-            progress.say(&line(&outcome, state.0, left.len(), &state.1));
+            if let Some(outcome) = &outcome {
+                store.keep(job, outcome, seconds)?;
+            }
+            locked().end(job, outcome.as_ref(), seconds, left.len(), &progress);
             Ok::<_, Failure>(())
         })
     })?;
+    progress.finish();
     // A comparison stopped before its first run came to an end has nothing to report.
-    let done = state.into_inner().unwrap_or_else(PoisonError::into_inner).0;
-    let any = done > 0 || !before.is_empty();
-    if any {
-        let tasks = Known::tasks();
-        let digest = gather(&args.out, &Known::names(&tasks))?;
-        digest.write(&args.out.join(report_files::DIGEST))?;
-        let comparison = Comparison::new(&digest, &Known);
-        report_files::write(&comparison, &args.out)?;
-        let (table, missing) = (super::report::table(comparison.groups()), super::report::missing(&comparison));
-        print(&format!("{table}\n{missing}record: {}\n", super::report::contents(&args.out)))?;
-    }
-    if interrupt.pressed() {
+    let done = state.into_inner().unwrap_or_else(PoisonError::into_inner).done;
+    let verdict = if interrupt.pressed() {
         progress.say("stopped; give the same command again to go on");
-        return Ok(Verdict::Interrupted);
+        Verdict::Interrupted
+    } else {
+        Verdict::Done
+    };
+    if done == 0 && before.is_empty() {
+        return Ok(Answer::silent(verdict));
     }
-    Ok(Verdict::Done)
+    let tasks = Known::tasks();
+    let digest = gather(&args.out, &Known::names(&tasks))?;
+    digest.write(&args.out.join(report_files::DIGEST))?;
+    let known = Known::of(&digest);
+    let comparison = Comparison::new(&digest, &known);
+    report_files::write(&comparison, &args.out)?;
+    let (table, missing) = (super::report::table(comparison.groups()), super::report::missing(&comparison));
+    let text = format!("{table}\n{missing}record: {}\n", super::report::contents(&args.out));
+    let told = Told {
+        record: &args.out,
+        report: args.out.join(pages::PAGE),
+        groups: comparison.groups(),
+        missing: comparison.gaps(),
+    };
+    Answer::new(verdict, text, &Ran { told, runs: jobs.len(), done_before: before.len() })
+}
+
+/// Where the runs of a comparison are.
+struct State {
+    done: usize,
+    pace: Pace,
+    running: Vec<String>,
+}
+
+impl State {
+    fn begin(&mut self, job: &Job, total: usize, progress: &Progress) {
+        self.running.push(job.to_string());
+        progress.runs(self.done, total, &self.pace.left().to_string(), &self.running);
+    }
+
+    /// Notes the end of `job`, which has no `outcome` if it was interrupted.
+    fn end(&mut self, job: &Job, outcome: Option<&Outcome>, seconds: f64, total: usize, progress: &Progress) {
+        self.running.retain(|name| *name != job.to_string());
+        if let Some(outcome) = outcome {
+            self.done += 1;
+            self.pace.done(job, seconds);
+            progress.say(&format!("[{}/{total}, {}] {job}: {}", self.done, self.pace.left(), came_to(outcome)));
+        }
+        progress.runs(self.done, total, &self.pace.left().to_string(), &self.running);
+    }
 }
 
 /// A fraction of the sensors' scales.
@@ -143,30 +198,60 @@ fn name(text: &str) -> Result<String, &'static str> {
     if text.is_empty() { Err("a name in the list is empty") } else { Ok(text.to_owned()) }
 }
 
+/// Whether `method` can be used on `system`.
+fn fits(method: Method, system: &dyn Problem) -> bool {
+    method.fits(&system.spec().name) && (method != Method::Truth || system.dynamics().is_some())
+}
+
 impl Args {
+    /// The task that comes along as `task`, or that of a task file.
+    fn system(&self, task: &str) -> Result<Arc<dyn Problem>, Failure> {
+        let path = Path::new(task);
+        let source = match path.extension() {
+            Some(end) if end == "toml" => Source::File(path.to_owned()),
+            _ => Source::Named(task.to_owned()),
+        };
+        let (spec, simulator) = source.spec()?;
+        if matches!(source, Source::File(_)) && problem::names().contains(&spec.name.as_str()) {
+            return Err(Failure::new(format!("{task} is called `{}`, as a task that comes along", spec.name))
+                .hint("give the task in the file another name"));
+        }
+        Ok(source.problem(simulator, self.noise)?)
+    }
+
     fn jobs(&self, progress: &Progress) -> Result<Vec<Job>, Failure> {
         let mut jobs = Vec::new();
-        let mut methods = self.methods.iter().map(|name| Method::named(name)).collect::<Result<Vec<_>, _>>()?;
+        let mut methods: Vec<Contender> =
+            self.methods.iter().map(|name| Method::named(name).map(Contender::from)).collect::<Result<_, _>>()?;
+        methods.extend(self.variants.iter().cloned().map(Contender::variant));
         let mut tasks = self.tasks.clone();
         unique(&mut methods);
+        different_names(&methods)?;
         unique(&mut tasks);
-        let system = |task: &String| Ok::<_, Failure>(problem::system(task)?.with_noise(self.noise));
-        let systems = tasks.iter().map(system).collect::<Result<Vec<_>, _>>()?;
+        let systems = tasks.iter().map(|task| self.system(task)).collect::<Result<Vec<_>, _>>()?;
         let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
-        for seed in 0..self.seeds {
+        for seed in self.seeds.iter() {
             for system in &systems {
-                let fitting = methods.iter().filter(|m| m.fits(system.name()));
-                jobs.extend(fitting.map(|&method| Job { system: system.clone(), method, seed, budget, whole_budget }));
+                let fitting = methods.iter().filter(|m| fits(m.method, &**system));
+                let job = |contender: &Contender| Job {
+                    system: system.clone(),
+                    contender: contender.clone(),
+                    seed,
+                    budget,
+                    whole_budget,
+                };
+                jobs.extend(fitting.map(job));
             }
         }
         for method in &methods {
-            let not: Vec<&str> = tasks.iter().filter(|task| !method.fits(task)).map(String::as_str).collect();
+            let not = systems.iter().filter(|system| !fits(method.method, &***system));
+            let not: Vec<&str> = not.map(|system| system.spec().name.as_str()).collect();
             if !not.is_empty() {
                 progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }
         }
-        let learners = jobs.iter().filter_map(|job| first_check(job.method, job.system.spec()));
+        let learners = jobs.iter().filter_map(|job| first_check(job.method(), job.system.spec()));
         if let (Some(budget), Some(least)) = (budget, learners.max())
             && budget < least
         {
@@ -174,11 +259,24 @@ impl Args {
                 "note: within {budget} real steps some can solve nothing: their first check is after {least}"
             ));
         }
+        // What no variant can have is refused before the first file.
+        jobs.iter().try_for_each(|job| job.settings().map(drop))?;
         if jobs.is_empty() {
             return Err(Failure::new("none of these methods fits any of these tasks")
                 .hint("`lqr` and `sindy-lqr` are for tasks to balance, `hand` for those that somebody has written a controller for"));
         }
         Ok(jobs)
+    }
+}
+
+/// Refuses two variants of one name.
+fn different_names(contenders: &[Contender]) -> Result<(), Failure> {
+    let names: Vec<String> = contenders.iter().map(Contender::name).collect();
+    match names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
+        None => Ok(()),
+        Some((_, name)) => {
+            Err(Failure::new(format!("two variants are called `{name}`")).hint("give each a name of its own"))
+        }
     }
 }
 
@@ -223,19 +321,13 @@ fn settings(args: &Args) -> Result<String, Failure> {
     Ok(toml::to_string(&settings)?)
 }
 
-/// How one run came out, and how long the rest will take.
-fn line(outcome: &Outcome, count: usize, total: usize, pace: &Pace) -> String {
-    let result = match (&outcome.failure, outcome.solved_after) {
+/// How one run came out.
+fn came_to(outcome: &Outcome) -> String {
+    match (&outcome.failure, outcome.solved_after) {
         (Some(failure), _) => format!("failed: {failure}"),
         // Real steps say nothing of who knows the answer beforehand.
-        (None, Some(_)) if Method::named(&outcome.method).is_ok_and(Method::is_reference) => "solved".into(),
+        (None, Some(_)) if Method::of_run(&outcome.method).is_some_and(Method::is_reference) => "solved".into(),
         (None, Some(steps)) => format!("solved after {steps} real steps"),
         (None, None) => "not solved".into(),
-    };
-    let left = shown(pace.seconds_left().unwrap_or(0.0));
-    format!("[{count}/{total}, {left} left] {} {} seed {}: {result}", outcome.task, outcome.method, outcome.seed)
-}
-
-fn shown(seconds: f64) -> String {
-    if seconds < 90.0 { format!("{seconds:.0} s") } else { format!("{:.0} min", seconds / 60.0) }
+    }
 }

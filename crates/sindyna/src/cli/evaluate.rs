@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
+use serde::Serialize;
 use sindyna_core::{Seed, Space, Spec};
 use sindyna_rl::SavedPolicy;
 
-use super::common::{Common, Verdict, print};
+use super::answer::{Answer, Verdict};
+use super::common::Common;
 use crate::cli::failure::Failure;
 use crate::problem::{Problem, Source};
 use crate::settings::{TrainConfig, check_episodes};
@@ -38,7 +40,16 @@ pub(crate) struct Args {
     common: Common,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+/// What `--json` says of an evaluation.
+#[derive(Serialize)]
+struct Evaluated<'a> {
+    task: &'a str,
+    solved: Option<bool>,
+    threshold: Option<f64>,
+    evaluation: &'a Evaluation,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let read = |name: &str| {
         let path = args.run.join(name);
         std::fs::read(&path).with_context(|| format!("cannot read {}", path.display())).map_err(|e| {
@@ -57,13 +68,22 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
     let source = Source::of(&config, &args.run);
     let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
+    if problem.log().is_some() {
+        return Err(Failure::new(format!(
+            "{} was trained in the equations of a log: there is no system to evaluate its policy on",
+            args.run.display()
+        ))
+        .hint(format!("`sindyna show {}` tells what is predicted", args.run.display())));
+    }
     let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
     check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
     fits(&policy, problem.spec())?;
     let evaluation = args.common.pool()?.install(|| evaluation(&*problem, &policy, episodes, seed))?;
-    print(&report(&*problem, &evaluation, args.returns))?;
-    Ok(verdict(&*problem, &evaluation))
+    let Spec { name, solved_at, .. } = problem.spec();
+    let solved = solved_at.map(|mark| evaluation.mean_return >= mark);
+    let result = Evaluated { task: name, solved, threshold: *solved_at, evaluation: &evaluation };
+    Answer::new(verdict(&*problem, &evaluation), report(*solved_at, &evaluation, args.returns), &result)
 }
 
 /// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
@@ -103,9 +123,9 @@ fn fits(policy: &SavedPolicy, spec: &Spec) -> Result<(), Failure> {
 }
 
 /// Whether the evaluation reached the task's threshold, in one line.
-pub(crate) fn report(problem: &dyn Problem, evaluation: &Evaluation, each: bool) -> String {
+pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool) -> String {
     let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
-    let judgement = match problem.spec().solved_at {
+    let judgement = match threshold {
         Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
         Some(mark) => format!(": not solved (< {mark})"),
         None => String::new(),

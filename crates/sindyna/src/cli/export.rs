@@ -3,20 +3,24 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
-use serde_json::Value;
+use serde_json::{Value, json};
 use sindyna_core::Channel;
+use sindyna_rl::SavedPolicy;
 use sindyna_sindy::{Model, export};
 
-use super::common::{Verdict, print, write_out};
+use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
+use crate::export::{Language, Program};
+use crate::problem::Source;
 use crate::settings::TrainConfig;
 use sindyna_record::Own;
 use sindyna_record::identification::{Stepping, read_model};
 
-/// Writes equations as a program in another language
+/// Writes equations, and the policy of a run, as a program in another language
 ///
-/// `--to python` writes a module that needs NumPy alone: `rhs(x, u)` gives the rates of the states (a map has none),
-/// `step(x, u)` the state one control interval later, both for one state or for arrays of them.
+/// `rhs(x, u)` gives the rates of the states (a map has none), `step(x, u)` the state one control interval later, and of a run `act(o)` the
+/// action of its policy for an observation, with scaling and limits inside. Numbers are double precision; actions differ from ours by at
+/// most 1e-6 of their range. In Python all take one state or arrays of them.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
@@ -26,7 +30,7 @@ pub(crate) struct Args {
     /// Language to write
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     to: Language,
-    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py next to model.json]
+    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs or .tex next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -35,14 +39,7 @@ const EXAMPLE: &str = "\
 Example:  sindyna export models/pendulum --to python
           python3 -c 'import sys; sys.path.append(\"models/pendulum\"); import model; print(model.step([0.1, 0.0], [0.5]))'";
 
-/// Languages there are.
-#[derive(Debug, Clone, Copy, clap::ValueEnum)]
-enum Language {
-    /// A module that needs NumPy alone
-    Python,
-}
-
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };
     let text =
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
@@ -51,18 +48,40 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
     let (system, notes) = (export::System::from(&model), notes(directory, &model));
-    let module = match args.to {
-        Language::Python => export::python(&system, &notes)?,
+    let program = Program::new(system, notes);
+    let program = match policy(directory)? {
+        Some((policy, observed)) => program.with_policy(&policy, observed),
+        None => program,
     };
+    let module = args.to.write(&program)?;
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
-        write_out(&module)?;
-        return Ok(Verdict::Done);
+        let result = json!({"language": args.to.name(), "written": null, "program": module});
+        return Answer::raw(module, &result);
     }
-    let out = args.out.clone().unwrap_or_else(|| file.with_extension("py"));
+    let out = args.out.clone().unwrap_or_else(|| file.with_extension(args.to.extension()));
     Own { path: &out, what: "export of sindyna" }.save(module.as_bytes()).map_err(|e| Failure::of_own(e, "--out"))?;
-    print(&format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display()))?;
-    Ok(Verdict::Done)
+    let text = format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display());
+    Answer::new(Verdict::Done, text, &json!({"language": args.to.name(), "written": out, "program": module}))
+}
+
+/// The policy beside a model and the names of what it observes, where there is one.
+fn policy(directory: &Path) -> Result<Option<(SavedPolicy, Vec<String>)>, Failure> {
+    let path = directory.join("policy.safetensors");
+    let bytes = match std::fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(anyhow::Error::new(e).context(format!("cannot read {}", path.display())).into()),
+    };
+    let policy =
+        SavedPolicy::from_safetensors(&bytes).with_context(|| format!("{} is not a policy", path.display()))?;
+    // Names are for comments; a system that is not there has none.
+    let config = std::fs::read_to_string(directory.join("config.toml")).ok();
+    let config = config.and_then(|text| TrainConfig::parse(&text).ok());
+    let spec = config.and_then(|config| Source::of(&config, directory).spec().ok());
+    let names = spec.map_or_else(Vec::new, |(spec, _)| spec.observation.into_iter().map(|c| c.name).collect());
+    let observed = if names.len() == policy.observation_dim() { names } else { Vec::new() };
+    Ok(Some((policy, observed)))
 }
 
 /// Whether `out` is a name of standard output.

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use anstyle::{AnsiColor, Style};
+use serde_json::{Value, json};
 use sindyna_record::RecordError;
 
 use crate::cli::hints;
@@ -11,13 +13,19 @@ use crate::cli::plain::message;
 #[derive(Debug)]
 pub(crate) struct Failure {
     error: anyhow::Error,
+    kind: &'static str,
     hint: Option<String>,
 }
 
 impl Failure {
     /// A failure that says `message`.
     pub(crate) fn new(message: impl fmt::Display + fmt::Debug + Send + Sync + 'static) -> Self {
-        Self { error: anyhow::Error::msg(message), hint: None }
+        Self { error: anyhow::Error::msg(message), kind: "input", hint: None }
+    }
+
+    /// A command line that cannot be understood.
+    pub(crate) fn usage(message: String) -> Self {
+        Self { kind: "usage", ..Self::new(message) }
     }
 
     /// A file that was not to be written over; `option` names another.
@@ -35,17 +43,21 @@ impl Failure {
 
     /// What it says, with its hint.
     pub(crate) fn text(&self) -> String {
-        self.beginning_with("")
+        let hint = self.what_helps().map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();
+        message(&format!("{:#}{hint}", self.error))
     }
 
-    fn beginning_with(&self, word: &str) -> String {
-        let hint = match (&self.hint, self.disk_is_full()) {
+    /// The same as an object.
+    pub(super) fn json(&self) -> Value {
+        json!({"kind": self.kind, "message": format!("{:#}", self.error), "hint": self.what_helps()})
+    }
+
+    fn what_helps(&self) -> Option<&str> {
+        match (&self.hint, self.disk_is_full()) {
             (Some(hint), _) => Some(hint.as_str()),
             (None, true) => Some("free some room, or name a directory on another disk with --out"),
             (None, false) => None,
-        };
-        let hint = hint.map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();
-        message(&format!("{word}{:#}{hint}", self.error))
+        }
     }
 
     fn disk_is_full(&self) -> bool {
@@ -61,13 +73,18 @@ impl Failure {
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
         let error = error.into();
-        Self { hint: hints::of(&error), error }
+        Self { hint: hints::of(&error), kind: hints::kind(&error), error }
     }
 }
 
+/// With colours; a stream takes them out where none are wanted.
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.beginning_with("error: "))
+        let bold = |color: AnsiColor| Style::new().bold().fg_color(Some(color.into()));
+        let (red, cyan) = (bold(AnsiColor::Red), bold(AnsiColor::Cyan));
+        let text = self.text();
+        let text = text.replacen("\n\nhint:", &format!("\n\n{cyan}hint:{cyan:#}"), 1);
+        write!(f, "{red}error:{red:#} {text}")
     }
 }
 
@@ -79,6 +96,10 @@ mod tests {
     fn causes_and_hints_are_printed() {
         let cause = std::io::Error::other("no space left");
         let failure = Failure::from(anyhow::Error::new(cause).context("cannot write a.json")).hint("free some room");
-        assert_eq!(failure.to_string(), "error: cannot write a.json: no space left\n\nhint: free some room");
+        assert_eq!(failure.text(), "cannot write a.json: no space left\n\nhint: free some room");
+        let shown = anstream::adapter::strip_str(&failure.to_string()).to_string();
+        assert_eq!(shown, "error: cannot write a.json: no space left\n\nhint: free some room");
+        let expected = json!({"kind": "io", "message": "cannot write a.json: no space left", "hint": "free some room"});
+        assert_eq!(failure.json(), expected);
     }
 }

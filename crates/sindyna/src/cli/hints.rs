@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use sindyna_core::FitError;
+use sindyna_dyna::DynaError;
 use sindyna_logs::{LogError, Suggestion};
 use sindyna_record::RecordError;
 use sindyna_rl::Isa;
@@ -25,6 +27,28 @@ pub(crate) fn of(error: &anyhow::Error) -> Option<String> {
     })
 }
 
+/// What sort of error `error` is, as `--json` calls it (docs/json.md).
+pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
+    let of_cause = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref::<Error>() {
+        Some(Error::UnknownName { .. }) => Some("name"),
+        Some(Error::Log(_)) => Some("log"),
+        Some(Error::Record(_)) => Some("record"),
+        Some(Error::Fit(_)) => Some("fit"),
+        Some(Error::Train(_)) => Some("training"),
+        Some(Error::Mujoco(_)) => Some("mujoco"),
+        Some(Error::Environment(_) | Error::Reward { .. }) => Some("system"),
+        Some(Error::TaskFile { .. }) => Some("task-file"),
+        Some(_) => Some("setting"),
+        None if cause.is::<LogError>() => Some("log"),
+        None if cause.is::<RecordError>() => Some("record"),
+        None if cause.is::<FitError>() => Some("fit"),
+        None if cause.is::<DynaError>() => Some("training"),
+        None if cause.is::<std::io::Error>() => Some("io"),
+        None => None,
+    };
+    error.chain().find_map(of_cause).unwrap_or("input")
+}
+
 fn of_ours(error: &Error) -> Option<String> {
     Some(match error {
         Error::UnknownName { name, known, .. } => return near(name, known),
@@ -39,7 +63,7 @@ fn of_ours(error: &Error) -> Option<String> {
         }
         .into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
-        Error::TaskFile { .. } => "docs/task-files.md tells what stands in a task file".into(),
+        Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md tells what stands in a task file".into(),
         Error::Reward { .. } => "guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into(),
         Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
         _ => return None,
@@ -74,7 +98,11 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::NotText { .. } => "a log is a CSV file: a header, then lines of numbers separated by commas".into(),
         LogError::CarriageReturns { .. } => "end every line with a line feed, as `tr '\\r' '\\n' < LOG` does".into(),
         LogError::Empty { .. } => "a log begins with a header line".into(),
-        LogError::OneColumn { .. } => "cells are separated by commas".into(),
+        LogError::OneColumn { header, .. } => match header.chars().find(|c| [';', '\t', ',', '|'].contains(c)) {
+            Some('\t') => "--delimiter tab separates cells by tabs".into(),
+            Some(found) => format!("--delimiter '{found}' separates cells by `{found}`"),
+            None => "cells are separated by commas; --delimiter names another character".into(),
+        },
         LogError::NoHeader { .. } => "the first line names the columns, such as t,th,w,u".into(),
         LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
         LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
@@ -86,7 +114,7 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::UnknownColumn { column, known } => return near(column, known),
         LogError::UnknownState { state, known, .. } => return near(state, known),
         LogError::NoTime { similar: Some(column), .. } => format!(
-            "if `{column}` holds the time in seconds, name it `t` in the header; else give the time between two rows with --dt"
+            "if `{column}` holds the time in seconds, give --time-column {column}; else the time between two rows with --dt"
         ),
         LogError::NoTime { .. } => {
             "give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()

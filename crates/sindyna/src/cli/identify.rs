@@ -5,22 +5,26 @@ mod record;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
+use serde::Serialize;
 use sindyna_core::{Channel, Dataset, FitError, Kind, Precision};
-use sindyna_logs::{Clock, Log, LogOptions, Note, held_out};
+use sindyna_logs::{Log, Note, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
-use sindyna_record::run::RunDir;
+use sindyna_record::run::{RunDir, log_csv};
 use sindyna_sindy::{Identifier, NoiseChoice, Watch};
 
-use super::common::{Common, Verdict, print};
+use super::answer::{Answer, Verdict};
+use super::common::Common;
+use super::console::Console;
 use super::identification::IdentificationOptions;
+use super::reading::{ReadingOptions, STDIN, source};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
+use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
 use crate::settings::IdentificationConfig;
-use crate::training::predictions;
+use crate::training::{identified_bytes, predictions};
 use record::{Document, Record};
 use sindyna_core::number::{plural, significant};
 
@@ -34,40 +38,11 @@ use sindyna_core::number::{plural, significant};
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// CSV file with a header
+    /// CSV file with a header, `-` for standard input
     #[arg(value_name = "LOG")]
     log: PathBuf,
-    /// Columns that are states, such as `th,w`
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
-    states: Vec<String>,
-    /// Columns that are inputs, such as `u`; none for a system left to itself
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
-    inputs: Vec<String>,
-    /// States that are angles, in radians
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
-    angles: Vec<String>,
-    /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
-    #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
-    rates: Vec<String>,
-    /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
-    #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
-    circles: Vec<String>,
-    /// Noise on the states: `auto`, rounding where that explains the data and else estimated; `none`, rounding only; or standard deviations in
-    /// their units, such as `th=0.001,w=0.01`, below which no error is believed [default: auto]
-    #[arg(long, value_name = "auto|none|STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
-    noise: Vec<String>,
-    /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
-    #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
-    limits: Vec<String>,
-    /// Seconds between two rows; 1 for a map without seconds [default: from the column `t`]
-    #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
-    dt: Option<f64>,
-    /// Interpolate uneven time stamps to steps of this many seconds
-    #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log")]
-    resample: Option<f64>,
-    /// How finely the states were measured or computed [default: what the numbers show]
-    #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
-    precision: Option<Float>,
+    #[command(flatten)]
+    reading: ReadingOptions,
     #[command(flatten)]
     identification: IdentificationOptions,
     /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
@@ -95,21 +70,6 @@ what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FO
 const EXAMPLE: &str = "\
 Example:  sindyna identify examples/logs/pendulum.csv --states th,w --inputs u --angles th";
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Float {
-    F32,
-    F64,
-}
-
-impl From<Float> for Precision {
-    fn from(float: Float) -> Self {
-        match float {
-            Float::F32 => Self::F32,
-            Float::F64 => Self::F64,
-        }
-    }
-}
-
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
@@ -117,14 +77,19 @@ fn share(text: &str) -> Result<f64, String> {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
-        _ => Err("seconds must be a finite number above 0".into()),
-    }
+/// What `--json` says of an identification.
+#[derive(Serialize)]
+struct Told<'a> {
+    record: Option<&'a Path>,
+    report: Option<PathBuf>,
+    rows: usize,
+    trajectories: usize,
+    notes: Vec<String>,
+    equations: Vec<String>,
+    identification: &'a Document<'a>,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     if let Some(out) = &args.out {
         RunDir::refuse_existing(out, &FILES)?;
     }
@@ -132,17 +97,24 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     args.identification.apply(&mut settings);
     args.identification.check(&settings)?;
     let interrupt = Interrupt::listen()?;
-    let progress = Progress::new(args.common.quiet);
-    let log = Log::read(&args.log, &args.options()?)?;
+    let progress = Progress::new(console);
+    let log = args.reading.read(&args.log)?;
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
-    let without = args.noise.iter().any(|n| n.trim() == "none");
-    let identifier = if without { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
+    let identifier =
+        if args.reading.is_without_noise() { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
     let (data, held_out) = match args.holdout {
         Some(share) => held_out(&log.data, share)?,
         None => (log.data.clone(), Dataset::new(log.data.observation_dim(), log.data.control_dim(), 1, log.data.dt())),
     };
     check_size(&identifier, &log, &data)?;
+    progress.detail(|| {
+        format!(
+            "{} candidate terms, at least {} rows needed",
+            identifier.terms().map_or(0, |terms| terms.len()),
+            identifier.needed_rows()
+        )
+    });
     let found = args.common.pool()?.install(|| {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
         identifier.identify_watched(&data, &Watch::going_on(&go_on).telling(&|stage| looking.tell(stage)))
@@ -151,9 +123,9 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     let found = match found {
         Err(FitError::Interrupted) => {
             progress.say("interrupted: nothing was written");
-            return Ok(Verdict::Interrupted);
+            return Ok(Answer::silent(Verdict::Interrupted));
         }
-        found => found.map_err(|e| explain(e, &args.log, &log))?,
+        found => found.map_err(|e| explain(e, source(&args.log), &log))?,
     };
     let mut account = Account::new(&found, &log.spec);
     if held_out.n_steps() > 0 {
@@ -161,20 +133,23 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
     }
 
     // What was found is told even if it cannot be written down.
-    let record = Record::new(&args.log, &log.spec, settings);
+    let record = Record::new(source(&args.log), &log.spec, settings);
+    let document = Document { record: &record, account: &account };
     let predicted = predictions(&identifier, &found.model, &data, &log.spec).map(|table| table.to_csv()).transpose()?;
     let mut files = vec![
         ("config.toml", Some(toml::to_string(&record)?.into_bytes())),
         ("prediction.csv", predicted),
         ("model.json", Some(found.model.to_json().into_bytes())),
-        ("identify.json", Some(json(&Document { record: &record, account: &account })?)),
+        (RECORDED_LOG, Some(log_csv(&log.spec, &log.data)?)),
+        (RECORDED_MODELS, Some(identified_bytes(&found))),
+        ("identify.json", Some(json(&document)?)),
     ];
     if !args.no_report {
         let page = pages::of_files(None, &files);
         files.insert(1, (pages::PAGE, page));
     }
     let written = write(args.out.as_deref(), &record, files);
-    let mut text = heading(&args.log, &log) + "\n" + &sindyna_report::text::text(&account);
+    let mut text = heading(source(&args.log), &log) + "\n" + &sindyna_report::text::text(&account);
     if account.explained == Some(false) {
         text += HELP;
     }
@@ -186,75 +161,19 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         }
         let _ = writeln!(text, "as a program: sindyna export {dir} --to python");
     }
-    print(&text)?;
     let missed = args.strict && account.explained != Some(true);
-    written.map(|_| if missed { Verdict::MissedTarget } else { Verdict::Done })
-}
-
-impl Args {
-    fn options(&self) -> Result<LogOptions, Failure> {
-        let names = |list: &[String]| -> Vec<String> {
-            list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
-        };
-        let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
-        let hint = "--circles c=s says that c and s are cosine and sine of one angle";
-        let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
-        let given = names(&self.noise);
-        let alone = given.len() == 1 && matches!(given[0].as_str(), "auto" | "none");
-        let deviations = if alone { &[][..] } else { &given[..] };
-        let noise = deviations.iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
-        let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
-        Ok(LogOptions {
-            states: names(&self.states),
-            inputs: names(&self.inputs),
-            angles: names(&self.angles),
-            rates,
-            circles,
-            noise,
-            limits,
-            clock: match (self.dt, self.resample) {
-                (Some(dt), _) => Clock::Given(dt),
-                (None, Some(dt)) => Clock::Resampled(dt),
-                (None, None) => Clock::Stamps,
-            },
-            precision: self.precision.map(Precision::from),
-        })
-    }
-}
-
-/// The pairs `list` names; none given: `None`; `none`: no pair.
-fn pairs(option: &str, form: &str, hint: &str, list: &[String]) -> Result<Option<Vec<(String, String)>>, Failure> {
-    let pair = |text: &String| match text.split_once('=') {
-        Some((one, other)) => Ok((one.trim().to_owned(), other.trim().to_owned())),
-        None => Err(Failure::new(format!("{option} takes {form} or `none`, got `{text}`")).hint(hint)),
+    let directory = written.as_ref().ok().map(RunDir::path);
+    let told = Told {
+        record: directory,
+        report: directory.filter(|_| !args.no_report).map(|directory| directory.join(pages::PAGE)),
+        rows: log.rows,
+        trajectories: log.data.n_rollouts(),
+        notes: log.notes.iter().map(ToString::to_string).collect(),
+        equations: found.model.equations(),
+        identification: &document,
     };
-    match list {
-        [] => Ok(None),
-        [only] if only == "none" => Ok(Some(Vec::new())),
-        given => given.iter().map(pair).collect::<Result<_, _>>().map(Some),
-    }
-}
-
-/// `th=0.001`.
-fn deviation(text: &str) -> Result<(String, f64), Failure> {
-    let parts =
-        text.split_once('=').and_then(|(name, sigma)| Some((name.trim().to_owned(), sigma.trim().parse().ok()?)));
-    parts.filter(|(_, sigma): &(String, f64)| sigma.is_finite() && *sigma > 0.0).ok_or_else(|| {
-        Failure::new(format!("--noise takes `auto`, `none`, or STATE=SIGMA with SIGMA above 0, got `{text}`"))
-            .hint("--noise th=0.001 says that the sensor of th is off by 0.001 as a standard deviation")
-    })
-}
-
-/// `x=-2.4:2.4`.
-fn limit(text: &str) -> Result<(String, f64, f64), Failure> {
-    let parts = text.split_once('=').and_then(|(name, range)| Some((name, range.split_once(':')?)));
-    let numbers = parts.and_then(|(name, (low, high))| {
-        Some((name.trim().to_owned(), low.trim().parse::<f64>().ok()?, high.trim().parse::<f64>().ok()?))
-    });
-    numbers.filter(|(_, low, high)| low < high).ok_or_else(|| {
-        Failure::new(format!("--limits takes STATE=LOW:HIGH with LOW below HIGH, got `{text}`"))
-            .hint("--limits x=-2.4:2.4 says that x stays between -2.4 and 2.4; inf for no limit on one side")
-    })
+    let came_out = if missed { Verdict::MissedTarget } else { Verdict::Done };
+    Ok(Answer::new(came_out, text, &told)?.and(written))
 }
 
 /// Refuses what could not be told apart, or not in reasonable time.
@@ -340,14 +259,16 @@ fn instead(note: &Note) -> &'static str {
 }
 
 /// The files of a model's directory, in the order in which they are written.
-const FILES: [&str; 5] = ["config.toml", pages::PAGE, "prediction.csv", "model.json", "identify.json"];
+const FILES: [&str; 7] =
+    ["config.toml", pages::PAGE, "prediction.csv", "model.json", RECORDED_LOG, RECORDED_MODELS, "identify.json"];
 
 fn write(out: Option<&Path>, record: &Record, files: Vec<(&'static str, Option<Vec<u8>>)>) -> Result<RunDir, Failure> {
     let files: Vec<(&str, Vec<u8>)> = files.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).collect();
     match out {
         Some(path) => Ok(RunDir::create(path, &files)?),
         None => {
-            let name = Path::new(&record.log).file_stem().unwrap_or("log".as_ref());
+            let stem = Path::new(&record.log).file_stem().filter(|_| record.log != STDIN);
+            let name = stem.unwrap_or("log".as_ref());
             Ok(RunDir::create_numbered(&Path::new("models").join(name), &files)?)
         }
     }

@@ -1,8 +1,13 @@
 //! The command line.
 
+mod answer;
 mod closest;
 mod common;
 mod compare;
+mod completions;
+mod conclusion;
+mod console;
+mod doctor;
 mod evaluate;
 mod export;
 mod failure;
@@ -11,23 +16,26 @@ mod identification;
 mod identify;
 mod interrupt;
 mod machine;
+mod man;
 mod methods;
 mod pages;
 mod plain;
 mod progress;
+mod reading;
 mod report;
 mod report_files;
 mod settings;
+mod show;
 mod tasks;
 mod train;
+mod usage;
 
-use std::io::Write as _;
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{ColorChoice, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
-use common::Verdict;
-use interrupt::EXIT_INTERRUPTED;
+use answer::Answer;
+use console::{Color, Console};
 
 /// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
 /// inside them.
@@ -36,6 +44,8 @@ use interrupt::EXIT_INTERRUPTED;
 struct Cli {
     #[command(subcommand)]
     command: Command,
+    #[command(flatten)]
+    console: Console,
 }
 
 const EXIT_CODES: &str = "\
@@ -51,30 +61,62 @@ enum Command {
     Export(export::Args),
     Evaluate(evaluate::Args),
     Compare(compare::Args),
+    Show(show::Args),
     Report(report::Args),
     Tasks(tasks::Args),
+    Doctor(doctor::Args),
+    Completions(completions::Args),
+    Man(man::Args),
 }
 
 /// Runs the command line of this process.
 #[must_use]
 pub fn main() -> ExitCode {
-    let result = match Cli::parse().command {
-        Command::Train(args) => train::run(&args),
-        Command::Identify(args) => identify::run(&args),
+    let words: Vec<String> = std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
+    let guessed = Console::guessed(&words);
+    let definition = Cli::command().color(match guessed.color {
+        Color::Auto => ColorChoice::Auto,
+        Color::Always => ColorChoice::Always,
+        Color::Never => ColorChoice::Never,
+    });
+    let parsed = definition.clone().try_get_matches();
+    let parsed = parsed.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, matches)));
+    let (cli, matches) = match parsed {
+        Ok(parsed) => parsed,
+        // Help and versions were asked for; or nothing was, which help answers.
+        Err(shown) if shown.kind() == clap::error::ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => shown.exit(),
+        Err(shown) if !shown.use_stderr() => shown.exit(),
+        Err(error) => {
+            let known =
+                |word: &&String| definition.get_subcommands().any(|command| command.get_name() == word.as_str());
+            let name = words.iter().find(known).map_or("sindyna", String::as_str);
+            return ExitCode::from(guessed.say(name, Answer::from(usage::failure(&error))));
+        }
+    };
+    let console = cli.console;
+    let answer = match cli.command {
+        Command::Train(args) => train::run(&args, console),
+        Command::Identify(args) => identify::run(&args, console),
         Command::Export(args) => export::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
-        Command::Compare(args) => compare::run(&args),
+        Command::Compare(args) => compare::run(&args, console),
+        Command::Show(args) => show::run(&args),
         Command::Report(args) => report::run(&args),
         Command::Tasks(args) => tasks::run(&args),
+        Command::Doctor(args) => doctor::run(&args),
+        Command::Completions(args) => completions::run(&args, definition),
+        Command::Man(args) => man::run(&args, definition),
     };
-    match result {
-        Ok(Verdict::Done) => ExitCode::SUCCESS,
-        Ok(Verdict::MissedTarget) => ExitCode::from(1),
-        Ok(Verdict::Interrupted) => ExitCode::from(EXIT_INTERRUPTED),
-        Err(failure) => {
-            // With stderr gone there is nobody left to tell.
-            let _ = writeln!(std::io::stderr(), "{failure}");
-            ExitCode::from(2)
-        }
+    let name = matches.subcommand_name().unwrap_or("sindyna");
+    ExitCode::from(console.say(name, answer.unwrap_or_else(Answer::from)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
     }
 }

@@ -1,13 +1,12 @@
 //! `report.html` of one record: of a run, or of an identification.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use sindyna_envs::System;
 use sindyna_record::run::RunDir;
 use sindyna_record::{ModelRecord, RecordError, RunRecord};
 use sindyna_report::{Page, model_page, run_page};
 
-use super::common::print;
 use crate::cli::failure::Failure;
 use crate::settings::TrainConfig;
 
@@ -37,8 +36,8 @@ pub(crate) fn of_files(directory: Option<&Path>, files: &[(&'static str, Option<
     page(directory.unwrap_or(Path::new("")), &read).ok().flatten().map(|page| page.html().into_bytes())
 }
 
-/// Makes the page of the record in `directory` again.
-pub(crate) fn again(directory: &Path) -> Result<(), Failure> {
+/// Makes the page of the record in `directory` again; where it is.
+pub(crate) fn again(directory: &Path) -> Result<PathBuf, Failure> {
     let dir = RunDir::reopen(directory)?;
     let found = RunRecord::read(directory)?.is_some() || ModelRecord::read(directory)?.is_some();
     if !found {
@@ -49,11 +48,11 @@ pub(crate) fn again(directory: &Path) -> Result<(), Failure> {
         return Err(Failure::new(format!("the record in {} cannot be read", directory.display())));
     };
     dir.write(PAGE, &html)?;
-    print(&format!("report: {}\n", directory.join(PAGE).display()))
+    Ok(directory.join(PAGE))
 }
 
 /// The true system of a run with the configuration `config`, where it is one that comes along.
-fn system(config: &str) -> Option<System> {
+pub(super) fn system(config: &str) -> Option<System> {
     let config = TrainConfig::parse(config).ok()?;
     if config.task_file.is_none() { sindyna_envs::find(&config.task) } else { None }
 }

@@ -1,4 +1,4 @@
-//! How a run is going, on stderr: a bar on a terminal, plain lines elsewhere.
+//! How a command is going, on stderr: a bar or a line on a terminal, plain lines elsewhere.
 
 use std::cell::Cell;
 use std::io::{IsTerminal as _, Write as _};
@@ -9,67 +9,113 @@ use sindyna_core::Event;
 use sindyna_core::number::plural;
 use sindyna_sindy::Stage;
 
+use super::console::Console;
 use crate::cli::plain::message;
 
-/// Tells the user how far a run is.
-pub(crate) enum Progress {
-    Quiet,
+/// Tells the user how far a command is.
+pub(crate) struct Progress {
+    sink: Sink,
+    console: Console,
+}
+
+enum Sink {
+    Nowhere,
     Lines,
+    /// A terminal; nothing is shown before something is known.
     Bar(ProgressBar),
 }
 
+/// What a bar counts.
+const TRAINING: &str = "training {bar:30} {pos}/{len} updates at most, {msg}";
+const RUNS: &str = "{bar:30} {pos}/{len} runs, {msg}";
+const SEARCH: &str = "{msg}";
+
+/// Time between two lines, and between two changes of a bar.
+const EVERY: (Duration, Duration) = (Duration::from_secs(2), Duration::from_millis(100));
+
 impl Progress {
-    pub(crate) fn new(quiet: bool) -> Self {
-        if quiet {
-            Self::Quiet
-        } else if std::io::stderr().is_terminal() {
-            let style = ProgressStyle::with_template("training {bar:30} {pos}/{len} updates at most, {msg}");
-            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-            Self::Bar(ProgressBar::new(0).with_style(style))
-        } else {
-            Self::Lines
-        }
+    pub(crate) fn new(console: Console) -> Self {
+        let sink = match console.quiet {
+            true => Sink::Nowhere,
+            false if std::io::stderr().is_terminal() => Sink::Bar(ProgressBar::hidden()),
+            false => Sink::Lines,
+        };
+        Self { sink, console }
     }
 
     /// A line above whatever else is shown.
     pub(crate) fn say(&self, line: &str) {
         let line = message(line);
-        match self {
-            Self::Quiet => {}
+        match &self.sink {
+            Sink::Nowhere => {}
             // Progress that nobody can read any more is no reason to stop.
-            Self::Lines => drop(writeln!(std::io::stderr(), "{line}")),
-            Self::Bar(bar) => bar.println(&line),
+            Sink::Lines => drop(writeln!(self.console.stderr(), "{line}")),
+            Sink::Bar(bar) if bar.is_hidden() => drop(writeln!(self.console.stderr(), "{line}")),
+            Sink::Bar(bar) => bar.println(&line),
+        }
+    }
+
+    /// The same for those who want to know more.
+    pub(crate) fn detail(&self, line: impl FnOnce() -> String) {
+        if self.console.verbose {
+            self.say(&line());
         }
     }
 
     pub(crate) fn show(&self, event: &Event<'_>) {
-        match (self, event) {
-            (Self::Bar(bar), Event::Updated { updates, max_updates, .. }) => {
-                bar.set_length(*max_updates);
-                bar.set_position(*updates);
+        match event {
+            Event::Updated { updates, max_updates, .. } => {
+                if let Some(bar) = self.bar(TRAINING) {
+                    bar.set_length(*max_updates);
+                    bar.set_position(*updates);
+                }
             }
-            (Self::Bar(bar), Event::Imagined { mean_return, best_return, .. }) => {
-                bar.set_message(format!("return in the model {mean_return:.1}, best {best_return:.1}"));
+            Event::Imagined { updates, mean_return, best_return } => {
+                let returns = format!("return in the model {mean_return:.1}, best {best_return:.1}");
+                match self.bar(TRAINING) {
+                    Some(bar) => bar.set_message(returns),
+                    None => self.say(&format!("training: {updates} updates, {returns}")),
+                }
             }
-            (_, Event::Imagined { updates, mean_return, best_return }) => self.say(&format!(
-                "training: {updates} updates, return in the model {mean_return:.1}, best {best_return:.1}"
-            )),
-            (_, Event::Confirmed { real, promised }) => {
+            Event::Confirmed { real, promised } => {
                 self.say(&format!("real episode of the policy: return {real:.1}, {promised:.1} expected by the model"))
             }
-            (_, Event::Collected { data }) => self.say(&format!(
+            Event::Collected { data } => self.say(&format!(
                 "collected: {} real steps in {}",
                 data.n_steps(),
                 plural(data.n_rollouts(), "episode")
             )),
+            Event::Fitted { rows, description } => {
+                self.detail(|| format!("fitted to {rows} steps:\n  {}", description.join("\n  ")))
+            }
             _ => {}
         }
     }
 
+    /// So many of `total` runs are done; `left` tells how long the others take, `running` which are at work.
+    pub(crate) fn runs(&self, done: usize, total: usize, left: &str, running: &[String]) {
+        if let Some(bar) = self.bar(RUNS) {
+            bar.set_length(total as u64);
+            bar.set_position(done as u64);
+            let at_work = if running.is_empty() { String::new() } else { format!("; at work: {}", running.join(", ")) };
+            bar.set_message(message(&format!("{left}{at_work}")));
+        }
+    }
+
     pub(crate) fn finish(&self) {
-        if let Self::Bar(bar) = self {
+        if let Sink::Bar(bar) = &self.sink {
             bar.finish_and_clear();
         }
+    }
+
+    /// The bar, where there is one, in the style `template`; a hidden one comes to light.
+    fn bar(&self, template: &str) -> Option<&ProgressBar> {
+        let Sink::Bar(bar) = &self.sink else { return None };
+        if bar.is_hidden() {
+            bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+        Some(bar)
     }
 }
 
@@ -80,9 +126,6 @@ pub(crate) struct Looking<'a> {
     told: Cell<Instant>,
 }
 
-/// Time between two lines, and between two changes of a bar.
-const EVERY: (Duration, Duration) = (Duration::from_secs(2), Duration::from_millis(100));
-
 impl<'a> Looking<'a> {
     pub(crate) fn new(progress: &'a Progress) -> Self {
         let now = Instant::now();
@@ -90,24 +133,39 @@ impl<'a> Looking<'a> {
     }
 
     pub(crate) fn tell(&self, stage: Stage) {
-        let (now, bar) = (Instant::now(), matches!(self.progress, Progress::Bar(_)));
+        let (now, bar) = (Instant::now(), matches!(self.progress.sink, Sink::Bar(_)));
         if now - self.told.get() < if bar { EVERY.1 } else { EVERY.0 } {
             return;
         }
         self.told.set(now);
-        let seconds = (now - self.begun).as_secs();
-        let line = match stage {
-            Stage::Search { spent } => {
-                format!("looking for equations: {seconds} s, {:.0} % of the operations allowed", 100.0 * spent)
-            }
-            _ => format!("looking for equations: {seconds} s"),
-        };
-        match self.progress {
-            Progress::Bar(bar) => {
-                bar.set_style(ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar()));
-                bar.set_message(line);
-            }
-            progress => progress.say(&line),
+        let line = searched(stage, (now - self.begun).as_secs());
+        match self.progress.bar(SEARCH) {
+            Some(bar) => bar.set_message(line),
+            None => self.progress.say(&line),
         }
+    }
+}
+
+fn searched(stage: Stage, seconds: u64) -> String {
+    match stage {
+        Stage::Search { spent } => {
+            format!("looking for equations: {seconds} s, {:.0} % of the operations allowed", 100.0 * spent)
+        }
+        Stage::Rounding => format!("looking for equations: {seconds} s, as exact as rounding allows"),
+        _ => format!("looking for equations: {seconds} s"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_search_tells_how_much_of_what_is_allowed_it_has_spent() {
+        assert_eq!(
+            searched(Stage::Search { spent: 0.254 }, 12),
+            "looking for equations: 12 s, 25 % of the operations allowed"
+        );
+        assert_eq!(searched(Stage::Rounding, 0), "looking for equations: 0 s, as exact as rounding allows");
     }
 }

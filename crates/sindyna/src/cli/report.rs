@@ -2,13 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
+use serde::Serialize;
+use serde_json::json;
 use sindyna_core::number::fixed;
 use sindyna_record::comparison::{Digest, gather};
 use sindyna_record::run::DirLock;
 use sindyna_record::sweep;
 use sindyna_report::{Comparison, Group};
 
-use super::common::{Verdict, print};
+use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 use crate::cli::methods::Known;
 use crate::cli::{pages, report_files};
@@ -27,15 +29,26 @@ pub(crate) struct Args {
     markdown: Option<PathBuf>,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+/// What `--json` says of a comparison.
+#[derive(Serialize)]
+pub(super) struct Told<'a> {
+    pub(super) record: &'a Path,
+    pub(super) report: PathBuf,
+    pub(super) groups: &'a [Group],
+    /// What was asked for and is not there.
+    pub(super) missing: Option<String>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let directory = &args.directory;
     if directory.join("config.toml").is_file() {
         if args.markdown.is_some() {
             return Err(Failure::new(format!("{} is no comparison", directory.display()))
                 .hint("--markdown is for comparisons; a run or a model has one page, report.html"));
         }
-        pages::again(directory)?;
-        return Ok(Verdict::Done);
+        let report = pages::again(directory)?;
+        let text = format!("report: {}\n", report.display());
+        return Answer::new(Verdict::Done, text, &json!({"record": directory, "report": report}));
     }
     // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
     let held = match args.markdown {
@@ -55,19 +68,21 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
         sweep(directory)?;
         digest.write(&directory.join(report_files::DIGEST))?;
     }
-    let comparison = Comparison::new(&digest, &Known);
-    let written = match &args.markdown {
+    let known = Known::of(&digest);
+    let comparison = Comparison::new(&digest, &known);
+    let (report, written) = match &args.markdown {
         Some(path) => {
             report_files::write_markdown(&comparison, directory, path)?;
-            path.display().to_string()
+            (path.clone(), path.display().to_string())
         }
         None => {
             report_files::write(&comparison, directory)?;
-            contents(directory)
+            (directory.join(pages::PAGE), contents(directory))
         }
     };
-    print(&format!("{}\n{}report: {written}\n", table(comparison.groups()), missing(&comparison)))?;
-    Ok(Verdict::Done)
+    let text = format!("{}\n{}report: {written}\n", table(comparison.groups()), missing(&comparison));
+    let told = Told { record: directory, report, groups: comparison.groups(), missing: comparison.gaps() };
+    Answer::new(Verdict::Done, text, &told)
 }
 
 /// What lies in the directory of a report.

@@ -5,14 +5,16 @@ use std::sync::Arc;
 
 use anyhow::Context as _;
 use clap::Args;
+use sindyna_core::Spec;
 use sindyna_dyna::Rollouts;
 
 use super::common::set;
 use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
-use crate::problem::{Problem, Source};
+use crate::problem::{LogSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
 use crate::settings::{
-    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, TrainConfig, key,
+    CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName, SimulatorName,
+    TrainConfig, key,
 };
 use crate::task_file::RECORDED_TASK;
 
@@ -22,9 +24,15 @@ pub(crate) struct Settings {
     /// Seed of everything random: same seed, same record [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Learn the MuJoCo model and task this TOML file describes (docs/task-files.md)
+    /// Learn the system and task this TOML file describes: a MuJoCo model, equations, or with --data or --model a log (docs/task-files.md)
     #[arg(long, value_name = "FILE", conflicts_with = "config")]
     task_file: Option<PathBuf>,
+    /// Identify this log, a CSV file with the states and controls of --task-file as columns, and train in its equations: no simulator is needed
+    #[arg(long, value_name = "LOG", requires = "task_file", conflicts_with_all = ["config", "model"])]
+    data: Option<PathBuf>,
+    /// Train in the equations that `sindyna identify` left in this directory, over the uncertainty of their coefficients, for the task of --task-file
+    #[arg(long, value_name = "DIR", requires = "task_file", conflicts_with = "config")]
+    model: Option<PathBuf>,
     /// Repeat the run this config.toml describes; other options change it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -113,7 +121,7 @@ impl Settings {
                 same_task(task, &config.task, path)?;
                 (Some(config), source)
             }
-            (None, Some(path), _) => (None, Source::File(path.clone())),
+            (None, Some(path), _) => (None, self.described(path)?),
             (None, None, Some(task)) => (None, Source::Named(task.to_owned())),
             (None, None, None) => return Err(Failure::new("neither a task nor --task-file nor --config was given")),
         };
@@ -122,12 +130,15 @@ impl Settings {
         let mut config = match config {
             Some(config) => config,
             None => {
-                if let (Some(path), Source::File(_)) = (&self.task_file, &source) {
+                if let (Some(path), Source::File(_) | Source::Log(..)) = (&self.task_file, &source) {
                     same_task(task, &spec.name, path)?;
                 }
                 let mut config = TrainConfig::defaults(&spec);
                 config.simulator = simulator;
-                config.task_file = matches!(source, Source::File(_)).then(|| RECORDED_TASK.into());
+                config.task_file = (!matches!(source, Source::Named(_))).then(|| RECORDED_TASK.into());
+                if let Source::Log(_, log) = &source {
+                    of_log(&mut config, &spec, log, &*source.problem(simulator, 0.0)?);
+                }
                 config
             }
         };
@@ -153,10 +164,25 @@ impl Settings {
         settled(config, &source)
     }
 
+    /// What the task file at `path` is about: its own simulator, or the log that was given.
+    fn described(&self, path: &Path) -> Result<Source, Failure> {
+        let log = match (&self.data, &self.model) {
+            (Some(log), _) => LogSource { log: log.clone(), sampling: None, models: None },
+            (None, Some(directory)) => identified(directory)?,
+            (None, None) => return Ok(Source::File(path.to_owned())),
+        };
+        if self.real_steps.is_some() || self.warmup_rollouts.is_some() || self.rollout_len.is_some() {
+            return Err(Failure::new("a log has the steps that it has: --real-steps and the like mean nothing to it")
+                .hint("leave them out, or give a log with fewer rows"));
+        }
+        Ok(Source::Log(path.to_owned(), log))
+    }
+
     /// The paper's terms are over what is observed: cos θ, sin θ and ω are three states there. Whoever asks for its
     /// library gets these, unless coordinates are asked for as well.
     fn settle_coordinates(&self, config: &mut TrainConfig) {
-        let overridden = |name: &str| self.overrides.iter().any(|text| self::key(text) == name);
+        let is = |given: &str, key: &str| given == key || key.split_once('.').is_some_and(|(_, name)| given == name);
+        let overridden = |key: &str| self.overrides.iter().any(|text| is(self::key(text), key));
         let library = self.identification.library.is_some() || overridden("identification.library");
         let coordinates = self.coordinates.is_some() || overridden("identification.coordinates");
         if library && !coordinates && config.identification.library != LibraryName::Auto {
@@ -196,6 +222,43 @@ impl Settings {
         set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
+}
+
+/// Makes `config` that of a run on `log`: all of it at once, and no system to ask again.
+fn of_log(config: &mut TrainConfig, spec: &Spec, log: &LogSource, problem: &dyn Problem) {
+    config.data = Some(DataConfig {
+        log: RECORDED_LOG.into(),
+        models: log.models.as_ref().map(|_| RECORDED_MODELS.into()),
+        dt: spec.dt,
+        precision: spec.precision.into(),
+    });
+    config.warmup.rollouts = 1;
+    config.warmup.rollout_len = problem.log().map_or(1, |data| data.n_steps());
+    config.imagination.rollouts_per_real = ImaginedRollouts(Rollouts::Unlimited);
+    config.imagination.refit = false;
+}
+
+/// The log and the models in the directory of an identification.
+fn identified(directory: &Path) -> Result<LogSource, Failure> {
+    #[derive(serde::Deserialize)]
+    struct Known {
+        dt: f64,
+        precision: PrecisionName,
+    }
+    let hint = "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again";
+    let path = directory.join("config.toml");
+    let text = std::fs::read_to_string(&path)
+        .with_context(|| format!("cannot read {}", path.display()))
+        .map_err(|e| Failure::from(e).hint(hint))?;
+    let known: Known = toml::from_str(&text)
+        .with_context(|| format!("{} is not that of an identification", path.display()))
+        .map_err(|e| Failure::from(e).hint(hint))?;
+    let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
+    if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
+        return Err(Failure::new(format!("there is no {}", missing.display())).hint(hint));
+    }
+    let sampling = Some(Sampling { dt: known.dt, precision: known.precision.into() });
+    Ok(LogSource { log, sampling, models: Some(models) })
 }
 
 /// What a run is made from, wherever its configuration came from: one that a run can have, and the problem with the noise it says.

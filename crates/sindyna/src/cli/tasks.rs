@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
+use serde::Serialize;
 use sindyna_core::{Channel, Space};
 use sindyna_envs::System;
 
-use super::common::{Verdict, print};
+use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 use crate::problem;
 use sindyna_core::number::shortest;
@@ -18,15 +19,103 @@ pub(crate) struct Args {
     task: Option<String>,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
-    let text = match &args.task {
-        None => overview(&sindyna_envs::systems()),
-        Some(name) => details(&problem::system(name)?),
-    };
-    print(&text)?;
-    Ok(Verdict::Done)
+/// What `--json` says of one task in a list.
+#[derive(Serialize)]
+struct Listed<'a> {
+    name: &'a str,
+    gymnasium_id: Option<&'a str>,
+    summary: &'a str,
 }
 
+/// What `--json` says of one task in full.
+#[derive(Serialize)]
+struct Detailed<'a> {
+    #[serde(flatten)]
+    listed: Listed<'a>,
+    state: Vec<Declared<'a>>,
+    observation: Vec<Declared<'a>>,
+    control: Vec<Declared<'a>>,
+    actions: Actions<'a>,
+    dt: f64,
+    max_steps: usize,
+    threshold: Option<f64>,
+    equations: Vec<String>,
+}
+
+/// A channel; `null` for no bound.
+#[derive(Serialize)]
+struct Declared<'a> {
+    name: &'a str,
+    unit: &'a str,
+    low: f64,
+    high: f64,
+}
+
+/// What an agent may do.
+#[derive(Serialize)]
+#[serde(tag = "kind", rename_all = "lowercase")]
+enum Actions<'a> {
+    Box {
+        low: &'a [f64],
+        high: &'a [f64],
+    },
+    /// Each with the control that it puts on the system.
+    Discrete {
+        controls: Vec<Vec<f64>>,
+    },
+}
+
+impl<'a> Actions<'a> {
+    fn of(space: &'a Space) -> Self {
+        match space {
+            Space::Box { low, high } => Self::Box { low, high },
+            Space::Discrete { controls } => {
+                Self::Discrete { controls: controls.rows().into_iter().map(|row| row.to_vec()).collect() }
+            }
+        }
+    }
+}
+
+impl<'a> Listed<'a> {
+    fn of(system: &'a System) -> Self {
+        Self { name: system.name(), gymnasium_id: system.gymnasium_id(), summary: system.summary() }
+    }
+}
+
+impl<'a> Detailed<'a> {
+    fn of(system: &'a System) -> Self {
+        let spec = system.spec();
+        let declared = |channels: &'a [Channel]| {
+            let one = |c: &'a Channel| Declared { name: &c.name, unit: &c.unit, low: c.bounds.0, high: c.bounds.1 };
+            channels.iter().map(one).collect()
+        };
+        Self {
+            listed: Listed::of(system),
+            state: declared(&spec.state),
+            observation: declared(&spec.observation),
+            control: declared(&spec.control),
+            actions: Actions::of(&spec.action_space),
+            dt: spec.dt,
+            max_steps: spec.max_steps,
+            threshold: spec.solved_at,
+            equations: system.true_equations().iter().map(ToString::to_string).collect(),
+        }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
+    match &args.task {
+        None => {
+            let systems = sindyna_envs::systems();
+            let list: Vec<Listed<'_>> = systems.iter().map(Listed::of).collect();
+            Answer::new(Verdict::Done, overview(&systems), &serde_json::json!({"tasks": list}))
+        }
+        Some(name) => {
+            let system = problem::system(name)?;
+            Answer::new(Verdict::Done, details(&system), &Detailed::of(&system))
+        }
+    }
+}
 fn overview(systems: &[System]) -> String {
     let width = systems.iter().map(|s| s.name().len()).max().unwrap_or(0);
     let mut text = String::new();

@@ -6,15 +6,18 @@ mod recorder;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use sindyna_core::{Certainty, Dataset, Event, FitError, Observer, Seed};
+use serde::Serialize;
+use sindyna_core::{Certainty, Dataset, Event, FitError, Mode, Observer, Policy, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
-use sindyna_record::run::{Confirmation, EventLog, Prediction, RunDir, Summary, Timing, rollout_csv};
-use sindyna_report::text;
+use sindyna_record::run::{EventLog, RunDir, Summary, Timing, rollout_csv};
 
-use super::common::{Common, Verdict, print};
-use super::evaluate::{report, verdict};
+use super::answer::{Answer, Verdict};
+use super::common::Common;
+use super::conclusion::Conclusion;
+use super::console::Console;
+use super::evaluate::verdict;
 use super::settings::Settings;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
@@ -26,7 +29,7 @@ use crate::training::learner::Fitted;
 use crate::training::{Plan, episode, predictions, summary, watched_evaluation};
 use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
-use sindyna_core::number::{plural, significant};
+use sindyna_core::number::plural;
 
 /// Learns a system from one short real rollout and trains a controller for it
 ///
@@ -56,14 +59,24 @@ pub(crate) struct Args {
     common: Common,
 }
 
-pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
+/// What `--json` says of a run.
+#[derive(Serialize)]
+struct Told<'a> {
+    record: &'a Path,
+    report: Option<PathBuf>,
+    summary: &'a Summary,
+    /// None for a run that was finished before.
+    timing: Option<&'a Timing>,
+}
+
+pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     let interrupt = Interrupt::listen()?;
     if let Some(path) = &args.resume {
-        return resume(path, args, interrupt);
+        return resume(path, args, interrupt, console);
     }
     let (config, problem) = args.settings.config(args.task.as_deref())?;
     // Everything that can be refused is refused before the first file and the first real step.
-    let plan = Plan::new(&config, problem.spec(), interrupt.flag())?;
+    let plan = Plan::new(&config, &*problem, interrupt.flag())?;
     let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
@@ -75,7 +88,7 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
             RunDir::create_numbered(&stem, &files)?
         }
     };
-    let progress = Progress::new(args.common.quiet);
+    let progress = Progress::new(console);
     let page = !args.no_report;
     let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
     pool.install(|| run.go(plan))
@@ -83,13 +96,13 @@ pub(crate) fn run(args: &Args) -> Result<Verdict, Failure> {
 
 /// Does what is left of the run in `path`, from its last checkpoint on. All of a run follows from its configuration: what the record
 /// holds has to come out again.
-fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Failure> {
+fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> Result<Answer, Failure> {
     if args.settings != Settings::default() {
         return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
             .hint("`--config RUN/config.toml` with other options begins a changed one"));
     }
     let run_dir = RunDir::reopen(path)?;
-    let progress = Progress::new(args.common.quiet);
+    let progress = Progress::new(console);
     let (config, problem) = Settings::of_run(run_dir.path())?;
     let finished = run_dir.read("summary.json").and_then(|text| Summary::from_json(&text).ok());
     if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
@@ -99,14 +112,19 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt) -> Result<Verdict, Fai
         let Some(missing) = missing else {
             checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
-            return Ok(summary.evaluation.map_or(Verdict::MissedTarget, |evaluation| verdict(&*problem, &evaluation)));
+            let came_out = summary.evaluation.as_ref();
+            let none = if summary.training.coverage.is_some() { Verdict::Done } else { Verdict::MissedTarget };
+            let came_out = came_out.map_or(none, |evaluation| verdict(&*problem, evaluation));
+            let page = Some(path.join(pages::PAGE)).filter(|page| page.is_file());
+            let told = Told { record: path, report: page, summary: &summary, timing: None };
+            return Answer::new(came_out, String::new(), &told);
         };
         progress.say(&format!("note: {missing} is missing, so all of it is done again"));
     }
     if config.commit != env!("SINDYNA_COMMIT") {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
-    let (plan, pool) = (Plan::new(&config, problem.spec(), interrupt.flag())?, args.common.pool()?);
+    let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
     let page = !args.no_report;
     let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
     pool.install(|| run.go(plan))
@@ -123,7 +141,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn go(self, plan: Plan) -> Result<Verdict, Failure> {
+    fn go(self, plan: Plan) -> Result<Answer, Failure> {
         let start = Instant::now();
         let (problem, config, spec) = (self.problem, self.config, self.problem.spec());
         let mut recorder = Recorder {
@@ -136,6 +154,15 @@ impl Run<'_> {
             start,
         };
         let made_by = (plan.agent.name(), plan.isa);
+        self.progress.detail(|| {
+            let threads = plural(rayon::current_num_threads(), "thread");
+            format!(
+                "{} with {} instructions on {threads}; record: {}",
+                made_by.0,
+                made_by.1,
+                self.run_dir.path().display()
+            )
+        });
         let learned = self.learn(plan, &mut recorder);
         self.progress.finish();
         let learned = learned?;
@@ -143,7 +170,10 @@ impl Run<'_> {
 
         let mut evaluated = None;
         let mut first_episode = None;
-        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+        let mut act_seconds = None;
+        if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
+            act_seconds = latency(&**policy, log, spec);
+        } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let (result, episode) =
                 watched_evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
             first_episode = Some(episode);
@@ -156,6 +186,7 @@ impl Run<'_> {
             identify_seconds: clock.identified,
             train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
+            act_seconds,
             wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
@@ -167,22 +198,39 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary::of(config, made_by, spec, &learned, evaluated.clone());
+        let summary = summary::of(config, made_by, problem, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
-        print(&self.conclusion(&learned, &summary, &timing))?;
-        recorded?;
-        if !learned.interrupted {
+        let account = learned.model.as_ref().map(|fitted| Account::new(&fitted.0, spec));
+        let conclusion = Conclusion {
+            summary: &summary,
+            timing: Some(&timing),
+            account: account.as_ref(),
+            truth: &problem.true_equations(),
+            unconfirmed: learned.model.as_ref().is_some_and(|fitted| fitted.0.certainty() < Certainty::Exact),
+            record: self.run_dir.path(),
+            page: self.page && !learned.interrupted,
+        };
+        let text = conclusion.text();
+        if recorded.is_ok() && !learned.interrupted {
             checkpoint::remove(self.run_dir);
         }
-        if let (Some(failure), None) = (learned.failure, &evaluated) {
-            return Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"));
-        }
-        Ok(match evaluated {
+        let came_out = match &evaluated {
             _ if learned.interrupted => Verdict::Interrupted,
-            Some(evaluation) => verdict(problem, &evaluation),
+            Some(evaluation) => verdict(problem, evaluation),
+            None if problem.log().is_some() && learned.policy.is_some() => Verdict::Done,
             None => Verdict::MissedTarget,
-        })
+        };
+        let record = self.run_dir.path();
+        let report = conclusion.page.then(|| record.join(pages::PAGE));
+        let told = Told { record, report, summary: &summary, timing: Some(&timing) };
+        let diverged = match (learned.failure, &evaluated) {
+            (Some(failure), None) => {
+                Err(Failure::from(failure).hint("a smaller --learning-rate helps against divergence"))
+            }
+            _ => Ok(()),
+        };
+        Ok(Answer::new(came_out, text, &told)?.and(recorded).and(diverged))
     }
 
     fn learn(&self, plan: Plan, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted>, Failure> {
@@ -282,76 +330,25 @@ impl Run<'_> {
             acted.map(|table| table.to_csv()).transpose()?,
         ])
     }
-
-    /// What the user reads when all is done.
-    fn conclusion(&self, learned: &Learned<Fitted>, summary: &Summary, timing: &Timing) -> String {
-        let found = summary.identification.as_ref().map_or(&[][..], |i| &i.equations);
-        let truth = self.problem.true_equations();
-        let mut text = text::beside(("found", found), ("true", &truth));
-        if let Some(fitted) = &learned.model {
-            text += &text::verdict(&Account::new(&fitted.0, self.problem.spec()));
-        }
-        text += &format!("\nreal steps: {} in {}", summary.real_steps, plural(summary.real_episodes, "episode"));
-        text += &match summary.identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
-            Some(rows) if rows < summary.real_steps => format!("; the equations were fitted to {rows} of them\n"),
-            _ => "\n".into(),
-        };
-        if let Some(model_return) = summary.training.model_return {
-            text += &format!("return in the model: {model_return:.1} after {} updates", summary.training.updates);
-            text += if summary.training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
-        }
-        if let Some(confirmation) = &summary.training.confirmation {
-            text += &confirmed(confirmation);
-        }
-        if let Some(Prediction { mean, level, low, high }) = &summary.training.prediction {
-            let percent = 100.0 * level;
-            let episodes = self.config.evaluation_episodes;
-            text += &format!(
-                "predicted mean return of {episodes} episodes on the real system: {} ({percent:.0} % interval {} to {})\n",
-                significant(*mean, 4),
-                significant(*low, 4),
-                significant(*high, 4)
-            );
-            if learned.confirmation.is_none()
-                && learned.model.as_ref().is_some_and(|m| m.0.certainty() < Certainty::Exact)
-            {
-                text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
-            }
-        }
-        if let Some(failure) = &summary.training.failure {
-            text += &format!("training stopped short: {failure}\n");
-        }
-        text += &match &summary.evaluation {
-            Some(evaluation) => report(self.problem, evaluation, false),
-            None if learned.interrupted => format!(
-                "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
-                self.run_dir.path().display()
-            ),
-            None => "no policy to evaluate: training never came to a trial in the model\n".into(),
-        };
-        text += &format!(
-            "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
-            timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
-        );
-        let path = self.run_dir.path();
-        text += &format!("record: {}\n", path.display());
-        if self.page && !learned.interrupted {
-            text += &format!("report: {}\n", path.join(pages::PAGE).display());
-        }
-        text
-    }
 }
 
-/// What came of the policy's real episode.
-fn confirmed(confirmation: &Confirmation) -> String {
-    let Confirmation { real, promised, spread, kept, .. } = confirmation;
-    let mut text = format!(
-        "real episode before the evaluation: return {real:.1}, the models expected {promised:.1} ± {spread:.1}\n"
-    );
-    if !kept {
-        text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";
-    }
-    text
+/// Seconds of one action of `policy`, the median over the observations of `data`.
+fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> Option<f64> {
+    /// Actions that are timed.
+    const TIMED: usize = 1_000;
+    let (mut action, mut rng) = (vec![0.0; spec.action_space.action_dim()], Seed::new(0).stream("latency", 0));
+    let observations: Vec<Vec<f64>> = data
+        .rollouts()
+        .flat_map(|r| r.observations.rows().into_iter().map(|o| o.to_vec()).collect::<Vec<_>>())
+        .collect();
+    let timed = observations.iter().cycle().take(TIMED).map(|observation| {
+        let begun = Instant::now();
+        policy.act(observation, Mode::Exploit, &mut rng, &mut action);
+        begun.elapsed().as_secs_f64()
+    });
+    let mut seconds: Vec<f64> = timed.collect();
+    seconds.sort_by(f64::total_cmp);
+    seconds.get(seconds.len() / 2).copied()
 }
 
 /// What can be done about a run that could not go on.

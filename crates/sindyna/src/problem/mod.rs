@@ -2,14 +2,21 @@
 //!
 //! [`named`] gives those that come along, [`OwnSystem`] one's own. All of them are a [`Problem`].
 
+mod condition;
+mod formula_task;
 mod mujoco;
 mod native;
 mod own;
+mod recorded;
+mod replay;
 mod source;
 mod task_builder;
 mod traits;
 
+pub use formula_task::FormulaTask;
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
+pub(crate) use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
+pub(crate) use replay::{Played, Replayed};
 pub(crate) use source::{Source, system};
 pub use source::{named, names};
 pub use task_builder::{OwnTask, TaskBuilder};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Environment, Sensors, Spec, Task};
+use sindyna_core::{Dynamics, Environment, Sensors, Spec, Task};
 use sindyna_envs::System;
 
 use super::Problem;
@@ -40,6 +40,10 @@ impl Problem for Native {
 
     fn environment(&self) -> Result<Box<dyn Environment>, Error> {
         Ok(Box::new(self.0.environment()))
+    }
+
+    fn dynamics(&self) -> Option<Arc<dyn Dynamics>> {
+        Some(self.0.dynamics())
     }
 
     fn true_equations(&self) -> Vec<String> {

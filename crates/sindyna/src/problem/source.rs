@@ -9,6 +9,7 @@ use sindyna_envs::System;
 use super::Problem;
 use super::mujoco::OnMujoco;
 use super::native::Native;
+use super::recorded::{LogSource, Recorded, Sampling};
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -43,14 +44,21 @@ pub(crate) enum Source {
     Named(String),
     /// A task file describes it.
     File(PathBuf),
+    /// A task file describes the task on it, and there is a log of it.
+    Log(PathBuf, LogSource),
 }
 
 impl Source {
     /// The source of the run with these settings, whose record lies in `directory`.
     pub(crate) fn of(config: &TrainConfig, directory: &Path) -> Self {
-        match &config.task_file {
-            Some(file) => Self::File(directory.join(file)),
-            None => Self::Named(config.task.clone()),
+        match (&config.task_file, &config.data) {
+            (Some(file), Some(data)) => {
+                let sampling = Some(Sampling { dt: data.dt, precision: data.precision.into() });
+                let models = data.models.as_ref().map(|models| directory.join(models));
+                Self::Log(directory.join(file), LogSource { log: directory.join(&data.log), sampling, models })
+            }
+            (Some(file), None) => Self::File(directory.join(file)),
+            (None, _) => Self::Named(config.task.clone()),
         }
     }
 
@@ -58,7 +66,11 @@ impl Source {
     pub(crate) fn spec(&self) -> Result<(Spec, SimulatorName), Error> {
         Ok(match self {
             Self::Named(name) => (system(name)?.spec().clone(), SimulatorName::Native),
-            Self::File(path) => (TaskFile::load(path)?.spec().clone(), SimulatorName::Mujoco),
+            Self::File(path) => {
+                let file = TaskFile::with_simulator(path)?;
+                (file.spec().clone(), simulator_of(&file))
+            }
+            Self::Log(path, source) => (Recorded::load(path, source)?.spec().clone(), SimulatorName::None),
         })
     }
 
@@ -73,10 +85,25 @@ impl Source {
             (Self::Named(name), SimulatorName::Mujoco) => {
                 Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
             }
-            (Self::File(path), SimulatorName::Mujoco) => Ok(Arc::new(TaskFile::load(path)?.with_noise(noise))),
-            (Self::File(_), other) => {
-                Err(Error::setting("simulator", "`mujoco` for a task file", format!("`{other}`")))
+            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source)?)),
+            (Self::Named(_) | Self::Log(..), other) => {
+                let wanted = if matches!(self, Self::Log(..)) { "`none` for a log" } else { "`native` or `mujoco`" };
+                Err(Error::setting("simulator", wanted, format!("`{other}`")))
+            }
+            (Self::File(path), simulator) => {
+                let file = TaskFile::with_simulator(path)?;
+                let own = simulator_of(&file);
+                if own != simulator {
+                    let wanted = format!("`{own}` for {}", path.display());
+                    return Err(Error::setting("simulator", wanted, format!("`{simulator}`")));
+                }
+                Ok(Arc::new(file.with_noise(noise)))
             }
         }
     }
+}
+
+/// Where the system of a task file lives.
+fn simulator_of(file: &TaskFile) -> SimulatorName {
+    if file.is_mujoco() { SimulatorName::Mujoco } else { SimulatorName::Native }
 }

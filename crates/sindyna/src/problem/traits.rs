@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Environment, Sensors, Spec, Task};
+use sindyna_core::{Dataset, Dynamics, Environment, Sensors, Spec, Task};
+
+use sindyna_sindy::Identified;
 
 use crate::Error;
 
@@ -28,9 +30,24 @@ pub trait Problem: Send + Sync {
         usize::MAX
     }
 
+    /// The dynamics behind it, where they are known: those of a ground-truth simulator.
+    fn dynamics(&self) -> Option<Arc<dyn Dynamics>> {
+        None
+    }
+
     /// The equations of motion, where they are known.
     fn true_equations(&self) -> Vec<String> {
         Vec::new()
+    }
+
+    /// All data that there will ever be, where the system itself is not at hand: as its sensors showed them, with the rewards of the task.
+    fn log(&self) -> Option<&Dataset> {
+        None
+    }
+
+    /// What was identified in [`Self::log`] before.
+    fn identified(&self) -> Option<&Identified> {
+        None
     }
 
     /// Refuses to go on where the task left the finite numbers.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Explorer, Spec};
+use sindyna_core::{Explorer, Precision, Spec};
 use sindyna_dyna::{Alternating, Rollouts, Swings, Uniform};
 use sindyna_rl::Isa;
 use sindyna_sindy::{
@@ -36,6 +36,18 @@ named! {
         Native = "native",
         /// In MuJoCo, which is found at run time
         Mujoco = "mujoco",
+        /// Nowhere: there is a log of it
+        None = "none",
+    }
+}
+
+named! {
+    /// How finely states were measured or computed.
+    PrecisionName {
+        /// Single precision
+        F32 = "f32",
+        /// Double precision
+        F64 = "f64",
     }
 }
 
@@ -124,6 +136,24 @@ impl ExplorerName {
             Self::Swings => Box::new(Swings::new(spec)),
             Self::Alternating => Box::new(Alternating::new(spec, RANDOM_SHARE)),
             Self::Random => Box::new(Uniform::new(spec)),
+        }
+    }
+}
+
+impl From<PrecisionName> for Precision {
+    fn from(name: PrecisionName) -> Self {
+        match name {
+            PrecisionName::F32 => Self::F32,
+            PrecisionName::F64 => Self::F64,
+        }
+    }
+}
+
+impl From<Precision> for PrecisionName {
+    fn from(precision: Precision) -> Self {
+        match precision {
+            Precision::F32 => Self::F32,
+            Precision::F64 => Self::F64,
         }
     }
 }

@@ -8,8 +8,9 @@ mod train;
 
 pub(crate) use check::check_episodes;
 pub(crate) use choices::{
-    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, SolverName, TargetName,
+    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName, SimulatorName, SolverName,
+    TargetName,
 };
 pub(crate) use identification::IdentificationConfig;
 pub(crate) use overrides::key;
-pub(crate) use train::{TrainConfig, agent};
+pub(crate) use train::{DataConfig, TrainConfig, agent};

@@ -1,6 +1,6 @@
 //! One setting changed by `KEY=VALUE`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,8 @@ pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Error> {
         Some((_, value)) => value.trim(),
         None => return Err(refused(text, "not KEY=VALUE")),
     };
-    let open = OPEN.iter().find(|(group, name)| key(text).split_once('.') == Some((group, name)));
+    let key = whole(document, key(text))?;
+    let open = OPEN.iter().find(|(group, name)| key.split_once('.') == Some((group, name)));
     if let Some((group, name)) = open {
         if let Some(Setting::Group(group)) = document.get_mut(*group) {
             match value {
@@ -44,7 +45,7 @@ pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Error> {
         }
         return Ok(());
     }
-    let slot = slot(document, key(text))?;
+    let slot = slot(document, &key)?;
     *slot = read(slot, value);
     Ok(())
 }
@@ -52,6 +53,32 @@ pub(crate) fn change(document: &mut Settings, text: &str) -> Result<(), Error> {
 /// The setting `text` changes, as [`change`] reads it.
 pub(crate) fn key(text: &str) -> &str {
     text.split('=').next().unwrap_or(text).trim()
+}
+
+/// The whole key of the setting called `key`: the name of its group may be left out where only one group has such a setting.
+fn whole(document: &Settings, key: &str) -> Result<String, Error> {
+    if key.contains('.') || document.contains_key(key) {
+        return Ok(key.to_owned());
+    }
+    let groups = document.iter().filter_map(|(name, setting)| match setting {
+        Setting::Group(group) => Some((name, group)),
+        _ => None,
+    });
+    let open = OPEN.iter().filter(|(_, name)| *name == key).map(|(group, _)| (*group).to_owned());
+    let found: Vec<String> =
+        groups.clone().filter(|(_, group)| group.contains_key(key)).map(|(name, _)| name.clone()).chain(open).collect();
+    match &found[..] {
+        [group] => Ok(format!("{group}.{key}")),
+        [] => {
+            let inner = groups.flat_map(|(_, group)| group.keys());
+            let known = document.keys().chain(inner).collect::<BTreeSet<_>>().into_iter().cloned().collect();
+            Err(Error::UnknownName { what: "setting", name: key.to_owned(), known })
+        }
+        several => {
+            let keys: Vec<String> = several.iter().map(|group| format!("`{group}.{key}`")).collect();
+            Err(refused(key, &format!("it could be {}", keys.join(" or "))))
+        }
+    }
 }
 
 /// The place of the setting called `key`, groups before it joined by points.
@@ -95,6 +122,20 @@ fn read(old: &Setting, text: &str) -> Setting {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_group_of_a_setting_may_be_left_out_where_there_is_one() {
+        let mut document: Settings =
+            toml::from_str("seed = 0\n[sac]\npolyak = 0.005\nlen = 1\n[warmup]\nlen = 2").unwrap();
+        change(&mut document, "polyak=0.1").unwrap();
+        change(&mut document, "target_entropy=-2").unwrap();
+        let Setting::Group(sac) = &document["sac"] else { panic!("a group stays one") };
+        assert_eq!((&sac["polyak"], &sac["target_entropy"]), (&Setting::Fraction(0.1), &Setting::Fraction(-2.0)));
+        let refusal = change(&mut document, "len=1").unwrap_err().to_string();
+        assert!(refusal.contains("it could be `sac.len` or `warmup.len`"), "{refusal}");
+        let refusal = change(&mut document, "polyac=1").unwrap_err().to_string();
+        assert!(refusal.contains("no setting named `polyac`") && refusal.contains("`polyak`"), "{refusal}");
+    }
 
     #[test]
     fn numbers_left_to_a_rule_are_set_and_left_again() {

@@ -6,7 +6,7 @@ use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Isa, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, NoiseChoice};
 
-use super::{ExplorerName, IdentificationConfig, ImaginedRollouts, IsaName, SimulatorName, overrides};
+use super::{ExplorerName, IdentificationConfig, ImaginedRollouts, IsaName, PrecisionName, SimulatorName, overrides};
 use crate::Error;
 
 /// The settings of `sindyna train`, defaults filled in.
@@ -21,7 +21,10 @@ pub(crate) struct TrainConfig {
     /// The task file, relative to this one; none for the tasks that need none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) task_file: Option<String>,
-    /// Where the real system lives: `native` or `mujoco`.
+    /// The log that takes the place of a system; none where there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) data: Option<DataConfig>,
+    /// Where the real system lives: `native`, `mujoco`, or `none` for a log.
     pub(crate) simulator: SimulatorName,
     /// Standard deviation of the sensors' noise, as a fraction of every observation channel's scale.
     #[serde(default)]
@@ -36,6 +39,21 @@ pub(crate) struct TrainConfig {
     pub(crate) optimality: OptimalityConfig,
     pub(crate) sac: SacConfig,
     pub(crate) evaluation_episodes: usize,
+}
+
+/// A log in the place of a system.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DataConfig {
+    /// The log, relative to this file.
+    pub(crate) log: String,
+    /// What was identified in it, relative to this file; none where this run identifies.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) models: Option<String>,
+    /// Sampling interval \[s\].
+    pub(crate) dt: f64,
+    /// How finely the states were recorded.
+    pub(crate) precision: PrecisionName,
 }
 
 /// Real data before anything is learned.
@@ -103,6 +121,7 @@ impl TrainConfig {
             commit: env!("SINDYNA_COMMIT").into(),
             task: spec.name.clone(),
             task_file: None,
+            data: None,
             simulator: SimulatorName::Native,
             noise: 0.0,
             seed: 0,

@@ -1,5 +1,7 @@
 //! A task file as it is written.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -9,8 +11,14 @@ use toml::Spanned;
 pub(super) struct Document {
     pub(super) name: String,
     /// The MJCF file, relative to the task file; its place in the text is kept for the record.
-    pub(super) model: Spanned<String>,
-    pub(super) frame_skip: usize,
+    pub(super) model: Option<Spanned<String>>,
+    pub(super) frame_skip: Option<usize>,
+    /// Seconds of one control interval, where no model tells.
+    pub(super) dt: Option<f64>,
+    /// The rate of each state, as a formula of states, controls and parameters.
+    pub(super) equations: Option<BTreeMap<String, String>>,
+    #[serde(default)]
+    pub(super) parameters: BTreeMap<String, f64>,
     pub(super) max_steps: usize,
     pub(super) solved_at: Option<f64>,
     pub(super) observation: Option<Vec<String>>,
@@ -27,7 +35,7 @@ pub(super) struct State {
     pub(super) unit: String,
     #[serde(default = "one")]
     pub(super) scale: f64,
-    /// Range of start values; the model's rest position if there is none.
+    /// Range of start values; the model's rest position, or 0, if there is none.
     pub(super) start: Option<[f64; 2]>,
     pub(super) bounds: Option<[f64; 2]>,
     #[serde(default)]

@@ -1,23 +1,26 @@
 //! Training a controller inside identified equations.
 
 mod evaluation;
+mod known;
 pub(crate) mod learner;
 mod plan;
+mod reach;
 pub(crate) mod summary;
 
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use sindyna_core::{Dataset, Event, Mode, Observer, Seed, TrainedPolicy};
+use sindyna_core::{Dataset, Environment, Event, Explorer, Mode, Observer, Seed, TrainedPolicy};
 use sindyna_dyna::{Dyna, DynaError};
 use sindyna_record::run::Summary;
-use sindyna_sindy::Model;
+use sindyna_sindy::{Identified, Model};
 
 use crate::Error;
-use crate::problem::{Problem, named};
+use crate::problem::{Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
 pub(crate) use evaluation::{episode, evaluation, predictions, watched_evaluation};
+pub(crate) use known::{identified_bytes, identified_of};
 pub(crate) use plan::Plan;
 
 /// What is to be trained, and how. The same settings and seed give the same bits.
@@ -28,6 +31,9 @@ pub(crate) use plan::Plan;
 pub struct Training {
     problem: Arc<dyn Problem>,
     config: TrainConfig,
+    /// Data that were there before, instead of a warm-up.
+    recorded: Option<Arc<Dataset>>,
+    evaluated: bool,
 }
 
 /// What became of a [`Training`].
@@ -39,6 +45,8 @@ pub struct Trained {
     pub data: Dataset,
     /// The equations that the policy was trained in.
     pub model: Option<Model>,
+    /// The same with what speaks for and against them.
+    pub identified: Option<Identified>,
     /// The policy; `None` if training never came to one.
     pub policy: Option<Arc<dyn TrainedPolicy>>,
     action_dim: usize,
@@ -77,7 +85,7 @@ impl Training {
     #[must_use]
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
         let config = TrainConfig::defaults(problem.spec());
-        Self { problem, config }
+        Self { problem, config, recorded: None, evaluated: true }
     }
 
     /// The same with another seed of everything random; 0 if none is given.
@@ -94,6 +102,22 @@ impl Training {
     pub fn with(mut self, setting: &str) -> Result<Self, Error> {
         self.config = self.config.with(setting)?;
         Ok(self)
+    }
+
+    /// The same with recorded `data` of the system in place of the warm-up. The system itself is asked only for more than that, and for the evaluation.
+    #[must_use]
+    pub fn with_data(mut self, data: Dataset) -> Self {
+        (self.config.warmup.rollouts, self.config.warmup.rollout_len) = (1, data.n_steps());
+        self.recorded = Some(Arc::new(data));
+        self
+    }
+
+    /// The same without the evaluation, and without any other step on the system than those recorded or of the warm-up: for a system that is not at hand.
+    #[must_use]
+    pub fn without_system(mut self) -> Self {
+        self.config.imagination.max_real_steps = Some(self.config.warmup.rollouts * self.config.warmup.rollout_len);
+        self.evaluated = false;
+        self
     }
 
     /// All settings, as the TOML of `config.toml`.
@@ -119,11 +143,18 @@ impl Training {
     pub fn run_watched(&self, watch: &mut dyn FnMut(&Event<'_>), stop: &Arc<AtomicBool>) -> Result<Trained, Error> {
         let (config, problem) = (&self.config, &*self.problem);
         config.check()?;
-        let plan = Plan::new(config, problem.spec(), stop.clone())?;
+        let plan = Plan::new(config, problem, stop.clone())?;
         let (task, sensors) = (problem.task(), problem.sensors().with_noise(&[]));
         let seed = Seed::new(config.seed);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &plan.learner, schedule: &plan.schedule, seed };
-        let (mut env, mut explorer, made_by) = (problem.environment()?, plan.explorer, (plan.agent.name(), plan.isa));
+        let (mut env, mut explorer): (Box<dyn Environment>, Box<dyn Explorer>) = match &self.recorded {
+            None => (problem.environment()?, plan.explorer),
+            Some(data) => {
+                let played = Played::new(problem.spec().clone(), data.clone(), Some(self.problem.clone()));
+                (Box::new(played), Box::new(Replayed::new(data.clone(), Some(plan.explorer))))
+            }
+        };
+        let made_by = (plan.agent.name(), plan.isa);
         let stopped = || stop.load(Ordering::SeqCst) || problem.check().is_err();
         let learned = dyna.run(&mut *env, &mut *explorer, plan.agent, &mut Told(watch), &stopped);
         problem.check()?;
@@ -131,12 +162,14 @@ impl Training {
         // A system of which there is one is free again.
         drop(env);
         let mut evaluated = None;
-        if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+        let evaluated_too = self.evaluated && !learned.interrupted && problem.log().is_none();
+        if let (Some(policy), true) = (&learned.policy, evaluated_too) {
             evaluated = Some(evaluation(problem, &**policy, config.evaluation_episodes, seed)?);
         }
         Ok(Trained {
-            summary: summary::of(config, made_by, problem.spec(), &learned, evaluated),
+            summary: summary::of(config, made_by, problem, &learned, evaluated),
             model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
+            identified: learned.model.as_ref().map(|fitted| fitted.0.clone()),
             policy: learned.policy,
             data: learned.data,
             action_dim: problem.spec().action_space.action_dim(),

@@ -3,12 +3,13 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use sindyna_core::{Agent, Explorer, Seed, Spec};
+use sindyna_core::{Agent, Explorer, Seed};
 use sindyna_dyna::Schedule;
 use sindyna_rl::Isa;
 
 use super::learner::Learner;
 use crate::Error;
+use crate::problem::{Problem, Replayed};
 use crate::settings::TrainConfig;
 
 /// What a run is put together from, besides its problem.
@@ -21,15 +22,19 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// For the system `spec`; fits end soon after `stop` is set.
-    pub(crate) fn new(config: &TrainConfig, spec: &Spec, stop: Arc<AtomicBool>) -> Result<Self, Error> {
+    /// For `problem`; fits end soon after `stop` is set.
+    pub(crate) fn new(config: &TrainConfig, problem: &dyn Problem, stop: Arc<AtomicBool>) -> Result<Self, Error> {
+        let spec = problem.spec();
         let mut weights = Seed::new(config.seed).stream("initial weights", 0);
         Ok(Self {
-            learner: Learner { identifier: config.identifier(spec)?, stop },
+            learner: Learner { identifier: config.identifier(spec)?, given: problem.identified().cloned(), stop },
             schedule: config.schedule(),
             agent: config.agent(spec, &mut weights)?,
             isa: config.isa()?,
-            explorer: config.warmup.explorer.explorer(spec),
+            explorer: match problem.log() {
+                Some(log) => Box::new(Replayed::new(Arc::new(log.clone()), None)),
+                None => config.warmup.explorer.explorer(spec),
+            },
         })
     }
 }

@@ -1,10 +1,11 @@
 //! A run in numbers.
 
-use sindyna_core::Spec;
 use sindyna_dyna::Learned;
 use sindyna_rl::Isa;
 
 use super::learner::Fitted;
+use super::reach::coverage;
+use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use sindyna_record::identification::Account;
 use sindyna_record::run::{Confirmation, Evaluation, Identification, Prediction, Summary, Training};
@@ -16,10 +17,15 @@ const LEVEL: f64 = 0.9;
 pub(crate) fn of(
     config: &TrainConfig,
     (algorithm, isa): (&str, Isa),
-    spec: &Spec,
+    problem: &dyn Problem,
     learned: &Learned<Fitted>,
     evaluation: Option<Evaluation>,
 ) -> Summary {
+    let spec = problem.spec();
+    let coverage = problem.log().and_then(|log| {
+        let (fitted, policy) = learned.model.as_ref().zip(learned.policy.as_ref())?;
+        coverage(problem, &fitted.0.model, &**policy, log)
+    });
     let identification = learned.model.as_ref().map(|fitted| {
         let model = &fitted.0.model;
         let account = Account::new(&fitted.0, spec);
@@ -72,6 +78,7 @@ pub(crate) fn of(
                 kept: c.is_kept(),
             }),
             failure: learned.failure.as_ref().map(ToString::to_string),
+            coverage,
         },
         interrupted: learned.interrupted,
     }

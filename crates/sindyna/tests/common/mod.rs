@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "no test file needs all of it")]
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -46,3 +46,15 @@ pub(crate) fn identify(directory: &Path, log: &str, args: &[&str]) -> (i32, Stri
 
 /// What the columns of [`example`] are.
 pub(crate) const COLUMNS: [&str; 4] = ["--states", "th,w", "--inputs", "u"];
+
+/// What `script` prints, run in `directory` by the Python of `.venv`, which `scripts/mujoco_install` makes.
+pub(crate) fn python(directory: &Path, script: &str) -> String {
+    let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
+    let venv = venv.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from);
+    let interpreter =
+        std::path::absolute(venv).unwrap().join(if cfg!(windows) { "Scripts/python.exe" } else { "bin/python" });
+    let output = Command::new(&interpreter).current_dir(directory).args(["-X", "utf8", "-c", script]).output();
+    let output = output.unwrap_or_else(|e| panic!("{}: {e}\n\nrun scripts/mujoco_install", interpreter.display()));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}

@@ -1,13 +1,15 @@
 //! What is known of tasks and methods besides the records of their runs.
 
 use sindyna_envs::System;
-use sindyna_record::comparison::Names;
+use sindyna_record::comparison::{Digest, Names};
 use sindyna_report::{Catalog, Published};
 
 use super::{Method, first_check, paper};
 
-/// The methods and tasks that can be compared.
-pub(crate) struct Known;
+/// The methods and tasks that can be compared, and the variants of a comparison.
+pub(crate) struct Known {
+    variants: Vec<String>,
+}
 
 /// Names of all methods, in the order of [`Method::ALL`].
 static METHODS: [&str; Method::ALL.len()] = {
@@ -21,6 +23,12 @@ static METHODS: [&str; Method::ALL.len()] = {
 };
 
 impl Known {
+    /// What is known besides `digest`, which may have variants.
+    pub(crate) fn of(digest: &Digest) -> Self {
+        let variants = digest.methods().into_iter().filter(|method| !METHODS.contains(method));
+        Self { variants: variants.map(String::from).collect() }
+    }
+
     /// Names of the tasks.
     pub(crate) fn tasks() -> Vec<&'static str> {
         sindyna_envs::systems().iter().map(System::name).collect()
@@ -33,8 +41,8 @@ impl Known {
 }
 
 impl Catalog for Known {
-    fn methods(&self) -> &[&'static str] {
-        &METHODS
+    fn methods(&self) -> Vec<&str> {
+        METHODS.into_iter().chain(self.variants.iter().map(String::as_str)).collect()
     }
 
     fn system(&self, task: &str) -> Option<System> {
@@ -42,19 +50,19 @@ impl Catalog for Known {
     }
 
     fn is_reference(&self, method: &str) -> bool {
-        Method::named(method).is_ok_and(Method::is_reference)
+        Method::of_run(method).is_some_and(Method::is_reference)
     }
 
     fn is_online(&self, method: &str) -> bool {
-        Method::named(method).is_ok_and(Method::is_online)
+        Method::of_run(method).is_some_and(Method::is_online)
     }
 
     fn first_check(&self, method: &str, task: &str) -> Option<usize> {
-        first_check(Method::named(method).ok()?, sindyna_envs::find(task)?.spec())
+        first_check(Method::of_run(method)?, sindyna_envs::find(task)?.spec())
     }
 
     fn applies(&self, method: &str, task: &str) -> bool {
-        Method::named(method).is_ok_and(|method| method.fits(task))
+        Method::of_run(method).is_some_and(|method| method.fits(task))
     }
 
     fn published(&self, task: &str) -> Option<&Published> {

@@ -1,5 +1,7 @@
 //! The methods that are compared.
 
+use sindyna_record::comparison::base;
+
 use crate::Error;
 
 /// A way from nothing to a policy.
@@ -77,6 +79,11 @@ impl Method {
             name: name.to_owned(),
             known: known.map(String::from).to_vec(),
         })
+    }
+
+    /// The method of a run called `name`, which may be a variant.
+    pub(crate) fn of_run(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|method| method.name() == base(name))
     }
 
     /// Whether the method can be used on the task called `task`: a regulator needs something to balance, and not everybody

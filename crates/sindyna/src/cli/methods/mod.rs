@@ -7,6 +7,7 @@ mod paper;
 mod presets;
 mod run;
 mod store;
+mod variant;
 
 pub(crate) use catalog::Known;
 pub(crate) use method::Method;
@@ -14,3 +15,4 @@ pub(crate) use pace::Pace;
 pub(crate) use presets::first_check;
 pub(crate) use run::Job;
 pub(crate) use store::Store;
+pub(crate) use variant::{Contender, Variant};

@@ -1,15 +1,32 @@
 //! How long the rest of a comparison will take.
 
 use std::collections::BTreeMap;
+use std::fmt;
+use std::time::Duration;
 
-use super::{Job, Method};
+use sindyna_core::number::plural;
+
+use super::Job;
 
 /// Runs that are to come, and how long those took that are over.
 pub(crate) struct Pace {
     threads: usize,
-    left: BTreeMap<(String, &'static str), usize>,
-    /// Seconds of all runs of a method on a task, and how many.
-    taken: BTreeMap<(String, &'static str), (f64, usize)>,
+    /// Runs at work count as to come.
+    left: BTreeMap<Kind, usize>,
+    /// Seconds of all runs of a kind, and how many.
+    taken: BTreeMap<Kind, (f64, usize)>,
+}
+
+/// Task and method: runs of one kind take about as long as each other, and nobody knows how long those of another take.
+type Kind = (String, String);
+
+/// How long the rest will take.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Left {
+    /// Of the runs whose kind has been timed.
+    seconds: f64,
+    /// Runs whose kind has not.
+    unknown: usize,
 }
 
 impl Pace {
@@ -17,70 +34,100 @@ impl Pace {
     pub(crate) fn new<'a>(jobs: impl Iterator<Item = &'a Job>, threads: usize) -> Self {
         let mut left = BTreeMap::new();
         for job in jobs {
-            *left.entry(key(job)).or_insert(0) += 1;
+            *left.entry(kind(job)).or_insert(0) += 1;
         }
         Self { threads: threads.max(1), left, taken: BTreeMap::new() }
     }
 
     /// Remembers that such a run took so long.
     pub(crate) fn know(&mut self, job: &Job, seconds: f64) {
-        let (sum, count) = self.taken.entry(key(job)).or_insert((0.0, 0));
+        let (sum, count) = self.taken.entry(kind(job)).or_insert((0.0, 0));
         (*sum, *count) = (*sum + seconds, *count + 1);
     }
 
     /// The same of a run that was still to come.
     pub(crate) fn done(&mut self, job: &Job, seconds: f64) {
         self.know(job, seconds);
-        if let Some(left) = self.left.get_mut(&key(job)) {
+        if let Some(left) = self.left.get_mut(&kind(job)) {
             *left = left.saturating_sub(1);
         }
     }
 
-    /// Seconds until the last run is over, as far as can be told: a run takes as long as others of its method on its task, or
-    /// else of its method, or else any. `None` before the first.
-    pub(crate) fn seconds_left(&self) -> Option<f64> {
-        let mean = |of: &dyn Fn(&str, &'static str) -> bool| {
-            let found = self.taken.iter().filter(|((task, method), _)| of(task, method)).map(|(_, taken)| *taken);
-            let (sum, count) = found.fold((0.0, 0), |(sum, count), (s, c)| (sum + s, count + c));
-            (count > 0).then(|| sum / count as f64)
-        };
-        let of_one = |task: &str, method: &'static str| {
-            mean(&|t, m| t == task && m == method).or_else(|| mean(&|_, m| m == method)).or_else(|| mean(&|_, _| true))
-        };
-        let each = self.left.iter().map(|((task, method), count)| Some(*count as f64 * of_one(task, method)?));
-        Some(each.sum::<Option<f64>>()? / self.threads as f64)
+    /// How long it is until the last run is over, as far as can be told: the work shared by the threads, but no shorter than
+    /// the longest run.
+    pub(crate) fn left(&self) -> Left {
+        let (mut work, mut longest, mut unknown) = (0.0, 0.0_f64, 0);
+        for (kind, count) in self.left.iter().filter(|(_, count)| **count > 0) {
+            match self.taken.get(kind) {
+                Some((sum, timed)) => {
+                    let each = sum / *timed as f64;
+                    work += *count as f64 * each;
+                    longest = longest.max(each);
+                }
+                None => unknown += count,
+            }
+        }
+        Left { seconds: longest.max(work / self.threads as f64), unknown }
     }
 }
 
-fn key(job: &Job) -> (String, &'static str) {
-    (job.system.name().to_owned(), Method::name(job.method))
+impl fmt::Display for Left {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let time = shown(Duration::from_secs_f64(self.seconds.clamp(0.0, 1e9)));
+        match self.unknown {
+            0 => write!(f, "{time} left"),
+            unknown if self.seconds == 0.0 => {
+                write!(f, "time left unknown: {} of kinds not timed yet", plural(unknown, "run"))
+            }
+            unknown => write!(f, "more than {time} left: {} of kinds not timed yet", plural(unknown, "run")),
+        }
+    }
+}
+
+fn shown(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    match seconds {
+        _ if seconds < 90.0 => format!("{seconds:.0} s"),
+        _ if seconds < 5_400.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3_600.0),
+    }
+}
+
+fn kind(job: &Job) -> Kind {
+    (job.task().to_owned(), job.contender.name())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cli::methods::Method;
     use crate::problem;
 
     fn job(task: &str, method: Method, seed: u64) -> Job {
-        Job { system: problem::system(task).unwrap(), method, seed, budget: None, whole_budget: false }
+        let system = problem::named(task).unwrap();
+        Job { system, contender: method.into(), seed, budget: None, whole_budget: false }
     }
 
     #[test]
-    fn runs_take_as_long_as_those_most_like_them() {
+    fn only_what_was_timed_is_told() {
         let jobs = [
             job("pendulum", Method::Sindy, 0),
             job("pendulum", Method::Sindy, 1),
             job("pendulum", Method::Sac, 0),
             job("cart-pole", Method::Sac, 0),
+            job("pendulum", Method::Sac, 1),
         ];
         let mut pace = Pace::new(jobs.iter(), 2);
-        assert_eq!(pace.seconds_left(), None);
+        assert_eq!(pace.left().to_string(), "time left unknown: 5 runs of kinds not timed yet");
         pace.done(&jobs[0], 1.0);
-        assert_eq!(pace.seconds_left(), Some(1.5), "three more, of which nothing else is known");
-        pace.done(&jobs[2], 20.0);
-        assert_eq!(pace.seconds_left(), Some(10.5), "the one of sac is like the other");
-        pace.done(&jobs[1], 1.0);
+        assert_eq!(pace.left(), Left { seconds: 1.0, unknown: 3 });
+        assert_eq!(pace.left().to_string(), "more than 1 s left: 3 runs of kinds not timed yet");
+        pace.done(&jobs[2], 200.0);
+        assert_eq!(pace.left(), Left { seconds: 200.0, unknown: 1 }, "no shorter than the longest run");
         pace.done(&jobs[3], 20.0);
-        assert_eq!(pace.seconds_left(), Some(0.0));
+        assert_eq!(pace.left().to_string(), "3 min left");
+        pace.done(&jobs[1], 1.0);
+        pace.done(&jobs[4], 200.0);
+        assert_eq!(pace.left().to_string(), "0 s left");
     }
 }

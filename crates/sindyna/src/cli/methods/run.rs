@@ -1,21 +1,24 @@
 //! One run of one method on one task.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::Serialize;
 use sindyna_control::{ByHand, Costs, Lqr};
 use sindyna_core::{
-    Agent, Dataset, Dynamics, DynamicsLearner, Explorer, FitError, Knowledge, NoModel, Observer, Policy, Rng, Seed,
+    Agent, Dataset, Dynamics, DynamicsLearner, Environment, Explorer, FitError, Knowledge, NoModel, Observer, Policy,
+    Rng, Seed,
 };
 use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
-use sindyna_envs::System;
-use sindyna_record::comparison::{Outcome, Point, Request, mean};
+use sindyna_record::comparison::{Outcome, Point, Request, Seeds, mean};
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
-use sindyna_sindy::{Identifier, Model, NoiseChoice};
+use sindyna_sindy::{Identifier, Model};
 
+use super::Contender;
 use super::method::Method;
 use super::presets::{self, EPISODES, Preset};
 use crate::cli::failure::Failure;
+use crate::problem::Problem;
 use crate::settings::{TrainConfig, agent};
 
 /// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
@@ -36,8 +39,8 @@ const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and c
 /// What has to be done.
 #[derive(Clone)]
 pub(crate) struct Job {
-    pub(crate) system: System,
-    pub(crate) method: Method,
+    pub(crate) system: Arc<dyn Problem>,
+    pub(crate) contender: Contender,
     pub(crate) seed: u64,
     /// Real steps at most for those who learn on the real system, if they are not the task's.
     pub(crate) budget: Option<usize>,
@@ -45,15 +48,34 @@ pub(crate) struct Job {
     pub(crate) whole_budget: bool,
 }
 
+impl fmt::Display for Job {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {} seed {}", self.task(), self.contender.name(), self.seed)
+    }
+}
+
 impl Job {
-    /// What it asks for: its seed and all before.
+    /// What it asks for.
     pub(crate) fn request(&self) -> Request {
-        Request { task: self.system.name().into(), method: self.method.name().into(), seeds: self.seed + 1 }
+        Request { task: self.task().into(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
+    }
+
+    /// What its task is called.
+    pub(crate) fn task(&self) -> &str {
+        &self.system.spec().name
+    }
+
+    fn environments(&self, count: usize) -> Result<Vec<Box<dyn Environment>>, Failure> {
+        Ok((0..count).map(|_| self.system.environment()).collect::<Result<_, _>>()?)
+    }
+
+    pub(crate) fn method(&self) -> Method {
+        self.contender.method
     }
 
     /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
     pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
-        let mut outcome = Outcome::new(self.system.name(), self.method.name(), self.seed);
+        let mut outcome = Outcome::new(self.task(), &self.contender.name(), self.seed);
         match self.attempt(&mut outcome, interrupted) {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
@@ -66,8 +88,8 @@ impl Job {
 
     fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
         let spec = self.system.spec();
-        match self.method {
-            Method::Sindy => self.inside(&self.identifier(), outcome, interrupted, tell),
+        match self.method() {
+            Method::Sindy => self.inside(&self.identifier()?, outcome, interrupted, tell),
             Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, interrupted, |model, outcome| {
                 outcome.model_parameters = Some(model.nonzero());
             }),
@@ -76,7 +98,10 @@ impl Job {
                 outcome.model_parameters = Some(learner.n_parameters());
                 self.inside(&learner, outcome, interrupted, |_, _| {})
             }
-            Method::Truth => self.inside(&Known(self.system.dynamics()), outcome, interrupted, |_, _| {}),
+            Method::Truth => {
+                let truth = self.system.dynamics().ok_or_else(|| Failure::new("nobody knows its equations"))?;
+                self.inside(&Known(truth), outcome, interrupted, |_, _| {})
+            }
             Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper | Method::SindyMbpo => {
                 let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
                 self.outside(&preset, outcome, interrupted)
@@ -84,7 +109,7 @@ impl Job {
             Method::Lqr => self.regulate_linear(outcome),
             Method::SindyLqr => self.regulate_identified(outcome),
             Method::Hand => {
-                let law = ByHand::new(self.system.name());
+                let law = ByHand::new(self.task());
                 let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
                 self.judge(&law, outcome)?;
                 Ok(Ended::Whole)
@@ -98,9 +123,9 @@ impl Job {
 
     /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
     pub(crate) fn settings(&self) -> Result<Option<String>, Failure> {
-        Ok(match self.method {
+        Ok(match self.method() {
             Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth => {
-                let model = match self.method {
+                let model = match self.method() {
                     Method::LeastSquares => {
                         "# The model is linear, fitted by least squares, instead of what [identification] says.\n"
                     }
@@ -108,7 +133,7 @@ impl Job {
                     Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
                     _ => "",
                 };
-                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings() }.to_toml()?)
+                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings()? }.to_toml()?)
             }
             Method::SindyLqr => Some(format!("# {COSTS}; warm-up and identification are those of sindy.\n")),
             Method::Lqr => Some(format!("# {COSTS}.\n{}", toml::to_string(&PUSHES)?)),
@@ -118,7 +143,7 @@ impl Job {
 
     /// What those learn with who learn on the real system.
     fn preset(&self) -> Option<Preset> {
-        let mut preset = presets::of(self.method, self.system.spec())?;
+        let mut preset = presets::of(self.method(), self.system.spec())?;
         if let Some(budget) = self.budget {
             preset.schedule.real_steps = budget;
             // Who may not go so far is looked at where the steps end.
@@ -130,9 +155,10 @@ impl Job {
         Some(preset)
     }
 
-    /// The settings of `sindyna train`.
-    fn inner_settings(&self) -> TrainConfig {
-        TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) }
+    /// The settings of `sindyna train`, with those of the variant.
+    fn inner_settings(&self) -> Result<TrainConfig, Failure> {
+        let defaults = TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) };
+        Ok(self.contender.settle(defaults)?)
     }
 
     /// Algorithm 1 with the models of `learner`.
@@ -144,11 +170,11 @@ impl Job {
         tell: fn(&L::Model, &mut Outcome),
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
-        let config = self.inner_settings();
+        let config = self.inner_settings()?;
         // How noisy the sensors are is told to nobody.
         let (task, sensors, schedule) = (self.system.task(), self.system.sensors().with_noise(&[]), config.schedule());
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
-        let mut env = self.system.environment();
+        let mut env = self.system.environment()?;
         let mut explorer = config.warmup.explorer.explorer(spec);
         let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
         if learned.interrupted {
@@ -177,7 +203,7 @@ impl Job {
     ) -> Result<Ended, Failure> {
         let Some(ensemble) = preset.ensemble.clone() else {
             return match preset.schedule.branches {
-                Some(_) => self.online(&self.identifier(), preset, outcome, interrupted),
+                Some(_) => self.online(&self.identifier()?, preset, outcome, interrupted),
                 None => self.online(&NoModel, preset, outcome, interrupted),
             };
         };
@@ -196,8 +222,8 @@ impl Job {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let (task, sensors) = (self.system.task(), self.system.sensors().with_noise(&[]));
         let online = Online { task: &*task, sensors: &sensors, learner, schedule: &preset.schedule, seed };
-        let mut env = self.system.environment();
-        let mut judges: Vec<_> = (0..preset.schedule.checks.episodes).map(|_| self.system.environment()).collect();
+        let mut env = self.system.environment()?;
+        let mut judges = self.environments(preset.schedule.checks.episodes)?;
         let mut explorer = Uniform::new(spec);
         let agent = self.agent(preset.sac.clone())?;
         let left = online.run(&mut env, &mut judges, &mut explorer, agent, interrupted)?;
@@ -233,10 +259,10 @@ impl Job {
 
     /// A regulator of the equations identified from the data that `sindy` begins with.
     fn regulate_identified(&self, outcome: &mut Outcome) -> Result<Ended, Failure> {
-        let (spec, config) = (self.system.spec(), self.inner_settings());
+        let (spec, config) = (self.system.spec(), self.inner_settings()?);
         let mut explorer = config.warmup.explorer.explorer(spec);
         let data = self.warm_up(&mut *explorer, (1, config.schedule().rollout_len))?;
-        let model = self.identifier().identify(&data)?.model;
+        let model = self.identifier()?.identify(&data)?.model;
         tell(&model, outcome);
         self.regulate(&model, &data, outcome)
     }
@@ -254,8 +280,8 @@ impl Job {
     }
 
     /// Who finds the equations, as `sindyna train` does.
-    fn identifier(&self) -> Identifier {
-        Identifier::new(self.system.spec()).with_noise(NoiseChoice::Estimated)
+    fn identifier(&self) -> Result<Identifier, Failure> {
+        Ok(self.inner_settings()?.identifier(self.system.spec())?)
     }
 
     /// The first real steps, so many times so many, by `explorer`.
@@ -264,12 +290,12 @@ impl Job {
         explorer: &mut dyn Explorer,
         (warmup_rollouts, rollout_len): (usize, usize),
     ) -> Result<Dataset, Failure> {
-        let config = self.inner_settings();
+        let config = self.inner_settings()?;
         let schedule = Schedule { warmup_rollouts, rollout_len, ..config.schedule() };
         let (task, sensors, seed) = (self.system.task(), self.system.sensors(), Seed::new(self.seed));
         // A learner that makes no model ends after the warm-up.
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &NoModel, schedule: &schedule, seed };
-        let mut env = self.system.environment();
+        let mut env = self.system.environment()?;
         Ok(dyna.run(&mut env, explorer, self.agent(config.sac)?, &mut Silent, &|| false)?.data)
     }
 
@@ -280,7 +306,7 @@ impl Job {
 
     /// The last evaluation; a policy that reaches the mark there has solved the task with the real steps so far.
     fn judge(&self, policy: &dyn Policy, outcome: &mut Outcome) -> Result<(), Failure> {
-        let mut envs: Vec<_> = (0..EPISODES).map(|_| self.system.environment()).collect();
+        let mut envs = self.environments(EPISODES)?;
         outcome.returns = evaluate(&mut envs, policy, EPISODES, Seed::new(self.seed), "evaluation")?;
         let solved =
             self.system.spec().solved_at.zip(mean(&outcome.returns)).is_some_and(|(mark, reached)| reached >= mark);

@@ -41,6 +41,8 @@ impl Store {
             }
         }
         sweep(root)?;
+        same_variants(root, jobs)?;
+        keep_tasks(root, jobs)?;
         let asked: Vec<Request> = jobs.iter().map(Job::request).collect();
         write_requests(root, &merged(&read_requests(root)?, &asked))?;
         Ok(Self { root: root.to_owned(), _lock: lock })
@@ -72,9 +74,54 @@ impl Store {
     }
 
     fn path(&self, job: &Job, extension: &str) -> PathBuf {
-        let folder = self.root.join("runs").join(job.system.name()).join(job.method.name());
+        let folder = self.root.join("runs").join(job.task()).join(job.contender.name());
         folder.join(format!("seed-{}.{extension}", job.seed))
     }
+}
+
+/// Keeps the task files of `jobs` beside their runs; refuses others of the same name.
+fn keep_tasks(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
+    let mut kept: Vec<&str> = Vec::new();
+    for job in jobs {
+        if kept.contains(&job.task()) {
+            continue;
+        }
+        kept.push(job.task());
+        let folder = root.join("runs").join(job.task());
+        for (name, contents) in job.system.files()? {
+            let path = folder.join(name);
+            match fs::read(&path) {
+                Ok(before) if before == contents => {}
+                Ok(_) => {
+                    return Err(Failure::new(format!("{} is another task of that name", path.display()))
+                        .hint("give the task another name, or name another directory with --out"));
+                }
+                Err(_) => {
+                    fs::create_dir_all(&folder)
+                        .with_context(|| format!("cannot make the directory {}", folder.display()))?;
+                    save(&path, &contents)?;
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a variant under whose name runs with other settings lie there.
+fn same_variants(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
+    for job in jobs {
+        let (task, name) = (job.task(), job.contender.name());
+        let path = root.join("runs").join(task).join(&name).join("settings.toml");
+        let Some(settings) = job.settings()?.filter(|_| job.contender.is_variant()) else { continue };
+        if fs::read_to_string(&path).is_ok_and(|before| before != settings) {
+            return Err(Failure::new(format!(
+                "{} holds runs of a variant `{name}` with other settings",
+                root.display()
+            ))
+            .hint("give the variant another name, or name another directory with --out"));
+        }
+    }
+    Ok(())
 }
 
 /// Says which of the settings differ.

@@ -8,14 +8,14 @@ const MAX_DEPTH: usize = 64;
 
 /// A condition on numbered variables. A comparison with NaN does not hold.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Condition {
+pub(crate) enum Condition {
     Compare(Expr, Comparison, Expr),
     All(Vec<Self>),
     Any(Vec<Self>),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Comparison {
+pub(crate) enum Comparison {
     Less,
     LessEqual,
     Greater,
@@ -27,12 +27,12 @@ impl Condition {
     ///
     /// Grammar: comparisons `a < b` (also `<=`, `>`, `>=`, `≤`, `≥`) of terms as [`parse`] reads them, joined by `and`
     /// and `or`, where `and` binds tighter; parentheses may stand around any of it.
-    pub(super) fn parse(text: &str, names: &[String]) -> anyhow::Result<Self> {
+    pub(crate) fn parse(text: &str, names: &[String]) -> anyhow::Result<Self> {
         read(text, names, 0)
     }
 
     /// Whether it holds at z.
-    pub(super) fn holds(&self, z: &[f64]) -> bool {
+    pub(crate) fn holds(&self, z: &[f64]) -> bool {
         match self {
             Self::Compare(left, comparison, right) => {
                 let (a, b) = (left.eval(z), right.eval(z));

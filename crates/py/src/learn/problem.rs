@@ -1,0 +1,54 @@
+//! A system with its task, to be trained on.
+
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use sindyna::Error;
+use sindyna::core::{Environment, Sensors, Spec, Task};
+use sindyna::problem::Problem;
+
+use super::outside::{Outside, Raised};
+use super::task::PyTask;
+
+/// A system that Python steps, or none, with a task.
+pub(crate) struct Asked {
+    pub(crate) task: Arc<PyTask>,
+    pub(crate) sensors: Sensors,
+    pub(crate) object: Option<Py<PyAny>>,
+    pub(crate) raised: Raised,
+}
+
+impl Problem for Asked {
+    fn spec(&self) -> &Spec {
+        self.task.spec()
+    }
+
+    fn task(&self) -> Arc<dyn Task> {
+        self.task.clone()
+    }
+
+    fn sensors(&self) -> Sensors {
+        self.sensors.clone()
+    }
+
+    fn environment(&self) -> Result<Box<dyn Environment>, Error> {
+        let refused = |why: &str| Error::System { name: self.spec().name.clone(), why: why.into() };
+        let object = self.object.as_ref().ok_or_else(|| refused("there is none, only data of it"))?;
+        let object = Python::attach(|py| object.clone_ref(py));
+        Ok(Box::new(Outside::new(object, self.spec().clone(), self.raised.clone())))
+    }
+
+    fn copies(&self) -> usize {
+        1
+    }
+
+    fn check(&self) -> Result<(), Error> {
+        if self.raised.is_there() {
+            return Err(Error::Reward { complaint: "an exception was raised".into() });
+        }
+        match self.task.complaint() {
+            None => Ok(()),
+            Some(complaint) => Err(Error::Reward { complaint: complaint.to_owned() }),
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! What a run came to, for people.
+
+use std::path::Path;
+
+use sindyna_core::number::{plural, significant};
+use sindyna_record::identification::Account;
+use sindyna_record::run::{Confirmation, Coverage, Prediction, StateRange, Summary, Timing};
+use sindyna_report::text;
+
+use super::evaluate::report;
+use super::pages;
+
+/// What a run came to.
+pub(super) struct Conclusion<'a> {
+    pub(super) summary: &'a Summary,
+    pub(super) timing: Option<&'a Timing>,
+    pub(super) account: Option<&'a Account>,
+    /// The equations of the ground-truth simulator, where there is one.
+    pub(super) truth: &'a [String],
+    /// Whether the model was one that a real episode should have confirmed.
+    pub(super) unconfirmed: bool,
+    pub(super) record: &'a Path,
+    /// Whether there is a page.
+    pub(super) page: bool,
+}
+
+impl Conclusion<'_> {
+    pub(super) fn text(&self) -> String {
+        let Summary { identification, training, evaluation, threshold, .. } = self.summary;
+        let found = identification.as_ref().map_or(&[][..], |i| &i.equations);
+        let mut text = text::beside(("found", found), ("true", self.truth));
+        if let Some(account) = self.account {
+            text += &text::verdict(account);
+        }
+        let Summary { real_steps, real_episodes, .. } = self.summary;
+        text += &format!("\nreal steps: {real_steps} in {}", plural(*real_episodes, "episode"));
+        text += &match identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
+            Some(rows) if rows < *real_steps => format!("; the equations were fitted to {rows} of them\n"),
+            _ => "\n".into(),
+        };
+        if let Some(model_return) = training.model_return {
+            text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
+            text += if training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
+        }
+        if let Some(confirmation) = &training.confirmation {
+            text += &confirmed(confirmation);
+        }
+        if let Some(prediction) = &training.prediction {
+            text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes));
+            if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
+                text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
+            }
+        }
+        if let Some(coverage) = &training.coverage {
+            text += &covered(coverage);
+        }
+        if let Some(failure) = &training.failure {
+            text += &format!("training stopped short: {failure}\n");
+        }
+        text += &match evaluation {
+            Some(evaluation) => report(*threshold, evaluation, false),
+            None if self.summary.interrupted => format!(
+                "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
+                self.record.display()
+            ),
+            None if training.coverage.is_some() => String::new(),
+            None => "no policy to evaluate: training never came to a trial in the model\n".into(),
+        };
+        if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {
+            text += &format!("one action takes {:.1} µs\n", 1e6 * seconds);
+        }
+        if let Some(timing) = self.timing {
+            text += &format!(
+                "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
+                timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
+            );
+        }
+        text += &format!("record: {}\n", self.record.display());
+        if self.page {
+            text += &format!("report: {}\n", self.record.join(pages::PAGE).display());
+        }
+        text
+    }
+}
+
+fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>) -> String {
+    let of = episodes.map_or_else(String::new, |episodes| format!(" of {}", plural(episodes, "episode")));
+    format!(
+        "predicted mean return{of} on the real system: {} ({:.0} % interval {} to {})\n",
+        significant(*mean, 4),
+        100.0 * level,
+        significant(*low, 4),
+        significant(*high, 4)
+    )
+}
+
+/// Where the policy goes, and where the data were.
+fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
+    let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
+    let mut text = format!(
+        "not evaluated: there is no system. In {} in the model, {:.0} % of the steps are beyond the data\n",
+        plural(*episodes, "episode"),
+        100.0 * share_outside
+    );
+    for StateRange { state, unit, data, policy } in states {
+        let beyond = if policy.0 < data.0 || policy.1 > data.1 { "  beyond the data" } else { "" };
+        text += &format!("  {state} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
+    }
+    text
+}
+
+/// What came of the policy's real episode.
+fn confirmed(confirmation: &Confirmation) -> String {
+    let Confirmation { real, promised, spread, kept, .. } = confirmation;
+    let mut text = format!(
+        "real episode before the evaluation: return {real:.1}, the models expected {promised:.1} ± {spread:.1}\n"
+    );
+    if !kept {
+        text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";
+    }
+    text
+}

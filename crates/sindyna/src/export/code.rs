@@ -1,0 +1,90 @@
+//! Terms and sums in languages that write formulas as C does.
+
+use sindyna_sindy::export::System;
+use sindyna_sindy::{Entry, Expr, Function};
+
+/// How a language writes what not all write alike.
+pub(super) struct Dialect {
+    /// A function of one number.
+    pub(super) call: fn(Function, &str) -> String,
+    /// A number to a whole power.
+    pub(super) power: fn(&str, i32) -> String,
+}
+
+/// `expr` over z = (x; u) with `n` states; everything but numbers and variables in parentheses.
+pub(super) fn expression(dialect: &Dialect, expr: &Expr, n: usize) -> String {
+    let part = |e: &Expr| expression(dialect, e, n);
+    match expr {
+        Expr::Constant(c) => number(*c),
+        Expr::Variable(i) if *i < n => format!("x[{i}]"),
+        Expr::Variable(i) => format!("u[{}]", i - n),
+        Expr::Neg(a) => format!("(-{})", part(a)),
+        Expr::Add(a, b) => format!("({} + {})", part(a), part(b)),
+        Expr::Sub(a, b) => format!("({} - {})", part(a), part(b)),
+        Expr::Mul(a, b) => format!("({} * {})", part(a), part(b)),
+        Expr::Div(a, b) => format!("({} / {})", part(a), part(b)),
+        Expr::Power(a, exponent) => (dialect.power)(&part(a), *exponent),
+        Expr::Call(function, a) => (dialect.call)(*function, &part(a)),
+    }
+}
+
+/// The sum of `entries`.
+pub(super) fn sum<'a>(dialect: &Dialect, system: &System, entries: impl Iterator<Item = &'a Entry>) -> String {
+    let summand = |entry: &Entry| match &system.terms[entry.term] {
+        one if one.is_one() => number(entry.coefficient),
+        term => format!("{} * {}", number(entry.coefficient), expression(dialect, term, system.states.len())),
+    };
+    let summands: Vec<String> = entries.map(summand).collect();
+    if summands.is_empty() { "0.0".into() } else { summands.join(" + ") }
+}
+
+/// `value` with every digit, negative ones in parentheses.
+pub(super) fn number(value: f64) -> String {
+    if value.is_sign_negative() { format!("({value:?})") } else { format!("{value:?}") }
+}
+
+/// Whether a term of `system` holds `function`.
+pub(super) fn uses(system: &System, function: Function) -> bool {
+    fn holds(expr: &Expr, function: Function) -> bool {
+        match expr {
+            Expr::Constant(_) | Expr::Variable(_) => false,
+            Expr::Call(f, a) => *f == function || holds(a, function),
+            Expr::Neg(a) | Expr::Power(a, _) => holds(a, function),
+            Expr::Add(a, b) | Expr::Sub(a, b) | Expr::Mul(a, b) | Expr::Div(a, b) => {
+                holds(a, function) || holds(b, function)
+            }
+        }
+    }
+    system.equations.iter().flatten().any(|entry| holds(&system.terms[entry.term], function))
+}
+
+/// The lines `target = …` of all equations; of implicit ones those of the coupling too.
+pub(super) fn assignments(
+    dialect: &Dialect,
+    system: &System,
+    target: &str,
+    coupling: impl Fn(usize, usize) -> String,
+) -> String {
+    let n = system.states.len();
+    let mut lines = String::new();
+    for (i, row) in system.equations.iter().enumerate() {
+        let free = sum(dialect, system, row.iter().filter(|e| e.rate.is_none()));
+        lines += &format!("    {target}[{i}] = {free};\n");
+        for l in 0..n {
+            let coupled: Vec<&Entry> = row.iter().filter(|e| e.rate == Some(l)).collect();
+            if !coupled.is_empty() {
+                let one = if i == l { "1.0" } else { "0.0" };
+                lines +=
+                    &format!("    {} = {one} - ({});\n", coupling(i, l), sum(dialect, system, coupled.into_iter()));
+            }
+        }
+    }
+    lines
+}
+
+/// Numbers separated by commas, some on a line.
+pub(super) fn list(numbers: impl Iterator<Item = String>) -> String {
+    let all: Vec<String> = numbers.collect();
+    let lines: Vec<String> = all.chunks(8).map(|chunk| chunk.join(", ")).collect();
+    lines.join(",\n    ")
+}

@@ -1,0 +1,151 @@
+//! Modules for Node.js and browsers.
+
+use sindyna_sindy::Function;
+use sindyna_sindy::export::{Stepping, System};
+
+use super::Program;
+use super::code::{Dialect, assignments, list};
+use super::network::{Head, Network};
+
+const DIALECT: Dialect = Dialect {
+    call: |function, a| match function {
+        Function::PositivePart => format!("Math.max({a}, 0.0)"),
+        other => format!("Math.{}({a})", other.name()),
+    },
+    power: |a, exponent| format!("Math.pow({a}, {exponent})"),
+};
+
+/// A module of JavaScript.
+pub(super) fn write(program: &Program) -> String {
+    let system = &program.system;
+    let mut text = String::from("// Written by sindyna export.\n");
+    text += &program.comments().iter().map(|line| format!("// {line}\n")).collect::<String>();
+    text += &format!("\n// Control interval in seconds.\nexport const DT = {:?};\n", system.dt);
+    text += &equations(system);
+    text + &program.policy.as_ref().map_or_else(String::new, policy)
+}
+
+fn equations(system: &System) -> String {
+    let n = system.states.len();
+    if system.stepping == Stepping::Map {
+        let lines = assignments(&DIALECT, system, "next", |i, l| format!("left[{i}][{l}]"));
+        return format!(
+            "\n// The state one step later.\nexport function step(x, u) {{\n    const next = new Array({n}).fill(0.0);\n{lines}    return next;\n}}\n"
+        );
+    }
+    let lines = assignments(&DIALECT, system, "rate", |i, l| format!("left[{i}][{l}]"));
+    let (before, after) = if system.is_implicit() {
+        (
+            format!(
+                "    const left = Array.from({{ length: {n} }}, (_, i) => Array.from({{ length: {n} }}, (_, j) => (i === j ? 1.0 : 0.0)));\n"
+            ),
+            "    return solve(left, rate);\n",
+        )
+    } else {
+        (String::new(), "    return rate;\n")
+    };
+    let solve = if system.is_implicit() { SOLVE } else { "" };
+    format!(
+        "{solve}\n// The rate of every state.\nexport function rhs(x, u) {{\n    const rate = new Array({n}).fill(0.0);\n{before}{lines}{after}}}\n{}",
+        step(&system.stepping)
+    )
+}
+
+/// Gaussian elimination with the largest pivot of each column.
+const SOLVE: &str = "
+function solve(left, right) {
+    const n = right.length;
+    for (let k = 0; k < n; k++) {
+        let pivot = k;
+        for (let i = k + 1; i < n; i++) {
+            if (Math.abs(left[i][k]) > Math.abs(left[pivot][k])) pivot = i;
+        }
+        [left[k], left[pivot]] = [left[pivot], left[k]];
+        [right[k], right[pivot]] = [right[pivot], right[k]];
+        for (let i = k + 1; i < n; i++) {
+            const factor = left[i][k] / left[k][k];
+            for (let j = k; j < n; j++) left[i][j] -= factor * left[k][j];
+            right[i] -= factor * right[k];
+        }
+    }
+    for (let k = n - 1; k >= 0; k--) {
+        for (let j = k + 1; j < n; j++) right[k] -= left[k][j] * right[j];
+        right[k] /= left[k][k];
+    }
+    return right;
+}
+";
+
+fn step(stepping: &Stepping) -> String {
+    let body = match stepping {
+        Stepping::Rk4 { substeps } => format!(
+            "    const h = DT / {substeps};
+    const ahead = (x, by, k) => x.map((value, i) => value + by * k[i]);
+    for (let part = 0; part < {substeps}; part++) {{
+        const k1 = rhs(x, u);
+        const k2 = rhs(ahead(x, 0.5 * h, k1), u);
+        const k3 = rhs(ahead(x, 0.5 * h, k2), u);
+        const k4 = rhs(ahead(x, h, k3), u);
+        x = x.map((value, i) => value + (h / 6.0) * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+    }}
+    return x;
+"
+        ),
+        Stepping::SemiImplicitEuler { positions, substeps } => {
+            let order: Vec<String> = positions.iter().map(ToString::to_string).collect();
+            format!(
+                "    const h = DT / {substeps};
+    for (let part = 0; part < {substeps}; part++) {{
+        const rate = rhs(x, u);
+        const moved = x.map((value, i) => value + h * rate[i]);
+        for (const i of [{}]) moved[i] = x[i] + h * rhs(moved, u)[i];
+        x = moved;
+    }}
+    return x;
+",
+                order.join(", ")
+            )
+        }
+        _ => "    const rate = rhs(x, u);\n    return x.map((value, i) => value + DT * rate[i]);\n".to_owned(),
+    };
+    format!("\n// The state one control interval later.\nexport function step(x, u) {{\n{body}}}\n")
+}
+
+fn policy(network: &Network) -> String {
+    let doubles = |values: &[f64]| format!("[\n    {}\n]", list(values.iter().map(|v| format!("{v:?}"))));
+    let floats = |values: &[f32]| format!("Float32Array.of(\n    {}\n)", list(values.iter().map(|v| format!("{v:?}"))));
+    let mut text = "\n// The policy: a network between scaled observations and actions.\n".to_owned();
+    text += &format!("const CENTER = {};\nconst SCALE = {};\n", doubles(&network.center), doubles(&network.scale));
+    let layers: Vec<String> =
+        network.layers.iter().map(|layer| format!("[{}, {}]", floats(&layer.weights), floats(&layer.biases))).collect();
+    text += &format!("const LAYERS = [{}];\n", layers.join(", "));
+    let (what, head) = match &network.head {
+        Head::Squashed { low, high } => {
+            text += &format!("const LOW = {};\nconst HIGH = {};\n", doubles(low), doubles(high));
+            (
+                "The action for an observation.",
+                "    return Array.from(at, (value, i) => {\n        const action = LOW[i] + 0.5 * (Math.tanh(value) + 1.0) * (HIGH[i] - LOW[i]);\n        return Math.min(Math.max(action, LOW[i]), HIGH[i]);\n    });\n",
+            )
+        }
+        Head::Largest => {
+            ("The number of the action for an observation.", "    return [at.indexOf(Math.max(...at))];\n")
+        }
+    };
+    text + &format!(
+        "
+// {what}
+export function act(o) {{
+    let at = o.map((value, i) => Math.fround((value - CENTER[i]) / SCALE[i]));
+    LAYERS.forEach(([weights, biases], l) => {{
+        const next = new Float32Array(biases.length);
+        for (let j = 0; j < biases.length; j++) {{
+            let sum = biases[j];
+            for (let i = 0; i < at.length; i++) sum += at[i] * weights[i * biases.length + j];
+            next[j] = l === LAYERS.length - 1 || sum > 0.0 ? sum : 0.0;
+        }}
+        at = next;
+    }});
+{head}}}
+"
+    )
+}

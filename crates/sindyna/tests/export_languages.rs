@@ -1,0 +1,234 @@
+//! Programs that `sindyna export` writes, executed: equal to the model and to the policy in every language there is a tool for.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use common::{parts, python, sindyna};
+use sindyna_core::{Dynamics as _, Mode, Policy as _, Seed};
+use sindyna_rl::SavedPolicy;
+use sindyna_sindy::Model;
+
+/// A model of two states and one control with these terms, equations, form, and more of its fields.
+fn model(form: &str, terms: &str, equations: &str, kinematic: &str) -> String {
+    format!(
+        r#"{{"format": 2, {form}, "dt": 0.1, "states": ["x", "v"], "controls": ["u"], "terms": {terms}, "equations": {equations},
+           "kinematic": {kinematic}, "n_features": 9}}"#
+    )
+}
+
+/// Models of every form, with every function, powers, implicit equations, and names that want to be code.
+fn models() -> Vec<(&'static str, String)> {
+    let terms = r#"["v", "sin(x)*v^2", "max(x-0.3,0)", "sign(v)*abs(x)", "u/(2+cos(x))", "x^-2", "exp(-x^2)", "sqrt(abs(v))", "tanh(3*x)", "1", "log(2+x^2)"]"#;
+    let many = r#"[[{"term": 0, "coefficient": 1.0}],
+        [{"term": 1, "coefficient": -0.7}, {"term": 2, "coefficient": 3.1}, {"term": 3, "coefficient": -1e-9}, {"term": 4, "coefficient": 2.5},
+         {"term": 5, "coefficient": 1e-3}, {"term": 6, "coefficient": -0.25}, {"term": 7, "coefficient": 0.125}, {"term": 8, "coefficient": -0.4},
+         {"term": 9, "coefficient": 0.01}, {"term": 10, "coefficient": -1.5}]]"#;
+    let implicit = r#"[[{"term": 0, "coefficient": 1.0}, {"term": 1, "coefficient": 0.2, "rate": 1}],
+        [{"term": 4, "coefficient": -2.0}, {"term": 8, "coefficient": 0.3, "rate": 0}, {"term": 6, "coefficient": 0.4, "rate": 1}]]"#;
+    let free = "[false, false]";
+    let mut all = vec![
+        ("map", model(r#""form": "discrete""#, terms, many, free)),
+        ("increment", model(r#""form": "increment""#, terms, many, free)),
+        ("euler", model(r#""form": "continuous", "scheme": "euler""#, terms, many, free)),
+        ("rk4", model(r#""form": "continuous", "scheme": {"rk4": {"substeps": 3}}"#, terms, many, "[true, false]")),
+        (
+            "semi-implicit",
+            model(
+                r#""form": "semi_implicit", "scheme": {"semi_implicit_euler": {"substeps": 2}}"#,
+                terms,
+                many,
+                "[true, false]",
+            ),
+        ),
+        ("implicit", model(r#""form": "continuous", "scheme": {"rk4": {"substeps": 2}}"#, terms, implicit, free)),
+    ];
+    let names = r#""states": ["*/ exit(1); /*", "\"\n'''\"\"\"\\ import os; os.abort() //"], "controls": ["class"]"#;
+    let hostile = model(
+        r#""form": "continuous", "scheme": "euler""#,
+        r#"["1"]"#,
+        r#"[[{"term": 0, "coefficient": 1.5}], []]"#,
+        free,
+    );
+    all.push(("hostile", hostile.replace(r#""states": ["x", "v"], "controls": ["u"]"#, names)));
+    all
+}
+
+/// States and controls at which programs are compared.
+fn points() -> Vec<[f64; 3]> {
+    (0..40).map(|i| [1.0, 1.7, 2.3].map(|k| 2.0 * (k * f64::from(i) + 0.3).sin())).collect()
+}
+
+fn export(directory: &Path, language: &str, out: &str) {
+    let (code, stdout, stderr) = parts(&sindyna(directory, &["export", ".", "--to", language, "--out", out]));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+}
+
+/// What `program` prints in `directory`; `None` if there is no such program here.
+fn run(directory: &Path, program: &str, args: &[&str]) -> Option<String> {
+    let output = Command::new(program).current_dir(directory).args(args).output().ok()?;
+    assert!(output.status.success(), "{program} {args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    Some(String::from_utf8(output.stdout).unwrap())
+}
+
+/// Numbers between white space.
+fn numbers(text: &str) -> Vec<f64> {
+    text.split(|c: char| c.is_whitespace() || ",[]".contains(c))
+        .filter(|w| !w.is_empty())
+        .map(|w| w.parse().unwrap())
+        .collect()
+}
+
+fn same(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
+    assert_eq!(found.len(), expected.len(), "{what}");
+    for (i, (a, b)) in found.iter().zip(expected).enumerate() {
+        assert!((a - b).abs() <= tolerance * (1.0 + b.abs()), "{what}, number {i}: {a} is not {b}");
+    }
+}
+
+#[test]
+fn equations_are_the_same_in_every_language() {
+    let list = |of: &dyn Fn(&[f64; 3]) -> String| points().iter().map(of).collect::<Vec<_>>().join(", ");
+    for (name, text) in models() {
+        let temp = tempfile::tempdir().unwrap();
+        let directory = temp.path();
+        fs::write(directory.join("model.json"), &text).unwrap();
+        let model = Model::from_json(&text).unwrap();
+        let expected: Vec<f64> = points()
+            .iter()
+            .flat_map(|z| {
+                let mut next = [0.0; 2];
+                model.step(&z[..2], &z[2..], &mut Seed::new(0).numpy(), &mut next).unwrap();
+                next
+            })
+            .collect();
+
+        export(directory, "c", "model.c");
+        let rows = list(&|z| format!("{{{:?}, {:?}, {:?}}}", z[0], z[1], z[2]));
+        let main = format!(
+            "#include <stdio.h>\n#include \"model.c\"\nint main(void)\n{{\n    const double z[40][3] = {{{rows}}};\n    int i;\n    \
+             for (i = 0; i < 40; i++) {{\n        double next[2];\n        sindyna_step(z[i], z[i] + 2, next);\n        \
+             printf(\"%.17g %.17g\\n\", next[0], next[1]);\n    }}\n    return 0;\n}}\n"
+        );
+        fs::write(directory.join("main.c"), main).unwrap();
+        let flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "main.c", "-o", "main", "-lm"];
+        if run(directory, "cc", &flags).is_some() {
+            let program = directory.join("main").display().to_string();
+            same(&format!("{name} in C"), &numbers(&run(directory, &program, &[]).unwrap()), &expected, 1e-12);
+        }
+
+        export(directory, "javascript", "model.mjs");
+        let rows = list(&|z| format!("[{:?}, {:?}, {:?}]", z[0], z[1], z[2]));
+        let script = format!(
+            "import {{ step }} from './model.mjs';\nfor (const z of [{rows}]) console.log(step(z.slice(0, 2), z.slice(2)).join(' '));\n"
+        );
+        fs::write(directory.join("main.mjs"), script).unwrap();
+        if let Some(printed) = run(directory, "node", &["main.mjs"]) {
+            same(&format!("{name} in JavaScript"), &numbers(&printed), &expected, 1e-12);
+        }
+
+        export(directory, "python", "model.py");
+        let script = format!(
+            "import model, numpy as np\nz = np.array([{rows}])\nprint(model.step(z[:, :2], z[:, 2:]).tolist())\n"
+        );
+        same(&format!("{name} in Python"), &numbers(&python(directory, &script)), &expected, 1e-12);
+
+        export(directory, "rust", "model.rs");
+        let main = format!(
+            "mod model;\nfn main() {{\n    for z in [{rows}] {{\n        let [a, b] = model::step(&[z[0], z[1]], &[z[2]]);\n        \
+             println!(\"{{a:?}} {{b:?}}\");\n    }}\n}}\n"
+        );
+        fs::write(directory.join("main.rs"), main).unwrap();
+        let flags = ["--edition", "2024", "-A", "dead_code", "-D", "warnings", "main.rs", "-o", "rusty"];
+        if run(directory, "rustc", &flags).is_some() {
+            let program = directory.join("rusty").display().to_string();
+            same(&format!("{name} in Rust"), &numbers(&run(directory, &program, &[]).unwrap()), &expected, 1e-12);
+        }
+
+        export(directory, "latex", "model.tex");
+        let formulas = fs::read_to_string(directory.join("model.tex")).unwrap();
+        let code: String = formulas.lines().filter(|line| !line.starts_with('%')).collect();
+        assert_eq!(code.matches('{').count(), code.matches('}').count(), "{formulas}");
+        assert_eq!(code.matches("\\left").count(), code.matches("\\right").count(), "{formulas}");
+        assert_eq!(code.matches("&=").count(), 2, "{formulas}");
+        if name == "implicit" {
+            assert!(
+                code.contains("\\dot{x} &= v + 0.2 \\, \\sin\\left(x\\right) \\, \\left(v\\right)^{2} \\, \\dot{v}"),
+                "{code}"
+            );
+        }
+    }
+}
+
+#[test]
+fn policies_are_the_same_in_every_language() {
+    for task in ["pendulum", "cart-pole"] {
+        let temp = tempfile::tempdir().unwrap();
+        let args = ["train", task, "--max-updates", "400", "--episodes", "2", "--quiet", "--out", "run"];
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code <= 1, "{stderr}");
+        let directory = temp.path().join("run");
+        let policy = SavedPolicy::from_safetensors(&fs::read(directory.join("policy.safetensors")).unwrap()).unwrap();
+        let m = policy.observation_dim();
+        let observations: Vec<Vec<f64>> =
+            (0..60).map(|i| (0..m).map(|j| 1.5 * (1.3 * f64::from(i) + 2.1 * j as f64).sin()).collect()).collect();
+        let expected: Vec<f64> = observations
+            .iter()
+            .map(|o| {
+                let mut action = [0.0];
+                policy.act(o, Mode::Exploit, &mut Seed::new(0).numpy(), &mut action);
+                action[0]
+            })
+            .collect();
+        assert!(expected.iter().any(|a| (a - expected[0]).abs() > 0.1), "{task}: always the same action");
+        // Of a range of −2 to 2, of numbers 0 and 1.
+        let tolerance = 1e-6;
+
+        let rows = observations.iter().fold(String::new(), |mut rows, o| {
+            write!(rows, "{o:?}, ").unwrap();
+            rows
+        });
+        export(&directory, "c", "model.c");
+        let c_rows = rows.replace('[', "{").replace(']', "}");
+        let main = format!(
+            "#include <stdio.h>\n#include \"model.c\"\nint main(void)\n{{\n    const double o[60][{m}] = {{{c_rows}}};\n    int i;\n    \
+             for (i = 0; i < 60; i++) {{\n        double action[1];\n        sindyna_act(o[i], action);\n        printf(\"%.17g\\n\", action[0]);\n    \
+             }}\n    return 0;\n}}\n"
+        );
+        fs::write(directory.join("main.c"), main).unwrap();
+        let flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "main.c", "-o", "main", "-lm"];
+        if run(&directory, "cc", &flags).is_some() {
+            let program = directory.join("main").display().to_string();
+            same(&format!("{task} in C"), &numbers(&run(&directory, &program, &[]).unwrap()), &expected, tolerance);
+        }
+        export(&directory, "javascript", "model.mjs");
+        let script =
+            format!("import {{ act }} from './model.mjs';\nfor (const o of [{rows}]) console.log(act(o)[0]);\n");
+        fs::write(directory.join("main.mjs"), script).unwrap();
+        if let Some(printed) = run(&directory, "node", &["main.mjs"]) {
+            same(&format!("{task} in JavaScript"), &numbers(&printed), &expected, tolerance);
+        }
+        export(&directory, "python", "model.py");
+        let script = format!(
+            "import model, numpy as np\no = np.array([{rows}])\nprint(model.act(o)[:, 0].tolist())\nassert model.act(o[3]).shape == (1,)\n"
+        );
+        same(&format!("{task} in Python"), &numbers(&python(&directory, &script)), &expected, tolerance);
+        export(&directory, "rust", "model.rs");
+        let main = format!(
+            "mod model;\nfn main() {{\n    for o in [{rows}] {{\n        println!(\"{{:?}}\", model::act(&o)[0]);\n    }}\n}}\n"
+        );
+        fs::write(directory.join("main.rs"), main).unwrap();
+        let flags = ["--edition", "2024", "-A", "dead_code", "-D", "warnings", "main.rs", "-o", "rusty"];
+        if run(&directory, "rustc", &flags).is_some() {
+            let program = directory.join("rusty").display().to_string();
+            same(&format!("{task} in Rust"), &numbers(&run(&directory, &program, &[]).unwrap()), &expected, tolerance);
+        }
+        export(&directory, "latex", "model.tex");
+        assert!(fs::read_to_string(directory.join("model.tex")).unwrap().contains("\\pi(o) = "));
+    }
+}

@@ -1,0 +1,197 @@
+//! Log in, controller out: no simulator anywhere. And equations in a task file: a simulator whose truth nobody is told.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use common::{json, parts, sindyna};
+use sindyna::problem::{OwnSystem, Problem as _, TaskBuilder, ode};
+use sindyna_core::Seed;
+use sindyna_dyna::evaluate;
+use sindyna_rl::SavedPolicy;
+
+fn example(name: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/spring").join(name);
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// A directory with the files of the example.
+fn workplace() -> tempfile::TempDir {
+    let temp = tempfile::tempdir().unwrap();
+    for name in ["spring.csv", "spring.toml", "ground_truth.toml"] {
+        fs::write(temp.path().join(name), example(name)).unwrap();
+    }
+    temp
+}
+
+fn succeeds(directory: &Path, args: &[&str]) -> String {
+    let (code, stdout, stderr) = parts(&sindyna(directory, args));
+    assert_eq!(code, 0, "{args:?}: {stdout}{stderr}");
+    stdout
+}
+
+/// Mean return of the policy in `run` on the system that the log is of, which no run ever saw.
+fn on_the_system(run: &Path) -> f64 {
+    let task = TaskBuilder::new("spring", 0.05)
+        .state("x", "m", (-0.5, 0.5))
+        .rate("v", "m/s", "x", (0.0, 0.0))
+        .input("F", "N", -1.0, 1.0)
+        .reward(|_, _, next| -((next[0] - 0.3).powi(2) + 0.02 * next[1].powi(2)))
+        .max_steps(100)
+        .build()
+        .unwrap();
+    let rates = |x: &[f64], u: &[f64], rate: &mut [f64]| rate.copy_from_slice(&[x[1], u[0] - 2.0 * x[0] - 0.3 * x[1]]);
+    let system = OwnSystem::simulated(task, ode(0.05, rates)).unwrap();
+    let policy = SavedPolicy::from_safetensors(&fs::read(run.join("policy.safetensors")).unwrap()).unwrap();
+    let mut systems: Vec<_> = (0..100).map(|_| system.environment().unwrap()).collect();
+    let returns = evaluate(&mut systems, &policy, 100, Seed::new(7), "a system never seen").unwrap();
+    returns.iter().sum::<f64>() / returns.len() as f64
+}
+
+/// Every file of `run` but those with times.
+fn files(run: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let entries = fs::read_dir(run).unwrap().map(|entry| entry.unwrap().path());
+    let kept =
+        entries.filter(|path| !["timing.json", "report.html"].contains(&path.file_name().unwrap().to_str().unwrap()));
+    kept.map(|path| (path.file_name().unwrap().into(), fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn a_controller_from_a_log_does_on_the_system_what_is_predicted() {
+    let temp = workplace();
+    let args = ["train", "--task-file", "spring.toml", "--data", "spring.csv", "--quiet", "--isa", "portable"];
+    let text = succeeds(temp.path(), &[&args[..], &["--out", "run"]].concat());
+    assert!(text.contains("v\u{307} = ") && text.contains("not evaluated: there is no system"), "{text}");
+    assert!(text.contains("one action takes") && text.contains("  x "), "{text}");
+    let run = temp.path().join("run");
+    let summary = json(&run.join("summary.json"));
+    assert_eq!((&summary["real_steps"], &summary["evaluation"]), (&399.into(), &serde_json::Value::Null));
+    let terms = summary["identification"]["coefficients"][1].as_array().unwrap();
+    for (term, truth) in [("x", -2.0), ("v", -0.3), ("F", 1.0)] {
+        let found = terms.iter().find(|t| t["term"] == term).unwrap();
+        let (value, error) = (found["coefficient"].as_f64().unwrap(), found["standard_error"].as_f64().unwrap());
+        assert!((value - truth).abs() < 4.0 * error && error < 0.01, "{found}");
+    }
+    let prediction = &summary["training"]["prediction"];
+    let (low, high) = (prediction["low"].as_f64().unwrap(), prediction["high"].as_f64().unwrap());
+    let real = on_the_system(&run);
+    // A hundred start states drawn otherwise are no part of the interval's claim: half of it on either side.
+    let slack = 0.5 * (high - low);
+    assert!(real > low - slack && real < high + slack && real > -3.5, "{real} is not in {low} to {high}");
+    let coverage = &summary["training"]["coverage"];
+    assert!(coverage["share_outside"].as_f64().unwrap() < 0.05, "{coverage}");
+    assert_eq!(coverage["states"][0]["state"], "x");
+    let page = fs::read_to_string(run.join("report.html")).unwrap();
+    assert!(page.contains("the data are a log") && page.contains("beyond the data"));
+
+    // The originals are not needed any more, and the same is done again.
+    fs::remove_file(temp.path().join("spring.csv")).unwrap();
+    let whole = files(&run);
+    for name in ["summary.json", "policy.safetensors", "model.json"] {
+        fs::remove_file(run.join(name)).unwrap();
+    }
+    succeeds(temp.path(), &["train", "--resume", "run", "--quiet"]);
+    assert_eq!(files(&run), whole);
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run"]));
+    assert!(code == 2 && stderr.contains("there is no system to evaluate its policy on"), "{stderr}");
+}
+
+#[test]
+fn a_model_identified_before_is_trained_in() {
+    let temp = workplace();
+    let columns = ["identify", "spring.csv", "--states", "x,v", "--inputs", "F", "--quiet", "--out", "model"];
+    succeeds(temp.path(), &columns);
+    fs::remove_file(temp.path().join("spring.csv")).unwrap();
+    let quick = ["--max-updates", "500", "--quiet", "--isa", "portable", "--out", "run"];
+    let text =
+        succeeds(temp.path(), &[&["train", "--task-file", "spring.toml", "--model", "model"][..], &quick].concat());
+    assert!(text.contains("predicted mean return on the real system"), "{text}");
+    let run = temp.path().join("run");
+    let model = |directory: &str| fs::read_to_string(temp.path().join(directory).join("model.json")).unwrap();
+    assert_eq!(model("run"), model("model"));
+    assert_eq!(json(&run.join("summary.json"))["training"]["updates"], 500);
+
+    for (from, to, says) in [
+        ("name = \"v\"", "name = \"w\"", "no column named `w`"),
+        ("low = -1.0", "low = -0.1", "its task file lets `F` go from -0.1 to 1"),
+        ("max_steps = 100", "max_steps = 100\ndt = 0.1", "its `dt` is 0.1 s, a step of the log is 0.05 s"),
+    ] {
+        fs::write(temp.path().join("other.toml"), example("spring.toml").replace(from, to).replace("next_v", "next_x"))
+            .unwrap();
+        let args = ["train", "--task-file", "other.toml", "--model", "model", "--out", "other"];
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code == 2 && stderr.contains(says) && !temp.path().join("other").exists(), "{stderr}");
+    }
+    let path = temp.path().join("model/posterior.bin");
+    let mut bytes = fs::read(&path).unwrap();
+    for (damage, says) in [(40, "is damaged"), (3, "is not what `sindyna identify` wrote")] {
+        let at = if damage == 40 { bytes.len() - 40 } else { damage };
+        bytes[at] ^= 1;
+        fs::write(&path, &bytes).unwrap();
+        let args = ["train", "--task-file", "spring.toml", "--model", "model", "--out", "other"];
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code == 2 && stderr.contains(says), "{stderr}");
+    }
+    for (args, says) in [
+        (&["--task-file", "spring.toml"][..], "neither a `model` nor [equations]"),
+        (&["--task-file", "spring.toml", "--model", "run"], "not that of an identification"),
+        (&["--task-file", "spring.toml", "--model", "nowhere"], "cannot read nowhere/config.toml"),
+        (&["--task-file", "ground_truth.toml", "--model", "model"], "one or the other"),
+        (&["--task-file", "spring.toml", "--data", "log.csv", "--real-steps", "20"], "a log has the steps that it has"),
+        (&["pendulum", "--data", "log.csv"], "--task-file"),
+    ] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["train"], args].concat()));
+        assert!(code == 2 && stderr.contains(says) && stderr.contains("hint: "), "{args:?}: {stderr}");
+    }
+}
+
+#[test]
+fn equations_in_a_task_file_are_a_simulator() {
+    let temp = workplace();
+    let args = ["train", "--task-file", "ground_truth.toml", "--quiet", "--out", "run", "--isa", "portable"];
+    let text = succeeds(temp.path(), &args);
+    assert!(text.contains("dv/dt = (F - k*x - c*v)/m") && text.contains(": solved (≥ -4)"), "{text}");
+    let summary = json(&temp.path().join("run/summary.json"));
+    assert_eq!((&summary["real_steps"], &summary["task"]), (&10.into(), &"spring-equations".into()));
+    for (term, truth) in [("x", -2.0), ("v", -0.3), ("F", 1.0)] {
+        let terms = summary["identification"]["coefficients"][1].as_array().unwrap();
+        let found = terms.iter().find(|t| t["term"] == term).unwrap()["coefficient"].as_f64().unwrap();
+        assert!((found - truth).abs() < 1e-6, "{term}: {found}");
+    }
+    // Its own record is enough.
+    fs::rename(temp.path().join("ground_truth.toml"), temp.path().join("moved.toml")).unwrap();
+    let again = succeeds(temp.path(), &["evaluate", "run"]);
+    assert!(text.contains(again.trim_end()), "{again}");
+
+    let compare =
+        ["compare", "--tasks", "moved.toml", "--methods", "random,lqr", "--seeds", "2", "--out", "c", "--quiet"];
+    let table = succeeds(temp.path(), &compare);
+    assert!(table.contains("spring-equations   random") && !table.contains("lqr"), "{table}");
+    let summary = fs::read(temp.path().join("c/summary.json")).unwrap();
+    succeeds(temp.path(), &["report", "c"]);
+    assert_eq!(fs::read(temp.path().join("c/summary.json")).unwrap(), summary);
+    let changed = example("ground_truth.toml").replace("k = 2.0", "k = 3.0");
+    fs::write(temp.path().join("moved.toml"), changed).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &compare));
+    assert!(code == 2 && stderr.contains("is another task of that name"), "{stderr}");
+
+    for (from, to, says) in [
+        ("v = \"(F", "w = \"(F", "no state named `w`"),
+        ("(F - k*x", "(F - q*x", "no variable named `q`"),
+        ("k = 2.0", "x = 2.0", "`x` is no name for a parameter"),
+        ("dt = 0.05", "", "[equations] need `dt`"),
+        ("dt = 0.05", "dt = -1.0", "above 0"),
+        ("dt = 0.05", "dt = 0.05\nframe_skip = 2", "means nothing without a `model`"),
+        ("rate_of = \"x\"", "", "[equations] have none for `x`"),
+        ("spring-equations", "pendulum", "as a task that comes along"),
+    ] {
+        fs::write(temp.path().join("other.toml"), example("ground_truth.toml").replacen(from, to, 1)).unwrap();
+        let args = ["compare", "--tasks", "other.toml", "--methods", "random", "--seeds", "1", "--out", "other"];
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code == 2 && stderr.contains(says), "{from} → {to}: {stderr}");
+    }
+}
