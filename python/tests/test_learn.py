@@ -403,6 +403,9 @@ def test_a_run_of_the_command_is_loaded(pendulum, tmp_path):
     (tmp_path / "policy.safetensors").write_bytes(pendulum.policy._inner.to_bytes())
     run = sindyna.load(tmp_path)
     assert run.policy([0.9, 0.1, 0.0]) == pendulum.policy([0.9, 0.1, 0.0])
+    assert "reward: that of pendulum" in str(run)
+    run.save(tmp_path / "run.json")
+    assert sindyna.load(tmp_path / "run.json").equations == run.equations
     one, other = run.env(), pendulum.env()
     for env in (one, other):
         env.reset(options={"state": [0.5, 0.1]})
