@@ -247,9 +247,8 @@ class Controller:
 
     def __str__(self) -> str:
         lines = [*self.equations, ""]
-        lines.append(
-            f"reward: {self.reward or 'a function'}" + (f", ends if {self.terminated}" if self.terminated else "")
-        )
+        own = f"that of {self.summary['task']}" if self._document["system"] is None else "a function"
+        lines.append(f"reward: {self.reward or own}" + (f", ends if {self.terminated}" if self.terminated else ""))
         if self.predicted_return is not None:
             low, high, mean, level = self.predicted_return
             lines.append(f"predicted mean return: {mean:.4g} ({100 * level:.0f} % interval {low:.4g} to {high:.4g})")
@@ -312,7 +311,12 @@ def load(
     try:
         controller = Controller({part: document[part] for part in _PARTS}, (reward, terminated))
         # What does not fit together is told here, not later.
-        _ = controller.report_, controller.returns, document["policy"] and controller.policy
+        _ = (
+            document["account"] and controller.report_,
+            controller.equations,
+            controller.returns,
+            document["policy"] and controller.policy,
+        )
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
         raise ValueError(f"{path} is not a whole controller of sindyna: {error!r}") from None
     return controller

@@ -13,6 +13,9 @@ Array = npt.NDArray[np.float64]
 #: Observed values, at most: equations for more are never found.
 MOST_VALUES = 64
 
+#: Numbered actions that lie on one line: to one side, to the other, and nothing between.
+FEW_ACTIONS = 3
+
 
 def made(env: Any) -> Any:
     """The environment itself, or the one that Gymnasium knows by this name."""
@@ -71,6 +74,11 @@ class Plain:
         else:
             raise TypeError(f"actions must be a Box or Discrete, got {type(done).__name__}")
 
+    @property
+    def is_random(self) -> bool:
+        """Whether there are so many numbered actions that the first and the last do not tell what the others do."""
+        return len(self.actions.get("numbered", ())) > FEW_ACTIONS
+
     def system(self, dt: float, max_steps: int) -> dict[str, Any]:
         """What is declared before any data are there: every observed value is a state."""
         return {
@@ -107,7 +115,7 @@ def _controls(n: int, given: Sequence[Sequence[float]] | None) -> list[list[floa
                 f"controls must have as many inputs for each of the {n} actions, got {len(rows)} rows: {rows}"
             )
         return rows
-    if n <= 3:
+    if n <= FEW_ACTIONS:
         return [[float(v)] for v in np.linspace(-1.0, 1.0, n)]
     return [[float(i == j) for j in range(1, n)] for i in range(n)]
 

@@ -112,7 +112,7 @@ def learn(
     seed, real_steps = _whole("seed", seed, 0), _whole("real_steps", real_steps, 1)
     length = _gym.horizon(made, max_steps)
     candidates = [_interval(dt)] if dt is not None else _gym.intervals(made)
-    data = _sindyna.collect(plain, json.dumps(plain.system(candidates[0], length)), real_steps, seed)
+    data = _sindyna.collect(plain, json.dumps(plain.system(candidates[0], length)), real_steps, seed, plain.is_random)
     system, states, notes = _recognised(plain, data, observed, (candidates, length), angles, rates)
     told = threshold if threshold is not None else getattr(getattr(made, "spec", None), "reward_threshold", None)
     system["threshold"] = None if told is None else float(told)
@@ -121,17 +121,11 @@ def learn(
     given = {} if start is None else dict(start)
     resets = start_resets if set(states) - set(given) else 0
     starts = _starts(plain, system, states, data, given, _whole("start_resets", resets, 0), seed)
-    chosen = [
-        *settings,
-        f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}",
-        *(
-            []
-            if max_real_steps is None
-            else [f"imagination.max_real_steps={_whole('max_real_steps', max_real_steps, 1)}"]
-        ),
-    ]
+    chosen = [f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}"]
+    chosen += [*(["warmup.explorer=random"] if plain.is_random else []), *settings]
+    most = None if max_real_steps is None else _whole("max_real_steps", max_real_steps, real_steps)
     form = {"observed": observed, "first": plain.first, "shape": plain.shape, "notes": notes}
-    return trained(symbols, data, starts, (reward, terminated), (plain, seed, chosen, resets), form)
+    return trained(symbols, data, starts, (reward, terminated), (plain, seed, chosen, most, resets), form)
 
 
 def _of_log(
@@ -153,7 +147,7 @@ def _of_log(
     symbols = Symbols(log.names, states, system, log.inputs)
     starts = _starts(None, system, states, data, {} if start is None else dict(start), 0, seed)
     form = {"observed": log.names, "first": 0, "shape": None, "notes": notes}
-    return trained(symbols, data, starts, (reward, terminated), (None, seed, chosen, 0), form)
+    return trained(symbols, data, starts, (reward, terminated), (None, seed, chosen, None, 0), form)
 
 
 def trained(
@@ -161,11 +155,11 @@ def trained(
     data: _sindyna.Data,
     starts: list[tuple[float, float]],
     task: tuple[Reward | None, Ends | None],
-    run: tuple[Any, int, list[str], int],
+    run: tuple[Any, int, list[str], int | None, int],
     form: dict[str, Any],
 ) -> Controller:
     """Trains for a task on a system of which `data` are known, and puts together what comes of it."""
-    (reward, terminated), (plain, seed, chosen, resets), system = task, run, symbols.system
+    (reward, terminated), (plain, seed, chosen, most, resets), system = task, run, symbols.system
     episodes, observed = data.episodes(), form["observed"]
     seen = endings(observed, episodes)
     if terminated is None and seen is not None:
@@ -182,7 +176,7 @@ def trained(
     document = {"starts": starts, **formulas}
     if plain is None:
         data = _sindyna.paid(json.dumps(system), json.dumps(document), data, *functions)
-    outcome = _sindyna.train(json.dumps(system), json.dumps(document), data, seed, chosen, plain, *functions)
+    outcome = _sindyna.train(json.dumps(system), json.dumps(document), data, seed, chosen, most, plain, *functions)
     summary, known, policy = json.loads(outcome.summary), outcome.identified, outcome.policy
     return Controller(
         {

@@ -122,7 +122,7 @@ class Batch:
     def states(self) -> _Array: ...
     def step(self, actions: _Array, autoreset: bool) -> tuple[_Array, _Array, _Flags, _Flags, _Flags]: ...
 
-def collect(object: Any, system: str, steps: int, seed: int) -> Data: ...
+def collect(object: Any, system: str, steps: int, seed: int, random: bool) -> Data: ...
 def states(system: str, observations: _Array) -> _Array: ...
 def train(
     system: str,
@@ -130,6 +130,7 @@ def train(
     data: Data,
     seed: int,
     settings: Sequence[str],
+    max_real_steps: int | None = None,
     object: Any | None = None,
     reward: Callable[[_Array, _Array, _Array], Any] | None = None,
     terminated: Callable[[_Array], Any] | None = None,

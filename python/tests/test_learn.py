@@ -218,6 +218,46 @@ def test_what_cannot_be_told_is_refused_with_advice(env, kwargs, match):
         sindyna.learn(env, **kwargs)
 
 
+def test_no_more_steps_are_made_than_are_allowed():
+    env = Slope(lambda x, u: -(x[0] ** 2))
+    controller = sindyna.learn(
+        env,
+        max_steps=50,
+        real_steps=20,
+        max_real_steps=20,
+        reward="-x0^2",
+        settings=["optimality.max_updates=500"],
+        **FEW,
+    )
+    assert controller.real_steps == 20
+    with pytest.raises(ValueError, match="max_real_steps must be a whole number of at least 20, got 10"):
+        sindyna.learn(env, max_steps=50, real_steps=20, max_real_steps=10, reward="-x0^2")
+
+
+class Walk(Slope):
+    """Steps to four sides, or none."""
+
+    action_space = gymnasium.spaces.Discrete(5, start=1)
+
+    def step(self, action):
+        assert self.action_space.contains(action)
+        paid = -float(self.x @ self.x)
+        self.x = self.x + 0.1 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[action - 1]
+        return self.x.copy(), paid, False, False, {}
+
+
+def test_many_numbered_actions_are_inputs_of_their_own():
+    walk = sindyna.learn(Walk(), max_steps=40, real_steps=30, names=["x", "y"], seed=2, **FEW)
+    assert walk.equations == ["(x)' = 1.000000 u0 + -1.000000 u1", "(y)' = 1.000000 u2 + -1.000000 u3"]
+    assert walk.reward == "-x^2 - y^2"
+    assert walk.real_steps == 30
+    assert walk.policy([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]).tolist() == [3, 2, 5, 4]
+    env = walk.env()
+    assert env.action_space == Walk.action_space
+    env.reset(options={"state": [0.5, 0.5]})
+    assert env.step(3)[0] == pytest.approx([0.4, 0.5])
+
+
 def test_exceptions_of_environments_and_rewards_come_through():
     def broken(obs, action, next_obs):
         raise ZeroDivisionError("my own")
@@ -363,6 +403,9 @@ def test_a_run_of_the_command_is_loaded(pendulum, tmp_path):
     (tmp_path / "policy.safetensors").write_bytes(pendulum.policy._inner.to_bytes())
     run = sindyna.load(tmp_path)
     assert run.policy([0.9, 0.1, 0.0]) == pendulum.policy([0.9, 0.1, 0.0])
+    assert "reward: that of pendulum" in str(run)
+    run.save(tmp_path / "run.json")
+    assert sindyna.load(tmp_path / "run.json").equations == run.equations
     one, other = run.env(), pendulum.env()
     for env in (one, other):
         env.reset(options={"state": [0.5, 0.1]})

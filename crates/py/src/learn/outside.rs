@@ -35,6 +35,7 @@ pub(crate) struct Outside {
     object: Py<PyAny>,
     spec: Spec,
     observation: Vec<f64>,
+    steps: usize,
     running: bool,
     raised: Raised,
 }
@@ -45,7 +46,7 @@ type Step<'py> = (PyReadonlyArray1<'py, f64>, f64, bool, bool);
 impl Outside {
     pub(crate) fn new(object: Py<PyAny>, spec: Spec, raised: Raised) -> Self {
         let observation = vec![0.0; spec.observation_dim()];
-        Self { object, spec, observation, running: false, raised }
+        Self { object, spec, observation, steps: 0, running: false, raised }
     }
 
     fn failed(&self, error: PyErr) -> EnvError {
@@ -79,7 +80,7 @@ impl Environment for Outside {
             Ok(first.as_array().to_vec())
         });
         self.observed(&first.map_err(|e| self.failed(e))?)?;
-        self.running = true;
+        (self.steps, self.running) = (0, true);
         Ok(())
     }
 
@@ -100,6 +101,9 @@ impl Environment for Outside {
         });
         let (next, reward, terminated, truncated) = step.map_err(|e| self.failed(e))?;
         self.observed(&next)?;
+        self.steps += 1;
+        // Not every environment has a limit of its own.
+        let truncated = truncated || self.steps >= self.spec.max_steps;
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }

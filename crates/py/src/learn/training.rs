@@ -5,7 +5,7 @@ use std::sync::Arc;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
 use sindyna::core::{Dataset, End, Environment, Explorer, Inverse, Seed, Task as _};
-use sindyna::dyna::Swings;
+use sindyna::dyna::{Swings, Uniform};
 use sindyna::{Trained, Training};
 
 use super::data::Data;
@@ -18,14 +18,23 @@ use crate::identify::account;
 use crate::interrupt::apart;
 use crate::model::Model;
 
-/// Makes `steps` steps on the system that `object` is, over as many episodes as it takes, by the explorer of every default.
+/// Makes `steps` steps on the system that `object` is, over as many episodes as it takes, by the explorer of every default; with `random` actions where many
+/// are numbered, of which that one knows only two.
 #[pyfunction]
-pub(crate) fn collect(py: Python<'_>, object: Py<PyAny>, system: &str, steps: usize, seed: u64) -> PyResult<Data> {
+pub(crate) fn collect(
+    py: Python<'_>,
+    object: Py<PyAny>,
+    system: &str,
+    steps: usize,
+    seed: u64,
+    random: bool,
+) -> PyResult<Data> {
     let spec = Declared::read(system)?.spec()?;
     let raised = Raised::default();
     let kept = raised.clone();
     let collected = apart(py, move |stop| -> Result<Dataset, String> {
-        let mut explorer = Swings::new(&spec);
+        let mut explorer: Box<dyn Explorer> =
+            if random { Box::new(Uniform::new(&spec)) } else { Box::new(Swings::new(&spec)) };
         let mut data =
             Dataset::new(spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim(), spec.dt);
         let mut rng = Seed::new(seed).stream("warm-up", 0);
@@ -125,7 +134,7 @@ impl Outcome {
 
 /// Trains a controller for the task on a system of which `data` are known already. `object` is stepped where more is needed, and for the evaluation.
 #[pyfunction]
-#[pyo3(signature = (system, task, data, seed, settings, object=None, reward=None, terminated=None))]
+#[pyo3(signature = (system, task, data, seed, settings, max_real_steps=None, object=None, reward=None, terminated=None))]
 #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
 pub(crate) fn train(
     py: Python<'_>,
@@ -134,6 +143,7 @@ pub(crate) fn train(
     data: &Data,
     seed: u64,
     settings: Vec<String>,
+    max_real_steps: Option<usize>,
     object: Option<Py<PyAny>>,
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
@@ -145,6 +155,9 @@ pub(crate) fn train(
     let mut training = Training::of(problem).with_seed(seed).with_data(data.inner.clone());
     for setting in &settings {
         training = training.with(setting).map_err(refused)?;
+    }
+    if let Some(steps) = max_real_steps {
+        training = training.with_max_real_steps(steps);
     }
     if away {
         training = training.without_system();

@@ -112,12 +112,18 @@ impl Training {
         self
     }
 
+    /// The same with at most `steps` on the system before the evaluation, recorded ones among them; as many as it takes if none is given.
+    #[must_use]
+    pub fn with_max_real_steps(mut self, steps: usize) -> Self {
+        self.config.imagination.max_real_steps = Some(steps);
+        self
+    }
+
     /// The same without the evaluation, and without any other step on the system than those recorded or of the warm-up: for a system that is not at hand.
     #[must_use]
-    pub fn without_system(mut self) -> Self {
-        self.config.imagination.max_real_steps = Some(self.config.warmup.rollouts * self.config.warmup.rollout_len);
-        self.evaluated = false;
-        self
+    pub fn without_system(self) -> Self {
+        let steps = self.config.warmup.rollouts * self.config.warmup.rollout_len;
+        Self { evaluated: false, ..self.with_max_real_steps(steps) }
     }
 
     /// All settings, as the TOML of `config.toml`.
