@@ -14,6 +14,7 @@ mod mirror;
 mod near;
 mod posterior;
 mod propose;
+mod prune;
 mod scheme;
 mod search;
 mod strays;
