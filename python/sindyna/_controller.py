@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _show, _sindyna
+from ._files import written
 from ._fit import Fitted
 from ._formula import Names
 from ._gym import Array
@@ -260,17 +261,6 @@ class Controller:
 
     def __repr__(self) -> str:
         return f"<Controller: {len(self._document['states'])} states, {self.real_steps} real steps, mean return {self.mean_return}>"
-
-
-def written(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
-    """Writes a document as JSON, under a temporary name first."""
-    target = Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False), encoding="utf-8")
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 #: What a file of a controller holds, besides its head.

@@ -54,6 +54,17 @@ def _read(value: Any) -> Any:
     return value
 
 
+def written(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
+    """Writes a document as JSON, under a temporary name first."""
+    target = Path(path)
+    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
+    try:
+        temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False), encoding="utf-8")
+        temporary.replace(target)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
 def save(path: str | os.PathLike[str], kind: str, params: dict[str, Any], fitted: Fitted) -> None:
     """Writes a fitted model, under a temporary name first."""
     document = {
@@ -68,13 +79,7 @@ def save(path: str | os.PathLike[str], kind: str, params: dict[str, Any], fitted
         "model": fitted.document,
         "account": fitted.account,
     }
-    target = Path(path)
-    temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
-    try:
-        temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False), encoding="utf-8")
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
+    written(path, document)
 
 
 def load(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], Fitted]:

@@ -2,8 +2,7 @@
 
 use ndarray::Array2;
 
-use super::hypothesis::Hypothesis;
-use super::hypothesis::Start;
+use super::hypothesis::{Hypothesis, Start};
 use super::search::Problem;
 use crate::Triangle;
 use crate::data::Signals;
