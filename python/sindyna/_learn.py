@@ -153,7 +153,7 @@ def _of_log(
 def trained(
     symbols: Symbols,
     data: _sindyna.Data,
-    starts: list[tuple[float, float]],
+    starts: dict[str, Any],
     task: tuple[Reward | None, Ends | None],
     run: tuple[Any, int, list[str], int | None, int],
     form: dict[str, Any],
@@ -173,7 +173,7 @@ def trained(
             f"every step is paid {found}, and no episode was terminated: nothing can be learned. Give terminated=, or reward=, or collect more real_steps"
         )
     formulas, functions, told = functions_of(symbols, found, terminated, form["first"])
-    document = {"starts": starts, **formulas}
+    document = {**starts, **formulas}
     if plain is None:
         data = _sindyna.paid(json.dumps(system), json.dumps(document), data, *functions)
     outcome = _sindyna.train(json.dumps(system), json.dumps(document), data, seed, chosen, most, plain, *functions)
@@ -274,8 +274,8 @@ def _starts(
     given: dict[str, Any],
     resets: int,
     seed: int,
-) -> list[tuple[float, float]]:
-    """Ranges in which states begin: as given, else those of resets, widened to be expected of a uniform distribution."""
+) -> dict[str, Any]:
+    """Ranges in which states begin: as given, else those of resets, widened to be expected of a uniform distribution, with the number of these samples."""
     for name in given:
         if name not in states:
             raise ValueError(f"start: no state is called {name!r}; there are {', '.join(states)}")
@@ -286,13 +286,15 @@ def _starts(
     x = np.vstack([_sindyna.states(text, np.ascontiguousarray(o[None])) for o in first])
     low, high = x.min(axis=0), x.max(axis=0)
     wider = 0.5 * (high - low) * ((len(x) + 1) / max(len(x) - 1, 1) - 1.0)
-    ranges = []
+    ranges: list[tuple[float, float]] = []
+    samples: list[int | None] = []
     for i, (name, state) in enumerate(zip(states, system["states"], strict=True)):
         if name in given:
             least, most = (float(v) for v in given[name])
             if not (least <= most and np.isfinite([least, most]).all()):
                 raise ValueError(f"start: {name} must begin within (low, high), both finite, got {given[name]}")
             ranges.append((least, most))
+            samples.append(None)
             continue
         least, most = float(low[i] - wider[i]), float(high[i] + wider[i])
         if len(state["seen"]) == 2 and most - least > 2 * np.pi:
@@ -302,4 +304,5 @@ def _starts(
             least = least if bound[0] is None else max(least, bound[0])
             most = most if bound[1] is None else min(most, bound[1])
         ranges.append((least, most))
-    return ranges
+        samples.append(len(x))
+    return {"starts": ranges, "samples": samples}

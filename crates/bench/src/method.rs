@@ -62,7 +62,7 @@ fn spec(log: &Log) -> Spec {
     let state: Vec<_> = states.map(|(i, (s, r))| Channel::new(s, "", kind(r), reach(|t| &t.states, i))).collect();
     let controls = log.controls.iter().enumerate();
     let control: Vec<_> = controls.map(|(i, u)| Channel::new(u, "", Kind::Plain, reach(|t| &t.controls, i))).collect();
-    let high: Vec<f64> = control.iter().map(|c| c.scale).collect();
+    let high: Vec<f64> = control.iter().map(|c| c.prior.scale).collect();
     Spec {
         name: "log".into(),
         observation: state.clone(),
@@ -72,8 +72,6 @@ fn spec(log: &Log) -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: log.dt,
-        max_steps: usize::MAX,
-        solved_at: None,
     }
 }
 

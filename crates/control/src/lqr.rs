@@ -52,7 +52,7 @@ impl Lqr {
             regulator,
             equilibrium: (x.to_vec(), u.to_vec()),
             space: spec.action_space.clone(),
-            scales: spec.control.iter().map(|c| c.scale).collect(),
+            scales: spec.control.iter().map(|c| c.prior.scale).collect(),
         })
     }
 

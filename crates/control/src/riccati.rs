@@ -30,7 +30,7 @@ impl Costs {
     /// Bryson, Ho (1975), *Applied Optimal Control*, §5.2, "Bryson's rule".
     #[must_use]
     pub fn of_scales(spec: &Spec) -> Self {
-        let inverse_square = |c: &sindyna_core::Channel| (c.scale * c.scale).recip();
+        let inverse_square = |c: &sindyna_core::Channel| (c.prior.scale * c.prior.scale).recip();
         Self {
             state: spec.state.iter().map(inverse_square).collect(),
             control: spec.control.iter().map(inverse_square).collect(),

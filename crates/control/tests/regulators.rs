@@ -130,8 +130,6 @@ fn pole(action_space: Space) -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: 0.05,
-        max_steps: 100,
-        solved_at: None,
     }
 }
 

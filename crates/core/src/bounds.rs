@@ -1,6 +1,6 @@
 //! Dynamics kept inside the range its channels declare.
 
-use crate::{Channel, Diverged, Dynamics, Rng};
+use crate::{Channel, Diverged, Dynamics, Jacobians, Rng};
 
 /// Dynamics whose next state is clamped to the declared bounds of its channels.
 ///
@@ -15,7 +15,7 @@ pub struct Bounded<D> {
 impl<D: Dynamics> Bounded<D> {
     /// Clamps `dynamics` to the bounds of the state `channels`.
     pub fn new(dynamics: D, channels: &[Channel]) -> Self {
-        Self { dynamics, bounds: channels.iter().map(|c| c.bounds).collect() }
+        Self { dynamics, bounds: channels.iter().map(|c| c.prior.bounds).collect() }
     }
 }
 
@@ -26,5 +26,19 @@ impl<D: Dynamics> Dynamics for Bounded<D> {
             *value = value.clamp(low, high);
         }
         Ok(())
+    }
+
+    fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
+        let (mut a, mut b) = self.dynamics.linearize(x, u, rng)?;
+        let mut next = vec![0.0; x.len()];
+        self.dynamics.step(x, u, rng, &mut next)?;
+        // What stays at a limit does not depend on anything nearby.
+        for (i, (value, (low, high))) in next.iter().zip(&self.bounds).enumerate() {
+            if value < low || value > high {
+                a.row_mut(i).fill(0.0);
+                b.row_mut(i).fill(0.0);
+            }
+        }
+        Ok((a, b))
     }
 }

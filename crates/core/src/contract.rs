@@ -4,7 +4,7 @@ use ndarray::Array2;
 use rand::RngExt as _;
 
 use crate::{
-    Agent, Batch, Channel, Dynamics, EnvError, Environment, Kind, Mode, Outcome, Policy, Precision, Rng, Seed,
+    Agent, Batch, Channel, Dynamics, EnvError, Environment, Kind, Mode, Outcome, Policy, Precision, Prior, Rng, Seed,
 };
 use crate::{Space, Spec};
 
@@ -35,7 +35,7 @@ impl Subject<'_> {
 pub fn check_spec(spec: &Spec) -> Result<(), ContractError> {
     let subject = Subject(&spec.name);
     for channel in spec.state.iter().chain(&spec.observation).chain(&spec.control) {
-        let Channel { name, scale, bounds: (low, high), .. } = channel;
+        let Channel { name, prior: Prior { scale, bounds: (low, high) }, .. } = channel;
         subject.holds(scale.is_finite() && *scale > 0.0, || format!("the scale of `{name}` is {scale}"))?;
         subject.holds(low < high, || format!("`{name}` is bounded by {low} and {high}"))?;
         if let Kind::RateOf(i) | Kind::CosOf(i) | Kind::SinOf(i) = channel.kind {
@@ -49,7 +49,7 @@ pub fn check_spec(spec: &Spec) -> Result<(), ContractError> {
         Space::Box { low, high } => {
             subject.holds(low.len() == high.len(), || format!("{} lower and {} upper ends", low.len(), high.len()))?;
             for ((channel, low), high) in spec.control.iter().zip(low).zip(high) {
-                let within = low < high && channel.bounds.0 <= *low && *high <= channel.bounds.1;
+                let within = low < high && channel.prior.bounds.0 <= *low && *high <= channel.prior.bounds.1;
                 subject.holds(within, || format!("actions of `{}` go from {low} to {high}", channel.name))?;
             }
         }
@@ -57,14 +57,13 @@ pub fn check_spec(spec: &Spec) -> Result<(), ContractError> {
             subject.holds(controls.nrows() > 0, || "there is no action".into())?;
             for row in controls.rows() {
                 for (channel, u) in spec.control.iter().zip(row) {
-                    let within = (channel.bounds.0..=channel.bounds.1).contains(u);
+                    let within = (channel.prior.bounds.0..=channel.prior.bounds.1).contains(u);
                     subject.holds(within, || format!("an action puts {u} on `{}`, beyond its bounds", channel.name))?;
                 }
             }
         }
     }
-    subject.holds(spec.dt > 0.0 && spec.dt.is_finite(), || format!("the time step is {}", spec.dt))?;
-    subject.holds(spec.max_steps > 0, || "an episode has no step".into())
+    subject.holds(spec.dt > 0.0 && spec.dt.is_finite(), || format!("the time step is {}", spec.dt))
 }
 
 /// A valid action that depends on the step number `t` only, up to half the control range.
@@ -96,16 +95,21 @@ fn play(env: &mut dyn Environment, seed: u64, steps: usize) -> Result<History, E
 
 /// Checks the environments that `make` gives: what they declare ([`check_spec`]); that they refuse to step before a reset and after the end, and actions
 /// that are none; that one seed gives one history, in the same environment and in another; that observations have the width, bounds and precision
-/// declared, rewards are finite, and the time limit truncates. `steps` are made in each of a few histories; on hardware that answers otherwise
+/// declared, rewards are finite, and that an episode is truncated after `max_steps`. `steps` are made in each of a few histories; on hardware that answers otherwise
 /// every time, histories differ and the check fails.
 ///
 /// # Errors
 /// [`ContractError`] with the first promise that is not kept.
-pub fn check_environment<E: Environment>(make: impl Fn() -> E, steps: usize) -> Result<(), ContractError> {
+pub fn check_environment<E: Environment>(
+    make: impl Fn() -> E,
+    max_steps: usize,
+    steps: usize,
+) -> Result<(), ContractError> {
     let mut env = make();
     let spec = env.spec().clone();
     check_spec(&spec)?;
     let subject = Subject(&spec.name);
+    subject.holds(max_steps > 0, || "an episode has no step".into())?;
     let mut rng = Seed::new(0).numpy();
 
     let early = env.step(&wave(&spec.action_space, 0), &mut rng);
@@ -122,8 +126,8 @@ pub fn check_environment<E: Environment>(make: impl Fn() -> E, steps: usize) -> 
         check_observation(&spec, seen)?;
         let Some(outcome) = outcome else { continue };
         length += 1;
-        let (due, cut) = (length == spec.max_steps, outcome.truncated);
-        subject.holds(cut == due, || format!("truncated: {cut} after {length} steps of {}", spec.max_steps))?;
+        let (due, cut) = (length == max_steps, outcome.truncated);
+        subject.holds(cut == due, || format!("truncated: {cut} after {length} steps of {max_steps}"))?;
         subject.holds(outcome.reward.is_finite(), || format!("a reward is {}", outcome.reward))?;
         if outcome.terminated || outcome.truncated {
             length = 0;
@@ -151,7 +155,7 @@ fn check_observation(spec: &Spec, seen: &[f64]) -> Result<(), ContractError> {
     let (subject, m) = (Subject(&spec.name), spec.observation_dim());
     subject.holds(seen.len() == m, || format!("an observation has {} values of {m}", seen.len()))?;
     for (value, channel) in seen.iter().zip(&spec.observation) {
-        let (name, (low, high)) = (&channel.name, channel.bounds);
+        let (name, (low, high)) = (&channel.name, channel.prior.bounds);
         subject.holds(value.is_finite(), || format!("`{name}` is {value}"))?;
         let within = spec.noise > 0.0 || (low..=high).contains(value);
         subject.holds(within, || format!("`{name}` is {value}, beyond {low} to {high}"))?;

@@ -41,7 +41,7 @@ pub enum EnvError {
 ///
 /// After [`reset`](Self::reset) and after every [`step`](Self::step) that ends neither way, the environment can step.
 pub trait Environment: Send {
-    /// Names, bounds, time step, horizon.
+    /// Names, bounds, time step.
     fn spec(&self) -> &Spec;
 
     /// What the sensors show now.

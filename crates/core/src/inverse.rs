@@ -85,8 +85,6 @@ mod tests {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         }
     }
 

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ndarray::{ArrayView2, ArrayViewMut2};
 
-use crate::{Batch, Checkpoint, CheckpointError, Dataset, Rng};
+use crate::{Batch, Checkpoint, CheckpointError, Dataset, Dynamics, Rng};
 
 /// Whether to look for something new or to do what is best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,9 +15,10 @@ pub enum Mode {
     Exploit,
 }
 
-/// A map from observations to actions.
+/// A map from observations to actions, or a way to begin one: see [`Self::begin`].
 pub trait Policy: Send + Sync {
-    /// Writes the actions (B, action values) for `observations` (B, m), in the units of the action space.
+    /// Writes the actions (B, action values) for `observations` (B, m), in the units of the action space. A policy with a memory takes each of them for
+    /// the first of an episode.
     fn act_batch(&self, observations: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, actions: ArrayViewMut2<'_, f64>);
 
     /// [`Self::act_batch`] for a single observation.
@@ -26,6 +27,40 @@ pub trait Policy: Send + Sync {
         let width = action.len();
         let actions = ArrayViewMut2::from_shape((1, width), action).expect("a slice is one row");
         self.act_batch(observations, mode, rng, actions);
+    }
+
+    /// What acts in an episode that begins now; `None` for a policy without a memory, which is [`Self::act_batch`] and no more.
+    fn begin(&self) -> Option<Box<dyn Memory + '_>> {
+        None
+    }
+}
+
+/// A policy in the middle of an episode, with what it keeps in mind: a plan, say.
+pub trait Memory: Send {
+    /// Writes the next action for the next `observation` (m) of the episode.
+    fn act(&mut self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]);
+}
+
+/// Any policy for the length of an episode.
+pub struct Acting<'a> {
+    policy: &'a dyn Policy,
+    memory: Option<Box<dyn Memory + 'a>>,
+}
+
+impl<'a> Acting<'a> {
+    /// `policy` at the start of an episode.
+    #[must_use]
+    pub fn begin(policy: &'a dyn Policy) -> Self {
+        Self { policy, memory: policy.begin() }
+    }
+}
+
+impl Memory for Acting<'_> {
+    fn act(&mut self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]) {
+        match &mut self.memory {
+            Some(memory) => memory.act(observation, mode, rng, action),
+            None => self.policy.act(observation, mode, rng, action),
+        }
     }
 }
 
@@ -78,6 +113,11 @@ pub trait Agent: Policy + Checkpoint {
 
     /// What the last update has to tell, by name: losses, say.
     fn metrics(&self) -> Vec<(&'static str, f64)> {
+        Vec::new()
+    }
+
+    /// Policies in `model` that need no update, with their names, the quickest first: those of planners. None for agents that learn.
+    fn plan(&self, _model: &Arc<dyn Dynamics>) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
         Vec::new()
     }
 

@@ -19,12 +19,12 @@ impl Region {
     pub fn of(spec: &Spec) -> Self {
         let limits = spec.state.iter().map(|channel| {
             if channel.is_bounded() {
-                return channel.bounds;
+                return channel.prior.bounds;
             }
             if turns_freely(spec, channel) {
                 return (-std::f64::consts::PI, std::f64::consts::PI);
             }
-            (channel.bounds.0.max(-channel.scale), channel.bounds.1.min(channel.scale))
+            (channel.prior.bounds.0.max(-channel.prior.scale), channel.prior.bounds.1.min(channel.prior.scale))
         });
         Self { limits: limits.collect(), free: spec.state.iter().map(|c| turns_freely(spec, c)).collect() }
     }
@@ -78,8 +78,6 @@ mod tests {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         };
         let region = Region::of(&spec);
         assert!(region.contains(&[2.4, 0.07, 40.0]), "hidden angles are free");

@@ -122,8 +122,6 @@ mod tests {
             precision,
             noise,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         }
     }
 

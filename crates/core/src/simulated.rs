@@ -97,7 +97,7 @@ impl<D: Dynamics, T: Task, H: Observe> Environment for Simulated<D, T, H> {
         self.sensors.observe(&self.state, rng, &mut self.observation);
         self.steps += 1;
         let terminated = self.task.terminated(&self.state);
-        let truncated = self.steps >= self.task.spec().max_steps;
+        let truncated = self.steps >= self.task.max_steps();
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }
@@ -154,8 +154,6 @@ mod tests {
                 precision: Precision::F32,
                 noise: 0.0,
                 dt: 1.0,
-                max_steps: 4,
-                solved_at: None,
             })
         }
     }
@@ -163,6 +161,9 @@ mod tests {
     impl Task for Walk {
         fn spec(&self) -> &Spec {
             &self.0
+        }
+        fn max_steps(&self) -> usize {
+            4
         }
         fn initial(&self, _rng: &mut Rng, x: &mut [f64]) {
             x[0] = 0.1;

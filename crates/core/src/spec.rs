@@ -92,31 +92,46 @@ pub struct Channel {
     pub unit: String,
     /// What the channel measures.
     pub kind: Kind,
-    /// Declared range of the signal, infinite where none is declared.
+    /// What is known of its values.
+    pub prior: Prior,
+}
+
+/// What is known of the values of a channel before any of them is seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Prior {
+    /// Range of the signal, infinite where none is declared.
     pub bounds: (f64, f64),
     /// Typical magnitude, in the channel's unit; positive. Sensors' noise is declared in parts of it, and models are compared with their systems
     /// within it; learners do not use it, but for the target `increment`, which tells equally good equations apart over it.
     pub scale: f64,
 }
 
+impl Prior {
+    /// A typical magnitude and no bounds.
+    #[must_use]
+    pub fn of_scale(scale: f64) -> Self {
+        Self { bounds: (f64::NEG_INFINITY, f64::INFINITY), scale }
+    }
+}
+
 impl Channel {
     /// A channel without declared bounds.
     #[must_use]
     pub fn new(name: &str, unit: &str, kind: Kind, scale: f64) -> Self {
-        Self { name: name.into(), unit: unit.into(), kind, bounds: (f64::NEG_INFINITY, f64::INFINITY), scale }
+        Self { name: name.into(), unit: unit.into(), kind, prior: Prior::of_scale(scale) }
     }
 
     /// The same channel with a declared range.
     #[must_use]
     pub fn within(mut self, low: f64, high: f64) -> Self {
-        self.bounds = (low, high);
+        self.prior.bounds = (low, high);
         self
     }
 
     /// Whether both ends of the range are finite.
     #[must_use]
     pub fn is_bounded(&self) -> bool {
-        self.bounds.0.is_finite() && self.bounds.1.is_finite()
+        self.prior.bounds.0.is_finite() && self.prior.bounds.1.is_finite()
     }
 }
 
@@ -129,7 +144,8 @@ pub enum Precision {
     F64,
 }
 
-/// Everything declared about a system and its task: the only prior knowledge identification may use.
+/// What connects a learner to a system, and what is known of each [`Channel`] beforehand: all that identification may use. How long episodes are and
+/// from which return a task is solved is the [`Protocol`] of its evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Spec {
     /// Name of the task, such as `pendulum`.
@@ -149,6 +165,11 @@ pub struct Spec {
     pub noise: f64,
     /// Control interval \[s\]; 1 for a map without seconds.
     pub dt: f64,
+}
+
+/// How a policy is evaluated: what its task counts for, which no learner sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Protocol {
     /// Steps after which an episode is truncated.
     pub max_steps: usize,
     /// Mean return from which the task counts as solved.
@@ -176,7 +197,7 @@ impl Spec {
 
     /// Standard deviation of the noise on each observation channel, in its unit: [`Self::noise`] times its scale.
     pub fn noise_deviations(&self) -> impl ExactSizeIterator<Item = f64> {
-        self.observation.iter().map(|channel| self.noise * channel.scale)
+        self.observation.iter().map(|channel| self.noise * channel.prior.scale)
     }
 }
 

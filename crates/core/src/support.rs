@@ -40,7 +40,7 @@ impl Support {
     #[must_use]
     pub fn of(spec: &Spec, data: &Dataset, starts: &[Vec<f64>]) -> Self {
         let extent = |(i, channel): (usize, &Channel)| {
-            let (low, high) = channel.bounds;
+            let (low, high) = channel.prior.bounds;
             let column = spec.observation.iter().position(|o| o.name == channel.name);
             match column {
                 _ if channel.is_bounded() => Extent::Bounded { low, high },
@@ -129,8 +129,6 @@ mod tests {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         }
     }
 

@@ -7,8 +7,11 @@ use crate::{Rng, Spec};
 /// Start states, reward and termination: the part of a problem the agent is allowed to know (Arora et al. 2022, §3:
 /// "known reward function"). Nothing about walls, friction or motion belongs here.
 pub trait Task: Send + Sync {
-    /// Names, bounds, time step, horizon.
+    /// Names, bounds, time step.
     fn spec(&self) -> &Spec;
+
+    /// Steps after which an episode is truncated: the horizon of the return that is to be predicted.
+    fn max_steps(&self) -> usize;
 
     /// Draws a start state into `x` (n).
     fn initial(&self, rng: &mut Rng, x: &mut [f64]);
@@ -18,6 +21,12 @@ pub trait Task: Send + Sync {
 
     /// Whether arriving in `next` (n) ends the episode for good.
     fn terminated(&self, next: &[f64]) -> bool;
+
+    /// A task as likely as this one, where start states are known from a sample alone: reward and end are the same, start states are drawn from their
+    /// posterior. `None`, and no random number is drawn, where they are known.
+    fn draw(&self, _rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        None
+    }
 }
 
 /// A task with something else declared about its system, such as noise on its sensors. Start states, reward and
@@ -41,6 +50,9 @@ impl<T: Task> Task for Redeclared<T> {
     fn spec(&self) -> &Spec {
         &self.spec
     }
+    fn max_steps(&self) -> usize {
+        self.task.max_steps()
+    }
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         self.task.initial(rng, x);
     }
@@ -50,11 +62,18 @@ impl<T: Task> Task for Redeclared<T> {
     fn terminated(&self, next: &[f64]) -> bool {
         self.task.terminated(next)
     }
+    fn draw(&self, rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        let task = self.task.draw(rng)?;
+        Some(Arc::new(Redeclared { task, spec: self.spec.clone() }))
+    }
 }
 
 impl<T: Task + ?Sized> Task for &T {
     fn spec(&self) -> &Spec {
         (**self).spec()
+    }
+    fn max_steps(&self) -> usize {
+        (**self).max_steps()
     }
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         (**self).initial(rng, x);
@@ -64,6 +83,9 @@ impl<T: Task + ?Sized> Task for &T {
     }
     fn terminated(&self, next: &[f64]) -> bool {
         (**self).terminated(next)
+    }
+    fn draw(&self, rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        (**self).draw(rng)
     }
 }
 
@@ -71,6 +93,9 @@ impl<T: Task + ?Sized> Task for Arc<T> {
     fn spec(&self) -> &Spec {
         (**self).spec()
     }
+    fn max_steps(&self) -> usize {
+        (**self).max_steps()
+    }
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         (**self).initial(rng, x);
     }
@@ -79,5 +104,8 @@ impl<T: Task + ?Sized> Task for Arc<T> {
     }
     fn terminated(&self, next: &[f64]) -> bool {
         (**self).terminated(next)
+    }
+    fn draw(&self, rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        (**self).draw(rng)
     }
 }

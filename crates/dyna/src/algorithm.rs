@@ -53,6 +53,8 @@ pub struct Learned<M> {
     pub model_return: Option<f64>,
     /// What it will earn on the real system.
     pub prediction: Option<Prediction>,
+    /// What each planner earned in the model, by name; none where the agent learns.
+    pub planned: Vec<(&'static str, f64)>,
     /// Its real episode, where there was one.
     pub confirmation: Option<Confirmation>,
     /// Whether the stop rule called it optimal in the model.

@@ -73,23 +73,24 @@ impl Stakes {
         Self {
             worst_value: least.min(0.0) / (1.0 - discount).max(f64::EPSILON),
             penalty: PENALTY * if spread > 0.0 { spread } else { most.abs().max(least.abs()) },
-            ceiling: (capped && most > 0.0).then_some(most * spec.max_steps as f64),
+            ceiling: (capped && most > 0.0).then_some(most * task.max_steps() as f64),
         }
     }
 }
 
-/// A system as it may be: a model drawn, and the sensors that it is seen through.
+/// A system as it may be: a model drawn, the sensors that it is seen through, and the task with start states as they may be.
 #[derive(Clone)]
-pub(crate) struct Possible {
+pub(crate) struct Possible<'a> {
     pub(crate) model: Arc<dyn Dynamics>,
     pub(crate) sensors: Arc<Sensors>,
+    pub(crate) task: Arc<dyn Task + 'a>,
 }
 
 /// What imagination goes by.
 #[derive(Clone)]
 pub(crate) struct Belief<'a> {
     /// Systems as likely as each other; at least one.
-    systems: Arc<[Possible]>,
+    systems: Arc<[Possible<'a>]>,
     pub(crate) task: &'a dyn Task,
     pub(crate) support: Arc<Support>,
     pub(crate) stakes: Stakes,
@@ -115,18 +116,26 @@ impl<'a> Belief<'a> {
             None => sensors.clone(),
         };
         let is_certain = models.len() == 1;
-        let possible = |model| {
+        let mut possible = |model| {
             let sensors = if is_certain { estimated.clone() } else { as_uncertain(&estimated, data, rng) };
-            Possible { model, sensors: Arc::new(sensors) }
+            Possible { model, sensors: Arc::new(sensors), task: Arc::new(task) }
         };
-        let systems: Vec<Possible> = models.into_iter().map(possible).collect();
-        let support = support(task, data, rng);
+        let mut systems: Vec<Possible<'a>> = models.into_iter().map(&mut possible).collect();
+        let drawn: Vec<Arc<dyn Task>> = (0..DRAWS).map_while(|_| task.draw(rng)).collect();
+        if !drawn.is_empty() {
+            let with_task = |(i, task): (usize, _)| -> Possible<'a> {
+                let Possible { model, sensors, .. } = systems[i % systems.len()].clone();
+                Possible { model, sensors, task }
+            };
+            systems = drawn.into_iter().enumerate().map(with_task).collect();
+        }
+        let support = support(&systems, data, rng);
         let stakes = Stakes::of(&*model, task, &support, data, discount, rng);
         Self { systems: systems.into(), task, support: Arc::new(support), stakes }
     }
 
     /// The system that number `i` of those imagined is.
-    pub(crate) fn system(&self, i: usize) -> &Possible {
+    pub(crate) fn system(&self, i: usize) -> &Possible<'a> {
         &self.systems[i % self.systems.len()]
     }
 
@@ -137,7 +146,7 @@ impl<'a> Belief<'a> {
 
     /// The same seen through sensors without noise.
     pub(crate) fn without_noise(&self) -> Self {
-        let quiet = |s: &Possible| Possible { sensors: Arc::new(s.sensors.without_noise()), ..s.clone() };
+        let quiet = |s: &Possible<'a>| Possible { sensors: Arc::new(s.sensors.without_noise()), ..s.clone() };
         Self { systems: self.systems.iter().map(quiet).collect(), ..self.clone() }
     }
 }
@@ -154,12 +163,13 @@ fn as_uncertain(estimated: &Sensors, data: &Dataset, rng: &mut Rng) -> Sensors {
 /// Start states from which it is told where episodes begin.
 const STARTS: usize = 100;
 
-/// The support of `data` and of the start states of `task`.
-fn support(task: &dyn Task, data: &Dataset, rng: &mut Rng) -> Support {
-    let start = |_| {
-        let mut x = vec![0.0; task.spec().state_dim()];
-        task.initial(rng, &mut x);
+/// The support of `data` and of the start states of `systems`.
+fn support(systems: &[Possible<'_>], data: &Dataset, rng: &mut Rng) -> Support {
+    let spec = systems[0].task.spec();
+    let start = |i: usize| {
+        let mut x = vec![0.0; spec.state_dim()];
+        systems[i % systems.len()].task.initial(rng, &mut x);
         x
     };
-    Support::of(task.spec(), data, &(0..STARTS).map(start).collect::<Vec<_>>())
+    Support::of(spec, data, &(0..STARTS).map(start).collect::<Vec<_>>())
 }

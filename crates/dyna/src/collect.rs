@@ -1,19 +1,32 @@
 //! Real data, every step and reset of it counted.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{CheckpointError, Dataset, End, EnvError, Environment, Explorer, Mode, Policy, Rng, Spec};
+use sindyna_core::{
+    Acting, CheckpointError, Dataset, End, EnvError, Environment, Explorer, Memory as _, Mode, Policy, Rng, Spec,
+};
 
 /// Something that chooses the next real action.
 pub(crate) enum Actor<'a> {
     Explorer(&'a mut dyn Explorer),
-    Policy(&'a dyn Policy, Mode),
+    Policy(&'a dyn Policy, Acting<'a>, Mode),
 }
 
-impl Actor<'_> {
+impl<'a> Actor<'a> {
+    pub(crate) fn policy(policy: &'a dyn Policy, mode: Mode) -> Self {
+        Self::Policy(policy, Acting::begin(policy), mode)
+    }
+
+    /// Told that an episode begins.
+    fn begin(&mut self) {
+        if let Self::Policy(policy, acting, _) = self {
+            *acting = Acting::begin(*policy);
+        }
+    }
+
     fn act(&mut self, observation: &[f64], so_far: &Dataset, rng: &mut Rng, action: &mut [f64]) {
         match self {
             Self::Explorer(explorer) => explorer.next(so_far, rng, action),
-            Self::Policy(policy, mode) => policy.act(observation, *mode, rng, action),
+            Self::Policy(_, acting, mode) => acting.act(observation, *mode, rng, action),
         }
     }
 }
@@ -23,8 +36,8 @@ impl Actor<'_> {
 pub(crate) enum Amount {
     /// So many steps, over as many episodes as it takes.
     Steps(usize),
-    /// One episode, however long.
-    Episode,
+    /// One episode, of at most so many steps.
+    Episode(usize),
 }
 
 /// The real system in use. Its `data` count steps as [`Dataset::n_steps`], resets as [`Dataset::n_rollouts`].
@@ -72,6 +85,7 @@ impl Collector {
             env.reset(&mut self.rng)?;
             self.data.begin(env.observation())?;
             self.held = 0;
+            actor.begin();
         }
         if self.held > 0 {
             self.held -= 1;
@@ -99,12 +113,11 @@ impl Collector {
         interrupted: &dyn Fn() -> bool,
     ) -> Result<(), CollectError> {
         let steps = match amount {
-            Amount::Steps(steps) => steps,
-            Amount::Episode => env.spec().max_steps,
+            Amount::Steps(steps) | Amount::Episode(steps) => steps,
         };
         self.running = false;
         for step in 0..steps {
-            let ended = step > 0 && amount == Amount::Episode && !self.running;
+            let ended = step > 0 && matches!(amount, Amount::Episode(_)) && !self.running;
             if ended || interrupted() {
                 break;
             }

@@ -1,13 +1,15 @@
 //! Algorithm 1 as a value that is advanced step by step.
 
 mod improve;
+mod plan;
 mod saved;
 
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{
-    Agent, Certainty, DynamicsLearner, Environment, Event, Explorer, Inverse, Mode, Observer, TrainedPolicy,
+    Agent, Certainty, CheckpointError, DynamicsLearner, Environment, Event, Explorer, Inverse, Mode, Observer,
+    TrainedPolicy,
 };
 
 use crate::algorithm::{Dyna, DynaError, Learned};
@@ -19,7 +21,7 @@ use crate::optimality::Trials;
 use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm};
 use crate::surprise::is_surprised;
-use crate::tried::held;
+use crate::tried::{TRIAL, Tried, held};
 use crate::{Refit, Rollouts, Schedule};
 
 /// What a [`Loop`] does next.
@@ -46,6 +48,9 @@ pub enum Phase {
 /// Steps to which data are doubled, as long as something speaks against the model.
 const ENOUGH: usize = 2_000;
 
+/// Models in which a planner has a real episode, at most.
+const REPLANNED: u64 = 5;
+
 /// The best policy so far.
 #[derive(Clone)]
 struct Best {
@@ -66,6 +71,10 @@ struct Course {
     believed: usize,
     /// Whether the model before predicted as well what came in after it.
     is_tested: bool,
+    /// Whether a policy kept its promise, and the next model has to say the same of it.
+    in_review: bool,
+    /// Start states of the trials that it was chosen by.
+    tried_from: usize,
     /// Whether the agent has learned nothing yet.
     is_beginner: bool,
     /// Times imagination began anew.
@@ -84,6 +93,8 @@ pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
     /// The policy to be handed over of those that were on the real system.
     tried: Option<(Best, Confirmation)>,
     prediction: Option<Prediction>,
+    /// What each planner earned in the model; none where the agent learns.
+    planned: Vec<(&'static str, f64)>,
 }
 
 impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
@@ -101,6 +112,8 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 fitted: 0,
                 believed: 0,
                 is_tested: false,
+                in_review: false,
+                tried_from: 0,
                 is_beginner: true,
                 turns: 0,
             },
@@ -108,6 +121,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             best: None,
             tried: None,
             prediction: None,
+            planned: Vec::new(),
         }
     }
 
@@ -150,11 +164,11 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             Phase::Improve => self.improve(observer, interrupted)?,
             Phase::Confirm => self.confirm(env, observer, interrupted)?,
             Phase::Explore => {
-                let actor = Actor::Policy(&*self.base.agent, Mode::Explore);
-                real.collect(env, actor, Amount::Episode, interrupted)?;
+                let actor = Actor::policy(&*self.base.agent, Mode::Explore);
+                real.collect(env, actor, Amount::Episode(self.parts.task.max_steps()), interrupted)?;
                 self.collected(observer)?
             }
-            Phase::Predict => self.predict()?,
+            Phase::Predict => self.predict(interrupted)?,
             Phase::Done => Phase::Done,
         };
         Ok(self.course.phase)
@@ -191,11 +205,16 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             }
             self.base.forget_older_models();
         }
-        if self.wants_more() {
+        let in_review = std::mem::take(&mut self.course.in_review);
+        if !in_review && self.wants_more() {
             return Ok(Phase::CollectMore);
         }
         self.course.believed = self.base.data().n_steps();
         let Some(belief) = self.belief(self.course.turns) else { return Ok(Phase::Done) };
+        let stands = in_review && self.stands(&belief)?;
+        if in_review && !stands && self.wants_more() {
+            return Ok(Phase::CollectMore);
+        }
         if fits {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
@@ -204,7 +223,29 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         self.prediction = None;
         self.imagination = Some(Imagination::new(belief, schedule, seed, self.course.turns));
         self.course.turns += 1;
-        Ok(Phase::Improve)
+        Ok(if stands { Phase::Predict } else { Phase::Improve })
+    }
+
+    /// Whether the policy that kept its promise earns in the models of `belief`, which know its episode, what it was chosen for in those before. One episode is
+    /// little of a return; that the equations of where it went are as they were believed to be says more.
+    fn stands(&mut self, belief: &Belief<'a>) -> Result<bool, DynaError> {
+        let rule = &self.parts.schedule.optimality;
+        let Some((best, confirmation)) = &self.tried else { return Ok(false) };
+        let exhausted = self.base.progress.updates >= rule.max_updates;
+        let tried = Tried::new(belief, &*best.policy, (self.course.tried_from, self.parts.seed, TRIAL))?;
+        if exhausted || confirmation.allows(best.model_return - tried.mean()) {
+            return Ok(true);
+        }
+        self.tried = None;
+        self.learn_anew()?;
+        Ok(false)
+    }
+
+    /// What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
+    fn learn_anew(&mut self) -> Result<(), CheckpointError> {
+        self.base.agent.restore(&self.beginner)?;
+        self.course.is_beginner = true;
+        Ok(())
     }
 
     /// What imagination number `turn` goes by; `None` without a model.
@@ -271,17 +312,20 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if self.tried.as_ref().is_none_or(|(_, before)| kept || confirmation.real >= before.real) {
             self.tried = Some((best.clone(), confirmation));
         }
-        let exhausted = self.base.progress.updates >= rule.max_updates;
+        // Planners make no updates: they are asked a few times.
+        let replanned = !self.planned.is_empty() && self.course.turns >= REPLANNED;
+        let exhausted = replanned || self.base.progress.updates >= rule.max_updates;
         let next = self.collected(observer)?;
         // A policy that works far from the data has widened their support: there may be more to gain beyond.
         let earlier = shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
+        let refits = self.parts.schedule.refit == Refit::AfterRollouts;
         if exhausted || (kept && !(self.course.trials.is_far() && earlier)) {
-            return Ok(Phase::Predict);
+            self.course.in_review = kept && refits && self.certainty() < Certainty::Exact;
+            self.course.tried_from = self.course.trials.episodes(rule);
+            return Ok(if self.course.in_review { next } else { Phase::Predict });
         }
-        if self.parts.schedule.refit == Refit::AfterRollouts {
-            // What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
-            self.base.agent.restore(&self.beginner)?;
-            self.course.is_beginner = true;
+        if refits {
+            self.learn_anew()?;
         }
         self.course.trials.renew();
         Ok(next)
@@ -296,11 +340,16 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(())
     }
 
-    fn predict(&mut self) -> Result<Phase, DynaError> {
+    fn predict(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Phase, DynaError> {
         if let Some((best, _)) = &self.tried {
             (self.best, self.prediction) = (Some(best.clone()), None);
         }
         self.foresee()?;
+        if !self.planned.is_empty() && interrupted() {
+            // A planner that was stopped no longer plans: what it earned then predicts nothing.
+            self.prediction = None;
+            return Ok(Phase::Predict);
+        }
         if let (Some(prediction), Some((_, confirmation))) = (&mut self.prediction, &self.tried) {
             prediction.misfit = confirmation.misfit();
         }
@@ -318,6 +367,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             policy,
             model_return,
             prediction: self.prediction,
+            planned: self.planned,
             confirmation: self.tried.map(|(_, confirmation)| confirmation),
             optimal_in_model: self.course.optimal,
             updates: progress.updates,

@@ -1,7 +1,7 @@
 //! The last word: the deterministic policy from fixed start states.
 
 use rayon::prelude::*;
-use sindyna_core::{EnvError, Environment, Mode, Policy, Rng, Seed};
+use sindyna_core::{EnvError, Environment, Memory, Mode, Policy, Rng, Seed};
 
 use crate::lockstep::{Lane, Lockstep};
 
@@ -28,9 +28,11 @@ pub fn evaluate<E: Environment>(
 ) -> Result<Vec<f64>, EnvError> {
     assert!(!envs.is_empty(), "there must be a system to evaluate on");
     let systems = envs.len();
-    let groups = envs.par_chunks_mut(GROUP).enumerate().map(|(group, envs)| {
-        let first = group * GROUP;
-        let lanes = envs.iter_mut().enumerate().map(|(i, env)| Episode::begin(env, first + i, (seed, stream)));
+    // Who keeps something in mind acts for one system at a time: there is nothing to share.
+    let together = if policy.begin().is_some() { 1 } else { GROUP };
+    let groups = envs.par_chunks_mut(together).enumerate().map(|(group, envs)| {
+        let first = group * together;
+        let lanes = envs.iter_mut().enumerate().map(|(i, env)| Episode::begin(env, policy, first + i, (seed, stream)));
         let lanes = lanes.take(episodes.saturating_sub(first)).collect::<Result<_, EnvError>>()?;
         run(lanes, policy, (systems, episodes), (seed, stream))
     });
@@ -45,16 +47,22 @@ pub fn evaluate<E: Environment>(
 struct Episode<'a, E> {
     env: &'a mut E,
     rng: Rng,
+    memory: Option<Box<dyn Memory + 'a>>,
     number: usize,
     earned: f64,
 }
 
 impl<'a, E: Environment> Episode<'a, E> {
     /// Begins episode `number` of a random stream.
-    fn begin(env: &'a mut E, number: usize, (seed, stream): (Seed, &str)) -> Result<Self, EnvError> {
+    fn begin(
+        env: &'a mut E,
+        policy: &'a dyn Policy,
+        number: usize,
+        (seed, stream): (Seed, &str),
+    ) -> Result<Self, EnvError> {
         let mut rng = seed.stream(stream, number as u64);
         env.reset(&mut rng)?;
-        Ok(Self { env, rng, number, earned: 0.0 })
+        Ok(Self { env, rng, memory: policy.begin(), number, earned: 0.0 })
     }
 }
 
@@ -68,12 +76,19 @@ impl<E: Environment> Lane for Episode<'_, E> {
     fn with_rng<'a>(&'a mut self, _common: &'a mut Rng) -> (&'a mut E, &'a mut Rng) {
         (self.env, &mut self.rng)
     }
+
+    fn memory(&mut self) -> Option<&mut dyn Memory> {
+        match &mut self.memory {
+            Some(memory) => Some(&mut **memory),
+            None => None,
+        }
+    }
 }
 
 /// Runs all lanes to the end of their last episode; a lane's next episode is `stride` after the one it ended.
-fn run<E: Environment>(
-    lanes: Vec<Episode<'_, E>>,
-    policy: &dyn Policy,
+fn run<'a, E: Environment>(
+    lanes: Vec<Episode<'a, E>>,
+    policy: &'a dyn Policy,
     (stride, episodes): (usize, usize),
     (seed, stream): (Seed, &str),
 ) -> Result<Vec<(usize, f64)>, EnvError> {
@@ -92,7 +107,7 @@ fn run<E: Environment>(
             returns.push((lane.number, lane.earned));
             (lane.number, lane.earned) = (lane.number + stride, 0.0);
             if lane.number < episodes {
-                lane.rng = seed.stream(stream, lane.number as u64);
+                (lane.rng, lane.memory) = (seed.stream(stream, lane.number as u64), policy.begin());
                 lane.env.reset(&mut lane.rng)?;
             }
             Ok::<_, EnvError>(lane.number < episodes)

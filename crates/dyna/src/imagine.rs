@@ -15,6 +15,9 @@ use crate::base::Progress;
 use crate::belief::{Belief, Possible};
 use crate::lockstep::{Lane, Lockstep};
 
+/// A learned model with a task.
+type Inner<'a> = Simulated<Bounded<Arc<dyn Dynamics>>, Arc<dyn Task + 'a>, Arc<Sensors>>;
+
 /// A learned model as an environment in which it does not pay to leave the data for nothing.
 ///
 /// A step that ends outside of the support of the data is charged p e / (1 + e), where e is how far, in half widths of the data, and p
@@ -22,7 +25,7 @@ use crate::lockstep::{Lane, Lockstep};
 /// with the system where the task does not care. A rollout that goes beyond all that a model is followed to ends there, charged with what
 /// the worst reward, paid for ever, would be worth.
 pub(crate) struct Imagined<'a> {
-    inner: Simulated<Bounded<Arc<dyn Dynamics>>, &'a dyn Task, Arc<Sensors>>,
+    inner: Inner<'a>,
     belief: Belief<'a>,
     left: bool,
     /// What was charged since the last reset, and the sum of e / (1 + e) over the steps.
@@ -36,10 +39,10 @@ impl<'a> Imagined<'a> {
     /// Imagined system `i` of those that go by `belief`.
     pub(crate) fn new(belief: &Belief<'a>, i: usize) -> Self {
         let spec = belief.task.spec();
-        let Possible { model, sensors } = belief.system(i).clone();
+        let Possible { model, sensors, task } = belief.system(i).clone();
         let bounded = Bounded::new(model, &spec.state);
         let before = vec![0.0; spec.state_dim()];
-        let inner = Simulated::new(bounded, belief.task, sensors);
+        let inner = Simulated::new(bounded, task, sensors);
         Self { inner, belief: belief.clone(), left: false, charged: 0.0, away: 0.0, steps: 0.0, before }
     }
 

@@ -1,7 +1,7 @@
 //! Many systems stepped side by side, so that a policy acts for all of them at once.
 
 use ndarray::{Array2, ArrayView1, s};
-use sindyna_core::{EnvError, Environment, Mode, Outcome, Policy, Rng, Spec, Transition};
+use sindyna_core::{EnvError, Environment, Memory, Mode, Outcome, Policy, Rng, Spec, Transition};
 
 /// A system among others, with what is kept in mind of its rollout.
 pub(crate) trait Lane {
@@ -11,6 +11,11 @@ pub(crate) trait Lane {
 
     /// The system, and what its steps draw from: random numbers of its own, or those that all have in `common`.
     fn with_rng<'a>(&'a mut self, common: &'a mut Rng) -> (&'a mut Self::System, &'a mut Rng);
+
+    /// Who acts in this rollout alone; `None` where the policy acts for all of them at once.
+    fn memory(&mut self) -> Option<&mut dyn Memory> {
+        None
+    }
 }
 
 /// Systems stepped side by side.
@@ -60,7 +65,18 @@ impl<T: Lane> Lockstep<T> {
         for (mut row, lane) in observations.rows_mut().into_iter().zip(&self.lanes) {
             row.assign(&ArrayView1::from(lane.system().observation()));
         }
-        policy.act_batch(observations.view(), mode, rng, actions.view_mut());
+        let mut is_common = false;
+        for (i, lane) in self.lanes.iter_mut().enumerate() {
+            let (o, mut a) = (observations.row(i), actions.row_mut(i));
+            let (o, a) = o.to_slice().zip(a.as_slice_mut()).expect("rows are contiguous");
+            match lane.memory() {
+                Some(memory) => memory.act(o, mode, rng, a),
+                None => is_common = true,
+            }
+        }
+        if is_common {
+            policy.act_batch(observations.view(), mode, rng, actions.view_mut());
+        }
         let (mut at, mut told) = (0, Ok(()));
         self.lanes.retain_mut(|lane| {
             let (before, action) = (observations.row(at), actions.row(at));

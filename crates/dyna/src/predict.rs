@@ -17,6 +17,9 @@ const EPISODES: usize = 50;
 /// Episodes where there is one model.
 const EPISODES_OF_ONE: usize = 200;
 
+/// One in so many of these for a policy that plans, which takes its time for every step.
+const PLANNED: usize = 20;
+
 /// Means drawn, of which an interval's ends are quantiles.
 const MEANS: usize = 2_000;
 
@@ -43,9 +46,10 @@ pub struct Prediction {
 impl Prediction {
     /// What `policy` earns in the models of `belief`.
     pub(crate) fn new(belief: &Belief<'_>, policy: &dyn Policy, seed: Seed) -> Result<Self, EnvError> {
+        let part = if policy.begin().is_some() { PLANNED } else { 1 };
         let (models, episodes) = match belief.n_systems() {
-            1 => (1, EPISODES_OF_ONE),
-            n => (n.min(MODELS), EPISODES),
+            1 => (1, EPISODES_OF_ONE / part),
+            n => (n.min(MODELS), EPISODES / part),
         };
         let one = |i: usize| {
             let mut worlds: Vec<Trial<'_>> = (0..episodes).map(|_| Trial::new(belief, i)).collect();

@@ -1,7 +1,7 @@
 //! Real episodes between imagined ones: what they teach, and whether they keep what the model promised.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{EnvError, Environment, Inverse, Mode, Policy, Rng};
+use sindyna_core::{Acting, EnvError, Environment, Inverse, Memory as _, Mode, Policy, Rng};
 
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount, CollectError, Collector};
@@ -69,6 +69,11 @@ impl Confirmation {
         let likely = (LIKELY * self.spread()).max(TOLERANCE * self.scale);
         self.disagreement <= DISAGREEMENT * self.scale && self.shortfall().abs() <= likely
     }
+
+    /// Whether a mean return that is lower by `loss` in the next model is as it was promised.
+    pub(crate) fn allows(&self, loss: f64) -> bool {
+        loss <= TOLERANCE * self.scale
+    }
 }
 
 /// One real episode of `policy` at its best, added to the data, beside the same in each of the models believed in. `inverse` tells in which state it
@@ -80,7 +85,7 @@ pub(crate) fn confirm(
     system: &mut Collector,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Confirmation, CollectError> {
-    system.collect(env, Actor::Policy(policy, Mode::Exploit), Amount::Episode, interrupted)?;
+    system.collect(env, Actor::policy(policy, Mode::Exploit), Amount::Episode(belief.task.max_steps()), interrupted)?;
     let Collector { data, rng, .. } = system;
     let Some(rollout) = data.rollouts().last() else {
         return Ok(Confirmation { real: 0.0, promised: Vec::new(), disagreement: 0.0, scale });
@@ -101,7 +106,7 @@ fn promise(belief: &Belief<'_>, i: usize, policy: &dyn Policy, start: &[f64], rn
     let mut world = Trial::new(belief, i);
     let mut action = vec![0.0; world.spec().action_space.action_dim()];
     world.reset_to(start, rng);
-    let mut earned = 0.0;
+    let (mut earned, mut policy) = (0.0, Acting::begin(policy));
     loop {
         policy.act(world.observation(), Mode::Exploit, rng, &mut action);
         let outcome = world.step(&action, rng)?;

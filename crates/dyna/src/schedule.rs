@@ -1,7 +1,5 @@
 //! How much of what is done, and in which order: an algorithm as a value.
 
-use sindyna_core::Spec;
-
 use crate::Optimality;
 
 /// N of Algorithm 1: how long a policy is improved in the model before the real system is asked again.
@@ -59,23 +57,23 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// What `sindyna train` does by default for the system `spec`: ten real steps, [`Rollouts::Auto`], a new model after every real rollout.
+    /// What `sindyna train` does by default where episodes have at most `max_steps`: ten real steps, [`Rollouts::Auto`], a new model after every real rollout.
     #[must_use]
-    pub fn new(spec: &Spec) -> Self {
+    pub fn new(max_steps: usize) -> Self {
         Self {
             warmup_rollouts: 1,
             rollout_len: 10,
             imagined_rollouts: Rollouts::Auto,
             refit: Refit::AfterRollouts,
             worlds: 32,
-            imagined_len: spec.max_steps.min(200),
+            imagined_len: max_steps.min(200),
             scattered_starts: 0.5,
             random_steps: 5_000,
             updates_per_turn: 8,
             batch_size: 128,
             replay_capacity: 200_000,
             max_real_steps: None,
-            discount: 1.0 - 1.0 / (spec.max_steps as f64).clamp(100.0, 1000.0),
+            discount: 1.0 - 1.0 / (max_steps as f64).clamp(100.0, 1000.0),
             optimality: Optimality::default(),
         }
     }

@@ -114,8 +114,6 @@ mod tests {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 20,
-            solved_at: None,
         };
         let inverse = Inverse::of(&spec).expect("all is shown");
         is_surprised(&Push(1.0), &inverse, &data(gains), 1, &mut Seed::new(0).numpy())

@@ -6,7 +6,11 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use common::{Doubting, EXACT, Given, Line, Push, Silent, Student, auto, schedule};
-use sindyna_core::{Checkpoint, DynamicsLearner, NoModel, Rng, Seed, Sensors, Simulated, Spec, Task};
+use ndarray::{ArrayView2, ArrayViewMut2};
+use sindyna_core::{
+    Certainty, Checkpoint, Dataset, DynamicsLearner, FitError, Knowledge, Memory, Mode, NoModel, Policy, Rng, Seed,
+    Sensors, Simulated, Spec, Task,
+};
 use sindyna_dyna::{Dyna, Learned, Refit, Rollouts, Schedule, Uniform, evaluate};
 
 fn run<L: DynamicsLearner>(
@@ -97,6 +101,9 @@ fn leaving_the_trusted_region_is_an_end_that_costs() {
     impl Task for Tame {
         fn spec(&self) -> &Spec {
             self.0.spec()
+        }
+        fn max_steps(&self) -> usize {
+            self.0.max_steps()
         }
         fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
             self.0.initial(rng, x);
@@ -192,6 +199,42 @@ fn evaluation_depends_on_the_seed_and_not_on_how_many_systems_share_it() {
 }
 
 #[test]
+fn what_a_policy_keeps_in_mind_ends_with_its_episode() {
+    /// Pushes by its first observation for ever.
+    struct Stubborn;
+    struct First(Option<f64>);
+    impl Policy for Stubborn {
+        fn act_batch(&self, o: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, mut actions: ArrayViewMut2<'_, f64>) {
+            for (o, mut a) in o.rows().into_iter().zip(actions.rows_mut()) {
+                let mut action = [0.0];
+                First(None).act(&o.to_vec(), mode, rng, &mut action);
+                a[0] = action[0];
+            }
+        }
+        fn begin(&self) -> Option<Box<dyn Memory + '_>> {
+            Some(Box::new(First(None)))
+        }
+    }
+    impl Memory for First {
+        fn act(&mut self, o: &[f64], _mode: Mode, _rng: &mut Rng, action: &mut [f64]) {
+            action[0] = -0.5 * *self.0.get_or_insert(o[0]);
+        }
+    }
+    // −x₀² Σ (1 − k/2)² over k = 0, 1, 2, 3.
+    let task = Line::new(4);
+    let sensors = Sensors::new(task.spec()).expect("the observation names the state");
+    for systems in [1, 3] {
+        let mut envs = vec![Simulated::new(EXACT, &task, sensors.clone()); systems];
+        let returns = evaluate(&mut envs, &Stubborn, 7, Seed::new(3), "test").expect("nothing fails here");
+        for (i, earned) in returns.iter().enumerate() {
+            let mut start = [0.0];
+            task.initial(&mut Seed::new(3).stream("test", i as u64), &mut start);
+            assert!((earned + 1.5 * start[0] * start[0]).abs() < 1e-15, "episode {i}: {earned} from {start:?}");
+        }
+    }
+}
+
+#[test]
 fn a_promise_reality_keeps_costs_one_real_episode() {
     let mut schedule = schedule();
     schedule.imagined_rollouts = Rollouts::Count(1_000_000);
@@ -213,6 +256,32 @@ fn a_promise_reality_breaks_is_answered_with_more_training() {
     let learned = run(&Given(Push { gain: 0.5, ..EXACT }), &schedule, agent, &|| false);
     assert!(learned.data.n_rollouts() > warmup + 1, "{} rollouts", learned.data.n_rollouts());
     assert!(learned.updates > 30 && learned.policy.is_some());
+}
+
+/// Whose model is right up to so many steps of data, and another one from then on.
+struct Waking(usize, Push);
+
+impl DynamicsLearner for Waking {
+    type Model = Push;
+    fn fit(&self, data: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
+        let model = if data.n_steps() <= self.0 { EXACT } else { self.1.clone() };
+        Ok(Some(Knowledge { certainty: Certainty::Adequate, ..Knowledge::certain(model) }))
+    }
+}
+
+#[test]
+fn a_promise_that_was_kept_has_to_stand_in_the_model_that_knows_the_episode() {
+    let rollouts = |next: Push| {
+        let learned = run(&Waking(30, next), &auto(), Student::default(), &|| false);
+        assert!(learned.policy.is_some() && learned.prediction.is_some());
+        learned.data.n_rollouts()
+    };
+    let kept = rollouts(EXACT);
+    assert_eq!(kept, run(&Given(EXACT), &auto(), Student::default(), &|| false).data.n_rollouts() + 1);
+    assert!(
+        rollouts(Push { gain: 3.0, ..EXACT }) > kept,
+        "in the next model the policy overshoots: it is trained anew"
+    );
 }
 
 #[test]

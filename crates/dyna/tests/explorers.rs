@@ -17,8 +17,6 @@ fn spec(action_space: Space) -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: 0.1,
-        max_steps: 10,
-        solved_at: None,
     }
 }
 

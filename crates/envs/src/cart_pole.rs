@@ -25,11 +25,16 @@ const DT: f64 = 0.02;
 const MAX_DISTANCE: f64 = 2.4;
 /// Lean at which the episode ends: 12° \[rad\].
 const MAX_ANGLE: f64 = 12.0 * 2.0 * std::f64::consts::PI / 360.0;
+/// Steps after which an episode is truncated.
+const MAX_STEPS: usize = 500;
+/// Mean return from which it counts as solved, as Gymnasium has it.
+const SOLVED_AT: f64 = 475.0;
 
 pub(crate) fn system() -> System {
     let card = Card {
         name: "cart-pole",
         gymnasium_id: Some("CartPole-v1"),
+        solved_at: Some(SOLVED_AT),
         summary: "balance a pole on a cart with pushes of 10 N to the left or right",
         true_equations: &[
             "ẋ = v",
@@ -60,8 +65,6 @@ fn spec(name: &str) -> Spec {
         precision: Precision::F32,
         noise: 0.0,
         dt: DT,
-        max_steps: 500,
-        solved_at: Some(475.0),
     }
 }
 
@@ -99,6 +102,10 @@ struct CartPoleTask {
 impl Task for CartPoleTask {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn max_steps(&self) -> usize {
+        MAX_STEPS
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {

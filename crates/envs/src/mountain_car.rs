@@ -20,11 +20,16 @@ const WALL: f64 = -1.2;
 const TRACK_END: f64 = 0.6;
 /// Where the goal is.
 const GOAL: f64 = 0.45;
+/// Steps after which an episode is truncated.
+const MAX_STEPS: usize = 999;
+/// Mean return from which it counts as solved, as Gymnasium has it.
+const SOLVED_AT: f64 = 90.0;
 
 pub(crate) fn system() -> System {
     let card = Card {
         name: "mountain-car",
         gymnasium_id: Some("MountainCarContinuous-v0"),
+        solved_at: Some(SOLVED_AT),
         summary: "rock a weak car out of a valley with as little throttle as possible",
         true_equations: &["x' = x + v'", "v' = v + 0.0015 u − 0.0025 cos 3x"],
     };
@@ -47,8 +52,6 @@ fn spec(name: &str) -> Spec {
         precision: Precision::F32,
         noise: 0.0,
         dt: 1.0,
-        max_steps: 999,
-        solved_at: Some(90.0),
     }
 }
 
@@ -118,6 +121,10 @@ struct MountainCarTask {
 impl Task for MountainCarTask {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn max_steps(&self) -> usize {
+        MAX_STEPS
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dynamics, Redeclared, Sensors, Simulated, Spec, Task, VectorField};
+use sindyna_core::{Dynamics, Protocol, Redeclared, Sensors, Simulated, Spec, Task, VectorField};
 
 use crate::{cart_pole, cart_pole_swing_up, inverted_pendulum, mountain_car, pendulum};
 
@@ -11,6 +11,7 @@ use crate::{cart_pole, cart_pole_swing_up, inverted_pendulum, mountain_car, pend
 pub struct System {
     name: &'static str,
     gymnasium_id: Option<&'static str>,
+    solved_at: Option<f64>,
     summary: &'static str,
     true_equations: &'static [&'static str],
     task: Arc<dyn Task>,
@@ -23,6 +24,7 @@ pub struct System {
 pub(crate) struct Card {
     pub(crate) name: &'static str,
     pub(crate) gymnasium_id: Option<&'static str>,
+    pub(crate) solved_at: Option<f64>,
     pub(crate) summary: &'static str,
     pub(crate) true_equations: &'static [&'static str],
 }
@@ -39,6 +41,7 @@ impl System {
         Self {
             name: card.name,
             gymnasium_id: card.gymnasium_id,
+            solved_at: card.solved_at,
             summary: card.summary,
             true_equations: card.true_equations,
             task: Arc::new(task),
@@ -76,6 +79,12 @@ impl System {
     #[must_use]
     pub fn spec(&self) -> &Spec {
         self.task.spec()
+    }
+
+    /// How policies are evaluated on it.
+    #[must_use]
+    pub fn protocol(&self) -> Protocol {
+        Protocol { max_steps: self.task.max_steps(), solved_at: self.solved_at }
     }
 
     /// The task: all the agent may know.

@@ -20,8 +20,8 @@ fn every_system_keeps_the_promises_of_an_environment() {
     let systems = sindyna_envs::systems();
     assert_eq!(systems.len(), 5);
     for system in systems.into_iter().chain(sindyna_envs::fields()) {
-        let steps = 3 * system.spec().max_steps.min(1_000);
-        check_environment(|| system.environment(), steps).expect("every promise is kept");
+        let steps = 3 * system.protocol().max_steps.min(1_000);
+        check_environment(|| system.environment(), system.protocol().max_steps, steps).expect("every promise is kept");
         let (mut rng, task) = (Seed::new(0).numpy(), system.task());
         let mut start = || {
             let mut x = vec![0.0; system.spec().state_dim()];
@@ -67,7 +67,7 @@ fn the_true_dynamics_draw_nothing_and_stay_where_states_are_declared() {
                 }
                 for (value, channel) in x.iter().zip(&spec.state) {
                     assert!(
-                        (channel.bounds.0..=channel.bounds.1).contains(value),
+                        (channel.prior.bounds.0..=channel.prior.bounds.1).contains(value),
                         "{}: {}",
                         system.name(),
                         channel.name
@@ -88,7 +88,7 @@ fn noise_goes_by_the_scales_of_the_channels_and_leaves_reward_and_end_alone() {
         ("cart-pole-swing-up", &[2.4, 5.0, 1.0, 1.0, 12.0]),
     ] {
         let clean = sindyna_envs::find(name).expect("a registered system");
-        assert_eq!(clean.spec().observation.iter().map(|c| c.scale).collect::<Vec<_>>(), scales, "{name}");
+        assert_eq!(clean.spec().observation.iter().map(|c| c.prior.scale).collect::<Vec<_>>(), scales, "{name}");
         let noisy = clean.clone().with_noise(0.1);
         assert_eq!(noisy.spec().noise, 0.1);
         assert_eq!(Spec { noise: 0.0, ..noisy.spec().clone() }, *clean.spec());

@@ -112,7 +112,7 @@ fn swing_up(o: &[f64]) -> f64 {
 
 #[test]
 fn energy_shaping_and_state_feedback_solve_the_swing_up() {
-    let mark = sindyna_envs::find("cart-pole-swing-up").and_then(|s| s.spec().solved_at).expect("it has a mark");
+    let mark = sindyna_envs::find("cart-pole-swing-up").and_then(|s| s.protocol().solved_at).expect("it has a mark");
     let (mean, _, length) = score("cart-pole-swing-up", 200, |o, _, _| swing_up(o));
     between(mean, 202.0, 210.0);
     between(mark / mean, 0.8, 0.9);

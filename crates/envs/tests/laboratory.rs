@@ -28,7 +28,7 @@ fn a_step_is_exact_to_1e_10_of_the_scales() {
                 system.dynamics().step(&x, &u, &mut rng, &mut next).expect("a true system stays finite");
                 exact.step(&x, &u, &mut rng, &mut truth).expect("a true system stays finite");
                 for ((a, b), channel) in next.iter().zip(&truth).zip(&spec.state) {
-                    worst = worst.max((a - b).abs() / channel.scale);
+                    worst = worst.max((a - b).abs() / channel.prior.scale);
                 }
                 x.copy_from_slice(&next);
             }

@@ -146,7 +146,7 @@ fn every_recorded_step_is_reproduced() {
             let o_tolerance = observation_tolerance(system, tolerance);
             verdict.check("next observation", i, env.observation(), recording.group(row, "n", m), o_tolerance);
             verdict.check("reward", i, &[outcome.reward], &row[reward..=reward], 1e-12);
-            let ends = [outcome.terminated, steps >= spec.max_steps].map(|end| f64::from(u8::from(end)));
+            let ends = [outcome.terminated, steps >= system.protocol().max_steps].map(|end| f64::from(u8::from(end)));
             verdict.check("terminated", i, &ends[..1], &row[terminated..=terminated], 0.0);
             verdict.check("truncated", i, &ends[1..], &row[truncated..=truncated], 0.0);
         }

@@ -144,7 +144,7 @@ mod tests {
 
     fn recording(columns: usize, x: impl Fn(f64, usize) -> f64) -> Recording {
         let states = Array2::from_shape_fn((60, columns), |(i, j)| x(i as f64 * 0.2, j));
-        Recording { label: String::new(), lines: vec![], times: vec![], states, inputs: Array2::zeros((60, 0)) }
+        Recording { states, inputs: Array2::zeros((60, 0)), ..Recording::default() }
     }
 
     fn names(names: &[&str]) -> Vec<String> {

@@ -1,78 +1,97 @@
 //! Which columns of a table are what.
 
-use std::path::Path;
+use crate::recording::{Selected, Source};
+use crate::table::{Column, Table};
+use crate::{LogError, LogOptions, Note, StateOption, TRAJECTORY, roles, time};
 
-use crate::recording::Selected;
-use crate::table::Table;
-use crate::{LogError, LogOptions, Note, StateOption, Suggestion, TIME, TRAJECTORY};
-
-/// The columns that `options` name.
-pub(crate) fn selected(table: &Table, path: &Path, options: &LogOptions) -> Result<Selected, LogError> {
-    if options.states.is_empty() {
-        return Err(which_columns(table, path, &options.time));
+/// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.
+///
+/// # Errors
+/// [`LogError::ColumnsNotNamed`] if their names do not tell.
+pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, Option<Note>), LogError> {
+    if !options.states.is_empty() {
+        return Ok((options.clone(), None));
     }
+    let time = time_of(table, options)?;
+    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i);
+    let columns: Vec<String> =
+        (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
+    if columns.iter().all(String::is_empty) {
+        return Err(LogError::NoColumns { path: table.path().to_owned() });
+    }
+    if let Some((states, inputs)) = roles::told(&columns, &options.inputs) {
+        let note = Note::Roles { states: states.clone(), inputs: inputs.clone() };
+        return Ok((LogOptions { states, inputs, ..options.clone() }, Some(note)));
+    }
+    let columns: Vec<String> = columns.into_iter().filter(|name| !name.is_empty()).collect();
+    let suggestion = roles::suggested(&columns, time.is_some());
+    Err(LogError::ColumnsNotNamed { path: table.path().to_owned(), columns, suggestion })
+}
+
+/// The columns of `table` that `options` name.
+pub(crate) fn selected(table: &Table, options: &LogOptions) -> Result<Selected, LogError> {
     let named: Vec<&String> = options.states.iter().chain(&options.inputs).collect();
+    let time = time_of(table, options)?;
     for (i, name) in named.iter().enumerate() {
         let column = || (*name).clone();
-        if [options.time.as_str(), TRAJECTORY].contains(&name.as_str()) {
+        if name.as_str() == TRAJECTORY || (time.is_some() && table.find(name) == time) {
             return Err(LogError::Reserved { column: column() });
         }
         if named[..i].contains(name) {
             return Err(LogError::NamedTwice { column: column() });
         }
     }
-    in_unit(table, &options.time, "s", "seconds")?;
     let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();
     Ok(Selected {
         states: columns(&options.states)?,
         inputs: columns(&options.inputs)?,
-        time: time(table, options)?,
+        time,
         trajectory: table.find(TRAJECTORY),
     })
 }
 
 /// The column of the time stamps; one that was named must be there.
-fn time(table: &Table, options: &LogOptions) -> Result<Option<usize>, LogError> {
-    if options.time == TIME { Ok(table.find(TIME)) } else { table.column(&options.time).map(Some) }
-}
-
-/// Refuses the column `name` if its header tells another unit than `wanted`.
-pub(crate) fn in_unit(table: &Table, name: &str, wanted: &str, expected: &'static str) -> Result<(), LogError> {
-    match table.find(name).map(|column| &table.columns()[column].unit) {
-        Some(unit) if !unit.is_empty() && unit != wanted => {
-            Err(LogError::Unit { path: table.path().to_owned(), column: name.into(), unit: unit.clone(), expected })
+fn time_of(table: &Table, options: &LogOptions) -> Result<Option<usize>, LogError> {
+    match &options.time {
+        Some(name) => table.column(name).map(Some),
+        None => {
+            // `t` is the time, whatever was said; another name could be anything.
+            let taken: Vec<&str> = options.states.iter().chain(&options.inputs).map(String::as_str).collect();
+            Ok(table.find(crate::TIME).or_else(|| time::column(table, &taken)))
         }
-        _ => Ok(()),
     }
 }
 
-/// Asks which columns are what, with a guess.
-fn which_columns(table: &Table, path: &Path, time: &str) -> LogError {
-    let names = table.columns().iter().map(|c| c.name.as_str());
-    let columns: Vec<&str> = names.filter(|n| !n.is_empty() && ![time, TRAJECTORY].contains(n)).collect();
-    if columns.is_empty() {
-        return LogError::NoColumns { path: path.to_owned() };
+/// Refuses columns whose unit is not the one of the first source.
+pub(crate) fn same_units(sources: &[Source<'_>]) -> Result<(), LogError> {
+    let Some((first, others)) = sources.split_first() else { return Ok(()) };
+    for other in others {
+        let both = |s: &Source<'_>| [&s.columns.states[..], &s.columns.inputs[..]].concat();
+        for (a, b) in both(first).into_iter().zip(both(other)) {
+            let (a, b) = (&first.table.columns()[a], &other.table.columns()[b]);
+            if a.unit != b.unit {
+                return Err(LogError::OtherUnit {
+                    path: other.path().to_owned(),
+                    column: b.name.clone(),
+                    unit: b.unit.clone(),
+                    first: first.path().to_owned(),
+                    expected: a.unit.clone(),
+                });
+            }
+        }
     }
-    let looks_like_input = |name: &str| {
-        let letters: String = name.to_lowercase().chars().take_while(char::is_ascii_alphabetic).collect();
-        ["u", "f", "a", "action", "control", "force", "input", "torque"].contains(&letters.as_str())
-    };
-    let (inputs, states): (Vec<&str>, Vec<&str>) =
-        columns.iter().filter(|n| **n != "reward").partition(|name| looks_like_input(name));
-    let owned = |list: Vec<&str>| list.into_iter().map(String::from).collect();
-    let suggestion = Suggestion { states: owned(states), inputs: owned(inputs), has_time: table.find(time).is_some() };
-    LogError::ColumnsNotNamed { path: path.to_owned(), columns: owned(columns), suggestion }
+    Ok(())
 }
 
-/// A column whose name says that it is likely to hold time stamps.
-pub(crate) fn similar_to_time(table: &Table) -> Option<String> {
-    let is_time =
-        |name: &str| ["time", "timestamp", "time_s", "seconds", "sec"].contains(&name.to_lowercase().as_str());
-    table.columns().iter().find(|c| is_time(&c.name)).map(|c| c.name.clone())
+/// That `column` is in another unit than `expected`.
+pub(crate) fn refuse_unit(table: &Table, column: &Column, expected: &'static str) -> LogError {
+    let (column, unit) = (column.name.clone(), column.unit.clone());
+    LogError::Unit { path: table.path().to_owned(), column, unit, expected }
 }
 
 /// The columns that nobody asked for.
-pub(crate) fn unused(table: &Table, columns: &Selected) -> Option<Note> {
+pub(crate) fn unused(source: &Source<'_>) -> Option<Note> {
+    let Source { table, columns } = source;
     let used = |i: &usize| {
         columns.states.contains(i)
             || columns.inputs.contains(i)

@@ -3,25 +3,23 @@
 use std::path::Path;
 
 use ndarray::Array2;
-use sindyna_core::{Channel, Kind, Precision, Space, Spec};
+use sindyna_core::{Channel, Kind, Precision, Prior, Space, Spec};
 
 use crate::circles::Reading;
 use crate::columns::positions;
-use crate::recording::{Recording, Selected};
-use crate::table::Table;
-use crate::{LogError, Note, StateOption};
+use crate::recording::Recording;
+use crate::resolution::Step;
+use crate::table::Column;
+use crate::{LogError, StateOption};
 
-/// The system as its columns show it, each a state of its own.
-pub(crate) fn spec(path: &Path, table: &Table, columns: &Selected, recordings: &[Recording]) -> Spec {
-    let channel = |column: usize, reach: f64| {
-        let header = &table.columns()[column];
-        Channel::new(&header.name, &header.unit, Kind::Plain, reach)
-    };
-    let states = columns.states.iter().enumerate();
-    let inputs = columns.inputs.iter().enumerate();
-    let observation: Vec<Channel> = states.map(|(i, &c)| channel(c, reach(recordings, |r| &r.states, i))).collect();
-    let control: Vec<Channel> = inputs.map(|(i, &c)| channel(c, reach(recordings, |r| &r.inputs, i))).collect();
-    let high: Vec<f64> = control.iter().map(|c| c.scale).collect();
+/// The system as its columns show it, each of the `states` and `inputs` a channel of its own.
+pub(crate) fn spec(path: &Path, (states, inputs): (&[Column], &[&Column]), recordings: &[Recording]) -> Spec {
+    let channel = |c: &Column, reach: f64| Channel::new(&c.name, &c.unit, Kind::Plain, reach);
+    let states = states.iter().enumerate();
+    let inputs = inputs.iter().enumerate();
+    let observation: Vec<Channel> = states.map(|(i, c)| channel(c, reach(recordings, |r| &r.states, i))).collect();
+    let control: Vec<Channel> = inputs.map(|(i, c)| channel(c, reach(recordings, |r| &r.inputs, i))).collect();
+    let high: Vec<f64> = control.iter().map(|c| c.prior.scale).collect();
     Spec {
         name: path.file_stem().map_or_else(|| "log".into(), |stem| stem.to_string_lossy().into_owned()),
         state: observation.clone(),
@@ -31,8 +29,6 @@ pub(crate) fn spec(path: &Path, table: &Table, columns: &Selected, recordings: &
         precision: Precision::F64,
         noise: 0.0,
         dt: 1.0,
-        max_steps: usize::MAX,
-        solved_at: None,
     }
 }
 
@@ -88,8 +84,9 @@ pub(crate) fn show(spec: &mut Spec, readings: &[Reading]) {
     for (i, reading) in readings.iter().enumerate() {
         match *reading {
             Reading::Column(column) => {
-                let scale = spec.observation[column].scale;
-                spec.observation[column] = Channel { scale, ..spec.state[i].clone() };
+                let scale = spec.observation[column].prior.scale;
+                spec.observation[column] =
+                    Channel { prior: Prior { scale, ..spec.state[i].prior }, ..spec.state[i].clone() };
             }
             Reading::Circle { cosine, sine } => {
                 spec.observation[cosine].kind = Kind::CosOf(i);
@@ -104,35 +101,34 @@ pub(crate) fn limit(spec: &mut Spec, limits: &[(String, f64, f64)]) -> Result<()
     let names: Vec<String> = spec.state.iter().map(|s| s.name.clone()).collect();
     for (name, low, high) in limits {
         let at = positions(std::slice::from_ref(name), &names, StateOption::Limits)?[0];
-        spec.state[at].bounds = (*low, *high);
+        spec.state[at].prior.bounds = (*low, *high);
         for shown in spec.observation.iter_mut().filter(|o| o.name == *name) {
-            shown.bounds = (*low, *high);
+            shown.prior.bounds = (*low, *high);
         }
     }
     Ok(())
 }
 
-/// Declares what the columns called `columns` show wrongly: the noise that was given, and the `steps` to which they were rounded. A
-/// note for every rounded one.
+/// Declares what the columns called `columns` show wrongly: the noise that was given, and the `steps` to which they were rounded.
 pub(crate) fn errors(
     spec: &mut Spec,
     columns: &[String],
-    steps: &[Option<f64>],
+    steps: &[Step],
     noise: &[(String, f64)],
-) -> Result<Vec<Note>, LogError> {
-    let mut deviations: Vec<f64> = steps.iter().map(|step| step.map_or(0.0, |step| step / 12_f64.sqrt())).collect();
+) -> Result<(), LogError> {
+    let mut deviations: Vec<f64> =
+        steps.iter().map(|step| step.size().map_or(0.0, |step| step / 12_f64.sqrt())).collect();
     for (name, sigma) in noise {
         let at = positions(std::slice::from_ref(name), columns, StateOption::Noise)?[0];
         deviations[at] = deviations[at].hypot(*sigma);
     }
     if deviations.iter().all(|d| *d == 0.0) {
-        return Ok(Vec::new());
+        return Ok(());
     }
     // Noise is declared as a part of each channel's scale: here of one, so that the scales are the deviations.
     spec.noise = 1.0;
     for (channel, deviation) in spec.observation.iter_mut().zip(&deviations) {
-        channel.scale = *deviation;
+        channel.prior.scale = *deviation;
     }
-    let note = |(name, step): (&String, &Option<f64>)| Some(Note::Rounded { state: name.clone(), step: (*step)? });
-    Ok(columns.iter().zip(steps).filter_map(note).collect())
+    Ok(())
 }

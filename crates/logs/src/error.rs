@@ -27,12 +27,6 @@ pub enum LogError {
         /// Number of the line, from 1.
         line: usize,
     },
-    /// Lines end in carriage returns alone.
-    #[error("{} has one line: carriage returns break none", path.display())]
-    CarriageReturns {
-        /// The file.
-        path: PathBuf,
-    },
     /// There is nothing in it.
     #[error("{} is empty", path.display())]
     Empty {
@@ -45,7 +39,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
     },
-    /// Cells are not separated by commas.
+    /// Cells are not separated by what they should be.
     #[error("{}, line {line}: `{header}` is one column", path.display())]
     OneColumn {
         /// The file.
@@ -175,14 +169,16 @@ pub enum LogError {
         suggestion: Suggestion,
     },
     /// There is no column that could be a state.
-    #[error("{} has no column but `t` and `trajectory`", path.display())]
+    #[error("{} has no column but those of time and `trajectory`", path.display())]
     NoColumns {
         /// The file.
         path: PathBuf,
     },
     /// A column was named that is not there.
-    #[error("no column named `{column}`; known: {}", quoted(known))]
+    #[error("{} has no column named `{column}`; known: {}", path.display(), quoted(known))]
     UnknownColumn {
+        /// The file.
+        path: PathBuf,
         /// Name of the column.
         column: String,
         /// Names there are.
@@ -212,55 +208,49 @@ pub enum LogError {
     },
 
     /// There are no time stamps, and no sampling interval was given.
-    #[error("{} has no column `t` and no sampling interval was given", path.display())]
+    #[error("{} has no column of times, such as `t` or `time`, and no sampling interval was given", path.display())]
     NoTime {
         /// The file.
         path: PathBuf,
-        /// A column whose name says that it holds times.
-        similar: Option<String>,
     },
     /// Resampling needs time stamps.
-    #[error("resampling needs time stamps: a column `t` in seconds")]
+    #[error("resampling needs time stamps: a column such as `t` or `time`")]
     NoTimeToResample,
+    /// Two logs give one column in two units.
+    #[error("{}: the column `{column}` is in `{unit}`, in {} it is in `{expected}`", path.display(), first.display())]
+    OtherUnit {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+        /// Its unit there.
+        unit: String,
+        /// The file read first.
+        first: PathBuf,
+        /// The unit in that one.
+        expected: String,
+    },
+    /// No log was named.
+    #[error("no log was named")]
+    NoLog,
     /// No rollout has a step.
     #[error("no rollout has two rows; a step needs the row it leads to")]
     NoStep,
     /// Time stands still or runs back.
-    #[error("{}, line {line}: t = {after} s does not come after {before} s (line {line_before})", path.display())]
+    #[error("{}, line {line}: {column} = {after} does not come after {before} (line {line_before})", path.display())]
     TimeNotIncreasing {
         /// The file.
         path: PathBuf,
+        /// Name of the column.
+        column: String,
         /// Number of the line, from 1.
         line: usize,
-        /// Time of the row \[s\].
-        after: f64,
-        /// Time of the row before \[s\].
-        before: f64,
+        /// Stamp of the row.
+        after: String,
+        /// Stamp of the row before.
+        before: String,
         /// Line of the row before.
         line_before: usize,
-    },
-    /// The time stamps are not evenly spaced.
-    #[error(
-        "{}, line {line}: the samples are not evenly spaced: steps of `t` from {shortest:.6} s (before line {line_shortest}) to \
-         {longest:.6} s (before line {line}), {mean:.6} s on average; {forgiven_percent} % is forgiven", path.display()
-    )]
-    Uneven {
-        /// The file.
-        path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
-        /// Shortest step \[s\].
-        shortest: f64,
-        /// Line of the row it leads to.
-        line_shortest: usize,
-        /// Longest step \[s\].
-        longest: f64,
-        /// Mean step \[s\].
-        mean: f64,
-        /// A number with few digits near the mean, to resample to.
-        suggested: f64,
-        /// Deviation of a time stamp that is forgiven, in percent of a step.
-        forgiven_percent: f64,
     },
     /// Resampling would make more rows than are held in memory.
     #[error("resampling every {dt} s would make {rows:.0} rows; at most {most:.0} are held")]
@@ -338,7 +328,7 @@ pub struct Suggestion {
     pub states: Vec<String>,
     /// Columns that look like inputs, such as `u` or `force`.
     pub inputs: Vec<String>,
-    /// Whether there is a column `t`.
+    /// Whether there is a column of times.
     pub has_time: bool,
 }
 

@@ -2,34 +2,62 @@
 
 use sindyna_core::{Dataset, DatasetError, Rollout};
 
-/// Splits `data` in time: all but the last `share` (0 to 1) of its steps, and these.
+use crate::Log;
+
+/// Trajectories of a log, and when their samples were taken.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Samples {
+    /// The trajectories.
+    pub data: Dataset,
+    /// As [`Log::times`].
+    pub times: Option<Vec<Vec<f64>>>,
+}
+
+impl Samples {
+    fn empty(log: &Log) -> Self {
+        let data = &log.data;
+        let (m, k) = (data.observation_dim(), data.control_dim());
+        Self { data: Dataset::new(m, k, k, data.dt()), times: log.times.is_some().then(Vec::new) }
+    }
+
+    /// Appends the steps `from` to `to` of a rollout, that one excluded.
+    fn copy(
+        &mut self,
+        rollout: &Rollout<'_>,
+        times: Option<&[f64]>,
+        from: usize,
+        to: usize,
+    ) -> Result<(), DatasetError> {
+        if from == to {
+            return Ok(());
+        }
+        self.data.begin(&rollout.observations.row(from).to_vec())?;
+        for t in from..to {
+            let (u, next) = (rollout.controls.row(t).to_vec(), rollout.observations.row(t + 1).to_vec());
+            self.data.push(&u, &u, 0.0, &next)?;
+        }
+        if let Some((all, times)) = self.times.as_mut().zip(times) {
+            all.push(times[from..=to].iter().map(|t| t - times[from]).collect());
+        }
+        Ok(())
+    }
+}
+
+/// Splits `log` in time: all but the last `share` (0 to 1) of its steps, and these.
 ///
 /// # Errors
 /// [`DatasetError`] if a row is not finite.
-pub fn held_out(data: &Dataset, share: f64) -> Result<(Dataset, Dataset), DatasetError> {
-    let total = data.n_steps();
+pub fn held_out(log: &Log, share: f64) -> Result<(Samples, Samples), DatasetError> {
+    let total = log.data.n_steps();
     let kept = total - (share * total as f64).round() as usize;
-    let empty = || Dataset::new(data.observation_dim(), data.control_dim(), data.control_dim(), data.dt());
-    let (mut first, mut last, mut begun) = (empty(), empty(), 0);
-    for rollout in data.rollouts() {
+    let (mut first, mut last, mut begun) = (Samples::empty(log), Samples::empty(log), 0);
+    for (number, rollout) in log.data.rollouts().enumerate() {
+        let times = log.times.as_ref().and_then(|all| all.get(number)).map(Vec::as_slice);
         let steps = rollout.controls.nrows();
         let cut = kept.saturating_sub(begun).min(steps);
-        copy(&rollout, 0, cut, &mut first)?;
-        copy(&rollout, cut, steps, &mut last)?;
+        first.copy(&rollout, times, 0, cut)?;
+        last.copy(&rollout, times, cut, steps)?;
         begun += steps;
     }
     Ok((first, last))
-}
-
-/// Appends the steps `from` to `to` of a rollout, that one excluded.
-fn copy(rollout: &Rollout<'_>, from: usize, to: usize, data: &mut Dataset) -> Result<(), DatasetError> {
-    if from == to {
-        return Ok(());
-    }
-    data.begin(&rollout.observations.row(from).to_vec())?;
-    for t in from..to {
-        let (u, next) = (rollout.controls.row(t).to_vec(), rollout.observations.row(t + 1).to_vec());
-        data.push(&u, &u, 0.0, &next)?;
-    }
-    Ok(())
 }

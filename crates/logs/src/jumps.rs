@@ -37,11 +37,10 @@ mod tests {
         let recording = |reset: bool| {
             let x = |i: usize| if reset && i >= 60 { 40.0 } else { (0.1 * i as f64).sin() };
             Recording {
-                label: String::new(),
                 lines: (2..102).collect(),
-                times: vec![],
                 states: Array2::from_shape_fn((100, 1), |(i, _)| x(i)),
                 inputs: Array2::zeros((100, 0)),
+                ..Recording::default()
             }
         };
         let names = ["x".to_owned()];

@@ -1,8 +1,8 @@
-//! Logged data for system identification: a CSV file, and what is known of its columns, as trajectories of a declared system.
+//! Logged data for system identification: CSV files, and what is known of their columns, as trajectories of a declared system.
 //!
-//! [`Log::read`] checks the file line by line, splits it into trajectories, finds the sampling interval, and recognises
-//! what nobody declared: which state is the rate of which, which two columns are cosine and sine of one angle, to how
-//! many digits a column was rounded. Each such decision is a [`Note`]. From there on a log is a
+//! [`Log::read`] checks the files line by line, splits them into trajectories, finds the times of samples, and recognises
+//! what nobody declared: which column holds the time, in which unit, which state is the rate of which, which two columns are
+//! cosine and sine of one angle, to how many digits a column was rounded. Each such decision is a [`Note`]. From there on a log is a
 //! [`Spec`](sindyna_core::Spec) and a [`Dataset`](sindyna_core::Dataset) like any other.
 //!
 //! ```
@@ -18,6 +18,7 @@
 //!
 //! Not here: regression, equations, the command line.
 
+mod angles;
 mod circles;
 mod clock;
 mod columns;
@@ -25,19 +26,29 @@ mod declare;
 mod doubts;
 mod error;
 mod held_out;
+mod inspection;
 mod jumps;
+mod lattice;
+mod layout;
 mod log;
+mod moments;
 mod note;
 mod options;
 mod rates;
 mod recording;
 mod resolution;
+mod response;
+mod roles;
 mod states;
 mod table;
+mod time;
+mod units;
 
 pub use error::{LogError, StateOption, Suggestion};
-pub use held_out::held_out;
+pub use held_out::{Samples, held_out};
+pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;
 pub use note::Note;
 pub use options::{Clock, LogOptions, TIME, TRAJECTORY};
 pub use rates::closes_circle;
+pub use time::{TimeUnit, UnitBy};

@@ -7,33 +7,50 @@ use std::path::Path;
 use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
-use crate::columns::{in_unit, positions, selected, similar_to_time, unused};
-use crate::recording::{Recording, recordings};
-use crate::table::Table;
-use crate::{Clock, LogError, LogOptions, Note, StateOption, clock, declare, jumps, rates, states};
+use crate::columns::{named, positions, refuse_unit, same_units, selected, unused};
+use crate::recording::{Cell, Digits, Recording, Source, recordings};
+use crate::resolution::Step;
+use crate::table::{Column, Table};
+use crate::{
+    Clock, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments, rates, resolution, states,
+    units,
+};
 
 /// A log, understood: what is declared about the system, and its trajectories.
 #[derive(Debug)]
 pub struct Log {
-    /// Channels, their roles and units, the sampling interval.
+    /// Channels, their roles and units, the sampling interval; of samples that are not evenly spaced the median of their steps.
     pub spec: Spec,
     /// The trajectories.
     pub data: Dataset,
-    /// Rows of the file.
+    /// When the samples of each trajectory were taken, since its first one \[s\]; `None` if they are evenly spaced.
+    pub times: Option<Vec<Vec<f64>>>,
+    /// Rows of the files.
     pub rows: usize,
     /// What was decided without being asked for.
     pub notes: Vec<Note>,
 }
 
 impl Log {
-    /// Reads the CSV file at `path`: a header line, then a row per sample. See [`crate`] for an example.
+    /// Reads the text file at `path`: a header line, then a row per sample. See [`crate`] for an example.
     ///
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
     pub fn read(path: impl AsRef<Path>, options: &LogOptions) -> Result<Self, LogError> {
-        let path = path.as_ref();
-        let file = File::open(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
-        Self::interpret(path, &Table::read(path, file, options.delimiter)?, options)
+        Self::read_all(&[path], options)
+    }
+
+    /// Reads the files at `paths` as trajectories of one system: each begins a trajectory, and has the columns that are named.
+    ///
+    /// # Errors
+    /// [`LogError`], with the file, line and column that is wrong.
+    pub fn read_all<P: AsRef<Path>>(paths: &[P], options: &LogOptions) -> Result<Self, LogError> {
+        let table = |path: &P| {
+            let path = path.as_ref();
+            let file = File::open(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
+            Table::read(path, file, options.delimiter)
+        };
+        Self::interpret(paths.iter().map(table).collect::<Result<_, _>>()?, options)
     }
 
     /// The same of what `source` gives, such as standard input; messages call it `name`.
@@ -41,8 +58,7 @@ impl Log {
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
     pub fn read_from(name: impl AsRef<Path>, source: impl Read, options: &LogOptions) -> Result<Self, LogError> {
-        let path = name.as_ref();
-        Self::interpret(path, &Table::read(path, source, options.delimiter)?, options)
+        Self::interpret(vec![Table::read(name.as_ref(), source, options.delimiter)?], options)
     }
 
     /// The same of a `text` that is at hand; messages call it `name`.
@@ -50,66 +66,108 @@ impl Log {
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
     pub fn parse(name: impl AsRef<Path>, text: String, options: &LogOptions) -> Result<Self, LogError> {
-        let path = name.as_ref();
-        Self::interpret(path, &Table::parse(path, text, options.delimiter)?, options)
+        Self::interpret(vec![Table::parse(name.as_ref(), text, options.delimiter)?], options)
     }
 
-    fn interpret(path: &Path, table: &Table, options: &LogOptions) -> Result<Self, LogError> {
-        let columns = selected(table, path, options)?;
-        let folded = positions(&options.angles, &options.states, StateOption::Angles)?;
-        options.angles.iter().try_for_each(|angle| in_unit(table, angle, "rad", "radians"))?;
-        let (mut recordings, digits) = recordings(table, &columns)?;
-        let mut notes: Vec<Note> = unused(table, &columns).into_iter().collect();
-        if table.ends_abruptly() {
-            notes.push(Note::EndsAbruptly);
+    fn interpret(mut tables: Vec<Table>, options: &LogOptions) -> Result<Self, LogError> {
+        for table in &mut tables {
+            options.units.iter().try_for_each(|(column, unit)| table.set_unit(column, unit))?;
         }
+        let first = tables.first().ok_or(LogError::NoLog)?;
+        let (options, note) = named(first, options)?;
+        let options = &options;
+        let mut notes: Vec<Note> = note.into_iter().collect();
+        for note in tables.iter().flat_map(Table::notes) {
+            notes.extend((!notes.contains(&note)).then_some(note));
+        }
+        let source = |table| Ok(Source { columns: selected(table, options)?, table });
+        let sources = tables.iter().map(source).collect::<Result<Vec<_>, LogError>>()?;
+        same_units(&sources)?;
+        let declared = positions(options.angles.as_deref().unwrap_or_default(), &options.states, StateOption::Angles)?;
+        let (recordings, digits) = recordings(&sources)?;
+        notes.extend(unused(&sources[0]));
+        let missing =
+            |(rows, cell): &(usize, Cell)| Note::Missing { rows: *rows, column: cell.column.clone(), line: cell.line };
+        notes.extend(digits.missing.as_ref().map(missing));
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
+        let mut steps = resolution::steps(&recordings, &digits.steps);
+        let (mut recordings, rounding) = moments::told(recordings, &sources, &digits, options, &declared, &mut notes)?;
+        let columns = |numbers: &[usize]| numbers.iter().map(|&i| &first.columns()[i]).collect::<Vec<&Column>>();
+        let (states_told, factors, converted) =
+            units::in_radians(&mut recordings, &columns(&sources[0].columns.states));
+        notes.extend(converted);
+        steps.iter_mut().zip(factors).for_each(|(step, factor)| step.scale(factor));
+        let inputs_told = columns(&sources[0].columns.inputs);
+        let mut folded = declared.clone();
+        if options.angles.is_none() {
+            for (i, note) in angles::recognised(&recordings, &states_told, &inputs_told) {
+                folded.push(i);
+                notes.push(note);
+            }
+        }
+        for &i in &folded {
+            let column = &states_told[i];
+            if !["", "rad"].contains(&column.unit.as_str()) {
+                return Err(refuse_unit(first, column, "radians or degrees"));
+            }
+            notes.extend(angles::suspected(&recordings, i, column));
+        }
         notes.extend(states::unwrap(&mut recordings, &folded, &options.states));
         notes.extend(jumps::note(&recordings, &options.states));
         notes.extend(states::still(&recordings, &options.states));
-        let dt = match options.clock {
-            Clock::Stamps if columns.time.is_none() => {
-                return Err(LogError::NoTime { path: path.to_owned(), similar: similar_to_time(table) });
-            }
-            Clock::Stamps => clock::interval(table, &recordings, digits.time_decimals)?,
-            Clock::Given(dt) => {
-                notes.extend(columns.time.map(|_| Note::TimeIgnored { dt }));
-                dt
-            }
-            Clock::Resampled(_) if columns.time.is_none() => return Err(LogError::NoTimeToResample),
+        let (dt, is_even) = match options.clock {
+            Clock::Stamps => match clock::interval(&recordings, rounding)? {
+                Some(dt) => (dt, true),
+                None => {
+                    let (dt, note) = clock::uneven(&recordings);
+                    notes.push(note);
+                    (dt, false)
+                }
+            },
+            Clock::Given(dt) => (dt, true),
             Clock::Resampled(dt) => {
-                clock::check_resampling(table, &recordings, dt)?;
+                clock::check_resampling(&recordings, dt)?;
                 recordings = recordings.iter().map(|r| clock::resampled(r, dt)).collect();
                 notes.push(Note::Resampled { dt });
-                dt
+                (dt, true)
             }
         };
+        if is_even {
+            recordings = recordings.into_iter().map(|r| r.with_step(dt)).collect();
+        }
         let circles = circles_of(&recordings, options, &mut notes)?;
         let readings = circles::readings(options.states.len(), &circles);
         let names: Vec<String> = readings.iter().map(|r| circles::name_of(*r, &circles, &options.states)).collect();
         let states = circles::read(&recordings, &readings);
-        let mut angles = positions(&options.angles, &names, StateOption::Angles)?;
+        let turning: Vec<String> = folded.iter().map(|&i| options.states[i].clone()).collect();
+        let mut angles = positions(&turning, &names, StateOption::Angles)?;
         angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
-        let rates = rates_of(&states, dt, &names, options, &mut notes)?;
-        let precision = options.precision.unwrap_or(match (digits.float32, options.clock) {
-            (true, Clock::Stamps | Clock::Given(_)) => Precision::F32,
-            _ => Precision::F64,
-        });
+        let rates = rates_of(&states, &names, options, &mut notes)?;
         let kinds = declare::kinds(&names, &angles, &rates)?;
-        let mut spec = Spec { dt, precision, ..declare::spec(path, table, &columns, &recordings) };
+        let precision = precision(&digits, options);
+        let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (&states_told, &inputs_told), &recordings) };
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
         declare::show(&mut spec, &readings);
         declare::limit(&mut spec, &options.limits)?;
-        let steps = if matches!(options.clock, Clock::Resampled(_)) || options.precision.is_some() {
-            vec![None; options.states.len()]
-        } else {
-            digits.steps.clone()
-        };
-        notes.extend(declare::errors(&mut spec, &options.states, &steps, &options.noise)?);
-        let (data, skipped) = dataset(&recordings, &spec)?;
-        notes.extend((skipped > 0).then_some(Note::Skipped { trajectories: skipped }));
-        Ok(Self { spec, data, rows, notes })
+        if matches!(options.clock, Clock::Resampled(_)) || options.precision.is_some() {
+            steps = vec![Step::None; options.states.len()];
+        }
+        declare::errors(&mut spec, &options.states, &steps, &options.noise)?;
+        notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));
+        let (samples, skipped): (Vec<&Recording>, Vec<&Recording>) = recordings.iter().partition(|r| r.lines.len() > 1);
+        notes.extend((!skipped.is_empty()).then_some(Note::Skipped { trajectories: skipped.len() }));
+        let since_start = |r: &&Recording| r.times.iter().map(|t| t - r.times[0]).collect();
+        let times = (!is_even).then(|| samples.iter().map(since_start).collect());
+        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes })
     }
+}
+
+/// How finely the states were recorded.
+fn precision(digits: &Digits, options: &LogOptions) -> Precision {
+    options.precision.unwrap_or(match (digits.float32, options.clock) {
+        (true, Clock::Stamps | Clock::Given(_)) => Precision::F32,
+        _ => Precision::F64,
+    })
 }
 
 /// The pairs of columns that show an angle: those given, which are checked, or those recognised, which are noted.
@@ -136,17 +194,16 @@ fn circles_of(recordings: &[Recording], options: &LogOptions, notes: &mut Vec<No
 /// Which state (first) is the rate of which: as given, with doubts noted, or as recognised and noted.
 fn rates_of(
     states: &[Recording],
-    dt: f64,
     names: &[String],
     options: &LogOptions,
     notes: &mut Vec<Note>,
 ) -> Result<Vec<(usize, usize)>, LogError> {
     if let Some(given) = &options.rates {
         let rates = rates::given(given, names)?;
-        notes.extend(rates.iter().filter_map(|&(rate, of)| rates::doubted(states, dt, names, rate, of)));
+        notes.extend(rates.iter().filter_map(|&(rate, of)| rates::doubted(states, names, rate, of)));
         return Ok(rates);
     }
-    let seen = rates::recognised(states, dt);
+    let seen = rates::recognised(states);
     notes.extend(seen.iter().map(|seen| {
         let (rate, of) = (names[seen.rate].clone(), names[seen.of].clone());
         Note::Rate { rate, of, percent: (100.0 * seen.off_by).max(0.1) }
@@ -154,22 +211,16 @@ fn rates_of(
     Ok(seen.into_iter().map(|seen| (seen.rate, seen.of)).collect())
 }
 
-/// The recordings as a data set, and how many of them have no step.
-fn dataset(recordings: &[Recording], spec: &Spec) -> Result<(Dataset, usize), LogError> {
+/// The recordings, each of two rows or more, as a data set.
+fn dataset(recordings: &[&Recording], spec: &Spec) -> Result<Dataset, LogError> {
     let (m, k) = (spec.observation_dim(), spec.control_dim());
     let mut data = Dataset::new(m, k, k, spec.dt);
-    let mut skipped = 0;
     for recording in recordings {
-        let rows = recording.states.nrows();
-        if rows < 2 {
-            skipped += 1;
-            continue;
-        }
         data.begin(&recording.states.row(0).to_vec())?;
-        for i in 1..rows {
+        for i in 1..recording.lines.len() {
             let input = recording.inputs.row(i - 1).to_vec();
             data.push(&input, &input, 0.0, &recording.states.row(i).to_vec())?;
         }
     }
-    Ok((data, skipped))
+    Ok(data)
 }

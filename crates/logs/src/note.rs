@@ -4,6 +4,8 @@ use std::fmt;
 
 use sindyna_core::number::{plural, significant};
 
+use crate::{TimeUnit, UnitBy};
+
 /// Something that was decided or seen while a log was read, for the user to check.
 ///
 /// [`Display`](fmt::Display) says it in a line.
@@ -14,6 +16,95 @@ pub enum Note {
     Unused {
         /// Their names.
         columns: Vec<String>,
+    },
+    /// The states and inputs were told by the names of the columns.
+    Roles {
+        /// The states.
+        states: Vec<String>,
+        /// The inputs.
+        inputs: Vec<String>,
+    },
+    /// Which column holds the time, and its unit, where nobody said so.
+    Time {
+        /// The column.
+        column: String,
+        /// The unit.
+        unit: TimeUnit,
+        /// What tells the unit.
+        by: UnitBy,
+    },
+    /// Rows that are there twice were left out.
+    Repeated {
+        /// How many.
+        rows: usize,
+        /// Line of the first of them.
+        line: usize,
+    },
+    /// Steps so long that trajectories end there.
+    Gaps {
+        /// How many.
+        gaps: usize,
+        /// The longest \[s\].
+        longest: f64,
+        /// Line of the row it leads to.
+        line: usize,
+        /// Longest step that is none \[s\].
+        over: f64,
+    },
+    /// Samples are not evenly spaced.
+    Uneven {
+        /// Shortest step \[s\].
+        shortest: f64,
+        /// Longest step \[s\].
+        longest: f64,
+        /// A number with few digits near the median \[s\].
+        usual: f64,
+    },
+    /// Cells are not separated by commas, or decimals stand behind one.
+    Layout {
+        /// What separates cells; a space stands for any blanks.
+        delimiter: char,
+        /// Whether decimals stand behind a comma.
+        decimal_comma: bool,
+    },
+    /// The file is not UTF-8 and was read as Latin-1.
+    Latin,
+    /// Rows without a value, after which another trajectory begins.
+    Missing {
+        /// How many.
+        rows: usize,
+        /// Column of the first of them.
+        column: String,
+        /// Line of the first of them.
+        line: usize,
+    },
+    /// A state was turned into radians.
+    Radians {
+        /// The state.
+        state: String,
+        /// The unit it was in.
+        unit: String,
+    },
+    /// A state was recognised as an angle.
+    Angle {
+        /// The state.
+        state: String,
+        /// Whole turns that it spans; `None` for one that is folded into one turn.
+        turns: Option<f64>,
+    },
+    /// An angle without a unit that may be in degrees.
+    Degrees {
+        /// The angle.
+        state: String,
+        /// Largest magnitude.
+        reach: f64,
+    },
+    /// The values of a state lie on a lattice; its step is taken as their measurement error.
+    Lattice {
+        /// The state.
+        state: String,
+        /// Distance of two neighbouring values.
+        step: f64,
     },
     /// The last line has no line break.
     EndsAbruptly,
@@ -101,6 +192,66 @@ impl fmt::Display for Note {
                     write!(f, "the columns {} are not used", list.join(", "))
                 }
             },
+            Self::Roles { states, inputs } => {
+                let inputs = if inputs.is_empty() { "none".to_owned() } else { inputs.join(", ") };
+                write!(f, "told by the names of columns: states {}; inputs {inputs}", states.join(", "))
+            }
+            Self::Time { column, unit, by } => {
+                write!(f, "{column} is taken as the time in {unit}")?;
+                f.write_str(match by {
+                    UnitBy::Default => "",
+                    UnitBy::Header => ", as its name says",
+                    UnitBy::Rates => ": in these one state is the rate of another",
+                    UnitBy::Epoch => " since 1970",
+                    UnitBy::Counter => ": whole numbers that are far apart or uneven",
+                })
+            }
+            Self::Repeated { rows, line } => {
+                let left_out = if *rows == 1 { "is" } else { "are" };
+                write!(f, "{} (line {line}) {left_out} as the row before, time too, and left out", plural(*rows, "row"))
+            }
+            Self::Gaps { gaps, longest, line, over } => write!(
+                f,
+                "{} longer than {} s, the longest {} s before line {line}: another trajectory begins after each",
+                plural(*gaps, "step"),
+                significant(*over, 3),
+                significant(*longest, 3)
+            ),
+            Self::Uneven { shortest, longest, usual } => write!(
+                f,
+                "samples are {} to {} s apart, about {} s as a rule: they are taken at their own times",
+                significant(*shortest, 3),
+                significant(*longest, 3),
+                significant(*usual, 3)
+            ),
+            Self::Layout { delimiter, decimal_comma } => {
+                let between = match delimiter {
+                    '\t' => "tabs".to_owned(),
+                    ' ' => "blanks".to_owned(),
+                    other => format!("`{other}`"),
+                };
+                let decimals = if *decimal_comma { ", decimals stand behind a comma" } else { "" };
+                write!(f, "cells are separated by {between}{decimals}")
+            }
+            Self::Latin => f.write_str("the file is not UTF-8; it is read as Latin-1"),
+            Self::Missing { rows, column, line } => write!(
+                f,
+                "{} without a value (first: {column} in line {line}): another trajectory begins after each",
+                plural(*rows, "row")
+            ),
+            Self::Radians { state, unit } => write!(f, "{state} is in {unit} and turned into radians"),
+            Self::Angle { state, turns: Some(turns) } => {
+                write!(f, "{state} goes over {turns:.1} turns and is taken as an angle")
+            }
+            Self::Angle { state, turns: None } => {
+                write!(f, "{state} is taken as an angle that is folded into one turn")
+            }
+            Self::Degrees { state, reach } => {
+                write!(f, "{state} is taken in radians and reaches {}; it may be in degrees", significant(*reach, 3))
+            }
+            Self::Lattice { state, step } => {
+                write!(f, "{state} has values {} apart, which is taken as its error", significant(*step, 3))
+            }
             Self::EndsAbruptly => f.write_str(
                 "the last line has no line break; if the log was cut off there, its last number may be short",
             ),
@@ -116,9 +267,9 @@ impl fmt::Display for Note {
                 write!(f, "{state} never changes, so what it does cannot be seen; no candidate term has it")
             }
             Self::TimeIgnored { dt } => {
-                write!(f, "the sampling interval {dt} s is taken, the column `t` is not looked at")
+                write!(f, "the sampling interval {dt} s is taken, time stamps are not looked at")
             }
-            Self::Resampled { dt } => write!(f, "resampled every {dt} s: straight lines between rows, inputs held"),
+            Self::Resampled { dt } => write!(f, "resampled every {dt} s: straight lines between rows, means of inputs"),
             Self::Circle { cosine, sine, angle } => {
                 write!(f, "{cosine} and {sine} are taken as cosine and sine of one angle, {angle}")
             }
@@ -132,8 +283,13 @@ impl fmt::Display for Note {
                 write!(f, "{state} is written in steps of {}, which is taken as its error", significant(*step, 3))
             }
             Self::Skipped { trajectories } => {
-                write!(f, "{trajectories} trajectories of one row have no step and are left out")
+                let verbs = if *trajectories == 1 { "has no step and is" } else { "have no step and are" };
+                write!(f, "{} of one row {verbs} left out", parts(*trajectories))
             }
         }
     }
+}
+
+fn parts(count: usize) -> String {
+    format!("{count} trajector{}", if count == 1 { "y" } else { "ies" })
 }

@@ -2,7 +2,7 @@
 
 use sindyna_core::Precision;
 
-/// Column of the time stamps \[s\], if no other is named.
+/// Column of the time stamps, before any other that could be.
 pub const TIME: &str = "t";
 
 /// Column that tells trajectories apart.
@@ -11,16 +11,21 @@ pub const TRAJECTORY: &str = "trajectory";
 /// What is known of a log's columns. Any value will do: it is checked against the file when that is read.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LogOptions {
-    /// What stands between two cells of a line: one byte that is neither a quote, a line break nor part of a number.
-    pub delimiter: u8,
-    /// Column of the time stamps \[s\].
-    pub time: String,
-    /// Columns that are states.
+    /// What stands between two cells of a line: one byte that is neither a quote, a line break nor part of a number, a space for any
+    /// blanks; `None` for what the lines show.
+    pub delimiter: Option<u8>,
+    /// Column of the time stamps; `None` for [`TIME`], else one that is called `time`, `timestamp`, `time_ms` or the like.
+    pub time: Option<String>,
+    /// Columns and their units, such as (`t`, `ms`) or (`th`, `deg`), whatever the header says of these.
+    pub units: Vec<(String, String)>,
+    /// Longest step within a trajectory \[s\]: a longer one is a border; `None` for three times as long as 95 of 100.
+    pub gap: Option<f64>,
+    /// Columns that are states; none for what the names of all columns say.
     pub states: Vec<String>,
     /// Columns that are inputs, each held until the next row.
     pub inputs: Vec<String>,
-    /// States that are angles \[rad\].
-    pub angles: Vec<String>,
+    /// States that are angles \[rad\]; `None` for what the data show.
+    pub angles: Option<Vec<String>>,
     /// States that are rates of others, as (rate, state); `None` for what the data show.
     pub rates: Option<Vec<(String, String)>>,
     /// Pairs of states that are (cosine, sine) of one angle; `None` for what the data show.
@@ -38,7 +43,7 @@ pub struct LogOptions {
 /// Where the sampling interval comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Clock {
-    /// Evenly spaced time stamps in the column [`LogOptions::time`] \[s\].
+    /// Time stamps in the column [`LogOptions::time`]: their interval if they are evenly spaced, else each sample has its own time.
     #[default]
     Stamps,
     /// The user \[s\].
@@ -50,11 +55,13 @@ pub enum Clock {
 impl Default for LogOptions {
     fn default() -> Self {
         Self {
-            delimiter: b',',
-            time: TIME.into(),
+            delimiter: None,
+            time: None,
+            units: Vec::new(),
+            gap: None,
             states: Vec::new(),
             inputs: Vec::new(),
-            angles: Vec::new(),
+            angles: None,
             rates: None,
             circles: None,
             noise: Vec::new(),
@@ -81,7 +88,7 @@ impl LogOptions {
     /// The same with the states `angles` as angles \[rad\].
     #[must_use]
     pub fn with_angles<S: Into<String>>(self, angles: impl IntoIterator<Item = S>) -> Self {
-        Self { angles: angles.into_iter().map(Into::into).collect(), ..self }
+        Self { angles: Some(angles.into_iter().map(Into::into).collect()), ..self }
     }
 
     /// The same with a row every `dt` \[s\], whatever time stamps say.

@@ -21,12 +21,12 @@ pub(crate) struct Seen {
     pub(crate) off_by: f64,
 }
 
-/// The states whose integral another state follows in `recordings`, sampled every `dt` \[s\]: best match first, every
+/// The states whose integral another state follows in `recordings`, whose times are in seconds: best match first, every
 /// state the rate of one other at most, none its own rate by way of others.
-pub(crate) fn recognised(recordings: &[Recording], dt: f64) -> Vec<Seen> {
+pub(crate) fn recognised(recordings: &[Recording]) -> Vec<Seen> {
     let n = recordings.first().map_or(0, |r| r.states.ncols());
     let pairs = (0..n).flat_map(|of| (0..n).filter(move |rate| *rate != of).map(move |rate| (rate, of)));
-    let seen = |(rate, of)| Some(Seen { rate, of, off_by: off_by(recordings, dt, rate, of)? });
+    let seen = |(rate, of)| Some(Seen { rate, of, off_by: off_by(recordings, rate, of)? });
     let mut seen: Vec<Seen> = pairs.filter_map(seen).filter(|s| s.off_by <= CLOSE).collect();
     seen.sort_by(|a, b| a.off_by.total_cmp(&b.off_by));
     let mut kept: Vec<Seen> = Vec::new();
@@ -74,10 +74,10 @@ pub(crate) fn given(pairs: &[(String, String)], states: &[String]) -> Result<Vec
 }
 
 /// A note where a state hardly changes by what was declared to be its rate.
-pub(crate) fn doubted(states: &[Recording], dt: f64, names: &[String], rate: usize, of: usize) -> Option<Note> {
+pub(crate) fn doubted(states: &[Recording], names: &[String], rate: usize, of: usize) -> Option<Note> {
     /// Difference, as a share of the change, from which nothing speaks for it.
     const DOUBTFUL: f64 = 0.5;
-    let off_by = off_by(states, dt, rate, of).filter(|off| *off > DOUBTFUL)?;
+    let off_by = off_by(states, rate, of).filter(|off| *off > DOUBTFUL)?;
     Some(Note::DoubtfulRate { rate: names[rate].clone(), of: names[of].clone(), percent: 100.0 * off_by })
 }
 
@@ -87,16 +87,17 @@ const NEW: [f64; 3] = [0.5, 1.0, 0.0];
 
 /// RMS of (change of `of` − integral of `rate`), over the RMS of the change, by the sum that fits best; `None` where
 /// nothing changes.
-pub(crate) fn off_by(recordings: &[Recording], dt: f64, rate: usize, of: usize) -> Option<f64> {
+pub(crate) fn off_by(recordings: &[Recording], rate: usize, of: usize) -> Option<f64> {
     let (mut difference, mut change, mut count) = ([0.0; 3], 0.0, 0);
     for recording in recordings {
         let (x, v) = (recording.states.column(of), recording.states.column(rate));
         let lag = LAG.min(x.len() / 4).max(1);
+        let steps: Vec<f64> = recording.steps().collect();
         for first in 0..x.len().saturating_sub(lag) {
             let moved = x[first + lag] - x[first];
             for (difference, new) in difference.iter_mut().zip(NEW) {
-                let sum: f64 = (first..first + lag).map(|i| (1.0 - new) * v[i] + new * v[i + 1]).sum();
-                *difference += (moved - dt * sum).powi(2);
+                let sum = |i: usize| steps[i] * ((1.0 - new) * v[i] + new * v[i + 1]);
+                *difference += (moved - (first..first + lag).map(sum).sum::<f64>()).powi(2);
             }
             change += moved * moved;
             count += 1;
@@ -113,13 +114,14 @@ mod tests {
 
     fn recording(n: usize, x: impl Fn(f64, usize) -> f64) -> Recording {
         let states = Array2::from_shape_fn((80, n), |(i, j)| x(i as f64 * 0.05, j));
-        Recording { label: String::new(), lines: vec![], times: vec![], states, inputs: Array2::zeros((80, 0)) }
+        let times = (0..80).map(|i| f64::from(i) * 0.05).collect();
+        Recording { times, states, inputs: Array2::zeros((80, 0)), ..Recording::default() }
     }
 
     #[test]
     fn rates_are_seen_and_look_alikes_are_not() {
         let check = |n, x: fn(f64, usize) -> f64, expected: &[(usize, usize)]| {
-            let seen = recognised(&[recording(n, x)], 0.05);
+            let seen = recognised(&[recording(n, x)]);
             let mut pairs: Vec<_> = seen.iter().map(|s| (s.rate, s.of)).collect();
             pairs.sort_unstable();
             assert_eq!(pairs, expected, "{seen:?}");
@@ -131,7 +133,7 @@ mod tests {
         // Place, speed, acceleration.
         check(3, |t, j| [t.powi(3), 3.0 * t * t, 6.0 * t][j], &[(1, 0), (2, 1)]);
         // sinh and cosh are each the rate of the other: one of them is believed.
-        assert_eq!(recognised(&[recording(2, |t, j| [t.sinh(), t.cosh()][j])], 0.05).len(), 1);
+        assert_eq!(recognised(&[recording(2, |t, j| [t.sinh(), t.cosh()][j])]).len(), 1);
         // What never changes has no rate.
         check(2, |_, j| [1.0, 0.0][j], &[]);
     }
@@ -139,7 +141,7 @@ mod tests {
     #[test]
     fn noise_on_single_samples_does_not_hide_a_rate() {
         let noise = |t: f64| 1e-3 * (1e4 * t).sin();
-        let seen = recognised(&[recording(2, |t, j| [t.sin() + noise(t), t.cos() + noise(t + 1.0)][j])], 0.05);
+        let seen = recognised(&[recording(2, |t, j| [t.sin() + noise(t), t.cos() + noise(t + 1.0)][j])]);
         assert_eq!(seen.iter().map(|s| (s.rate, s.of)).collect::<Vec<_>>(), [(1, 0)]);
     }
 }

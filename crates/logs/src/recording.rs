@@ -1,19 +1,24 @@
 //! Rollouts in a table: which rows belong together, what was measured, what was done.
 
-use ndarray::Array2;
+use std::ops::Range;
+use std::path::Path;
+
+use ndarray::{Array2, Axis};
 
 use crate::LogError;
 use crate::resolution::Resolution;
 use crate::table::Table;
 
-/// The rows of one rollout.
-#[derive(Debug, Clone, PartialEq)]
+/// Consecutive rows of one trajectory.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Recording {
+    /// Which table it is of.
+    pub(crate) table: usize,
     /// What the column `trajectory` says.
     pub(crate) label: String,
     /// Number of each row's line in the file (T).
     pub(crate) lines: Vec<usize>,
-    /// Time stamps \[s\] (T); empty where there are none.
+    /// Times of the rows (T); empty where there are none. Since the first row of all, as stamped, until their unit is known; then in seconds.
     pub(crate) times: Vec<f64>,
     /// States (T, n).
     pub(crate) states: Array2<f64>,
@@ -26,10 +31,14 @@ pub(crate) struct Recording {
 pub(crate) struct Digits {
     /// Most decimals of a time stamp.
     pub(crate) time_decimals: usize,
+    /// The first time stamp.
+    pub(crate) origin: f64,
     /// Whether every state is a float32, as far as the text tells.
     pub(crate) float32: bool,
-    /// Per state: the step to which it was rounded, where it was.
+    /// Per state: the step to which it was rounded, where its digits show that it was.
     pub(crate) steps: Vec<Option<f64>>,
+    /// Rows without a value, and the first of them.
+    pub(crate) missing: Option<(usize, Cell)>,
 }
 
 /// Numbers of the columns to read.
@@ -41,45 +50,171 @@ pub(crate) struct Selected {
     pub(crate) trajectory: Option<usize>,
 }
 
-/// The rollouts of `table`, in order.
-pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recording>, Digits), LogError> {
+/// A table, and which of its columns are what.
+#[derive(Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) table: &'a Table,
+    pub(crate) columns: Selected,
+}
+
+impl Source<'_> {
+    pub(crate) fn path(&self) -> &Path {
+        self.table.path()
+    }
+
+    /// What the column of the time is called.
+    pub(crate) fn time_name(&self) -> &str {
+        self.columns.time.map_or(crate::TIME, |column| &self.table.columns()[column].name)
+    }
+
+    /// The time stamp in `line`, as it is written.
+    pub(crate) fn stamp(&self, line: usize) -> String {
+        let row = self.table.rows().flatten().find(|(number, _)| *number == line);
+        row.zip(self.columns.time).map_or_else(String::new, |((_, cells), column)| cells[column].to_string())
+    }
+}
+
+impl Recording {
+    /// Time from each row to the next (T − 1).
+    pub(crate) fn steps(&self) -> impl Iterator<Item = f64> {
+        self.times.windows(2).map(|pair| pair[1] - pair[0])
+    }
+
+    /// The rows number `range`.
+    pub(crate) fn part(&self, range: Range<usize>) -> Self {
+        self.only(&range.collect::<Vec<_>>())
+    }
+
+    /// The rows number `kept`.
+    pub(crate) fn only(&self, kept: &[usize]) -> Self {
+        Self {
+            table: self.table,
+            label: self.label.clone(),
+            lines: kept.iter().map(|i| self.lines[*i]).collect(),
+            times: kept.iter().filter_map(|i| self.times.get(*i).copied()).collect(),
+            states: self.states.select(Axis(0), kept),
+            inputs: self.inputs.select(Axis(0), kept),
+        }
+    }
+
+    /// The same with times that many times as long.
+    pub(crate) fn with_times_scaled(&self, seconds: f64) -> Self {
+        Self { times: self.times.iter().map(|t| t * seconds).collect(), ..self.clone() }
+    }
+
+    /// The same with a row every `dt` \[s\].
+    pub(crate) fn with_step(self, dt: f64) -> Self {
+        Self { times: (0..self.lines.len()).map(|i| i as f64 * dt).collect(), ..self }
+    }
+}
+
+/// Where a value is missing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Cell {
+    pub(crate) line: usize,
+    pub(crate) column: String,
+}
+
+/// The rollouts of `sources`, in order. A row without the value of a state is left out, and ends the rollout; so does one without that
+/// of an input, which is its last row.
+pub(crate) fn recordings(sources: &[Source<'_>]) -> Result<(Vec<Recording>, Digits), LogError> {
+    let n_states = sources.first().map_or(0, |s| s.columns.states.len());
+    let mut seen = Seen { resolutions: vec![Resolution::default(); n_states], ..Seen::default() };
+    let mut all = Vec::new();
+    for (number, source) in sources.iter().enumerate() {
+        all.extend(of_source(number, source, &mut seen)?);
+    }
+    let steps = seen.resolutions.iter().map(Resolution::step).collect();
+    let digits = Digits {
+        time_decimals: seen.time_decimals,
+        origin: seen.origin.unwrap_or(0.0),
+        float32: seen.float32.holds(),
+        steps,
+        missing: seen.missing,
+    };
+    // A log of nothing but missing values is told by the first of them.
+    match seen.failure {
+        Some(failure) if all.iter().all(|r| r.lines.len() < 2) => Err(failure),
+        _ => Ok((all, digits)),
+    }
+}
+
+/// What was seen of the numbers so far.
+#[derive(Default)]
+struct Seen {
+    float32: Float32,
+    resolutions: Vec<Resolution>,
+    time_decimals: usize,
+    origin: Option<f64>,
+    missing: Option<(usize, Cell)>,
+    failure: Option<LogError>,
+}
+
+impl Seen {
+    /// Counts a row in which `failure` says that a value is missing.
+    fn misses(&mut self, line: usize, column: &str, failure: LogError) {
+        let (rows, _) = self.missing.get_or_insert_with(|| (0, Cell { line, column: column.to_owned() }));
+        *rows += 1;
+        self.failure = self.failure.take().or(Some(failure));
+    }
+}
+
+/// Whether `cell` is how programs write that there is no value.
+fn is_missing(cell: &str) -> bool {
+    ["", "nan", "-nan", "na", "n/a", "null", "none"].contains(&cell.to_lowercase().as_str())
+}
+
+/// The rollouts of one table.
+fn of_source(number: usize, source: &Source<'_>, seen: &mut Seen) -> Result<Vec<Recording>, LogError> {
+    let Source { table, columns } = source;
     let mut rollouts: Vec<Rollout> = Vec::new();
-    let mut float32 = Float32::default();
-    let mut resolutions = vec![Resolution::default(); columns.states.len()];
-    let mut time_decimals = 0;
-    // A missing input is forgiven where no row of the same rollout follows.
-    let mut missing: Option<LogError> = None;
+    let mut origin: Option<Stamp> = None;
+    // A missing input counts where another row of the same rollout follows.
+    let mut open: Option<(usize, usize, LogError)> = None;
+    let mut ended = true;
     for row in table.rows() {
         let (line, cells) = row?;
         let label = columns.trajectory.map_or("", |c| &*cells[c]);
-        if rollouts.last().is_none_or(|r| r.label != label) {
-            if rollouts.iter().any(|r| r.label == label) {
-                let path = table.path().to_owned();
-                return Err(LogError::Interleaved { path, line, label: label.to_owned() });
+        let begins = rollouts.last().is_none_or(|r| r.label != label);
+        if begins && rollouts.iter().any(|r| r.label == label) {
+            let path = table.path().to_owned();
+            return Err(LogError::Interleaved { path, line, label: label.to_owned() });
+        }
+        let of_column = |column: usize| table.columns()[column].name.as_str();
+        if let Some((line, column, failure)) = open.take().filter(|_| !begins) {
+            seen.misses(line, of_column(column), failure);
+            ended = true;
+        }
+        if let Some(&column) = columns.states.iter().find(|column| is_missing(&cells[**column])) {
+            if let Err(failure) = table.number(line, column, &cells[column]) {
+                seen.misses(line, of_column(column), failure);
             }
-            missing = None;
+            ended = true;
+            continue;
+        }
+        if ended || begins {
             rollouts.push(Rollout { label: label.to_owned(), ..Rollout::default() });
+            ended = false;
         }
-        if let Some(failure) = missing {
-            return Err(failure);
-        }
-        missing = None;
         let Some(rollout) = rollouts.last_mut() else { continue };
         rollout.lines.push(line);
         if let Some(column) = columns.time {
-            rollout.times.push(table.number(line, column, &cells[column])?);
-            time_decimals = time_decimals.max(decimals(&cells[column]));
+            let stamp = Stamp { value: table.number(line, column, &cells[column])?, whole: cells[column].parse().ok() };
+            let first = *origin.get_or_insert(stamp);
+            seen.origin = seen.origin.or(Some(first.value));
+            rollout.times.push(stamp.since(first));
+            seen.time_decimals = seen.time_decimals.max(decimals(&cells[column]));
         }
-        for (&column, resolution) in columns.states.iter().zip(&mut resolutions) {
+        for (&column, resolution) in columns.states.iter().zip(&mut seen.resolutions) {
             let value = table.number(line, column, &cells[column])?;
-            float32.see(&cells[column], value);
+            seen.float32.see(&cells[column], value);
             resolution.see(&cells[column], value);
             rollout.states.push(value);
         }
         for &column in &columns.inputs {
             let value = match table.number(line, column, &cells[column]) {
-                Err(failure) if cells[column].is_empty() => {
-                    missing = missing.or(Some(failure));
+                Err(failure) if is_missing(&cells[column]) => {
+                    open = open.or(Some((line, column, failure)));
                     0.0
                 }
                 value => value?,
@@ -87,9 +222,22 @@ pub(crate) fn recordings(table: &Table, columns: &Selected) -> Result<(Vec<Recor
             rollout.inputs.push(value);
         }
     }
-    let rollouts = rollouts.into_iter().map(|r| r.finish(columns.states.len(), columns.inputs.len())).collect();
-    let steps = resolutions.iter().map(Resolution::step).collect();
-    Ok((rollouts, Digits { time_decimals, float32: float32.holds(), steps }))
+    let (n, k) = (columns.states.len(), columns.inputs.len());
+    Ok(rollouts.into_iter().map(|r| r.finish(number, n, k)).collect())
+}
+
+/// A time stamp; nanoseconds since 1970 have more digits than a double.
+#[derive(Debug, Clone, Copy)]
+struct Stamp {
+    value: f64,
+    whole: Option<i64>,
+}
+
+impl Stamp {
+    fn since(self, first: Self) -> f64 {
+        let whole = self.whole.zip(first.whole).and_then(|(now, then)| now.checked_sub(then));
+        whole.map_or(self.value - first.value, |ticks| ticks as f64)
+    }
 }
 
 #[derive(Default)]
@@ -102,10 +250,11 @@ struct Rollout {
 }
 
 impl Rollout {
-    fn finish(self, n: usize, k: usize) -> Recording {
+    fn finish(self, table: usize, n: usize, k: usize) -> Recording {
         let rows = self.lines.len();
         let array = |width, values| Array2::from_shape_vec((rows, width), values).expect("rows are pushed whole");
         Recording {
+            table,
             label: self.label,
             states: array(n, self.states),
             inputs: array(k, self.inputs),

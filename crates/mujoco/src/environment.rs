@@ -197,7 +197,7 @@ impl<T: Task, H: Observe> Environment for MujocoEnvironment<T, H> {
         self.sensors.observe(&self.state, rng, &mut self.observation);
         self.steps += 1;
         let terminated = self.task.terminated(&self.state);
-        let truncated = self.steps >= self.task.spec().max_steps;
+        let truncated = self.steps >= self.task.max_steps();
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }

@@ -78,8 +78,6 @@ impl Settings {
             precision: Precision::F64,
             noise: if self.declared_noise.is_some() { 1.0 } else { 0.0 },
             dt: self.dt,
-            max_steps: usize::MAX,
-            solved_at: None,
         }
     }
 

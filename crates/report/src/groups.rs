@@ -1,7 +1,6 @@
 //! What a comparison comes to, in numbers: a group for each task and method.
 
 use serde::Serialize;
-use sindyna_core::Spec;
 use sindyna_record::comparison::{Digest, Run};
 
 use crate::Catalog;
@@ -93,11 +92,6 @@ pub(crate) fn groups(digest: &Digest, catalog: &dyn Catalog) -> Vec<Group> {
         .filter(|(task, method)| digest.of(task, method).next().is_some())
         .map(|(t, m)| group(digest, catalog, t, m))
         .collect()
-}
-
-/// What is declared about the task called `name`.
-pub(crate) fn spec(catalog: &dyn Catalog, name: &str) -> Option<Spec> {
-    catalog.system(name).map(|system| system.spec().clone())
 }
 
 fn group(digest: &Digest, catalog: &dyn Catalog, task: &str, method: &str) -> Group {

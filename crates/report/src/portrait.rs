@@ -84,8 +84,8 @@ fn is_free(spec: &Spec, region: &Region, x: &[f64]) -> bool {
     let (inside, far) = (clamped(x), clamped(&vec![f64::MAX; x.len()]));
     spec.state.iter().enumerate().all(|(i, channel)| match channel.kind {
         Kind::Angle => far[i] >= f64::MAX || x[i].abs() < FRAC_PI_2,
-        Kind::RateOf(_) => channel.bounds.0 < x[i] && x[i] < channel.bounds.1,
-        _ => inside[i].to_bits() == x[i].to_bits() && channel.bounds.0 < x[i] && x[i] < channel.bounds.1,
+        Kind::RateOf(_) => channel.prior.bounds.0 < x[i] && x[i] < channel.prior.bounds.1,
+        _ => inside[i].to_bits() == x[i].to_bits() && channel.prior.bounds.0 < x[i] && x[i] < channel.prior.bounds.1,
     })
 }
 
@@ -94,7 +94,7 @@ impl Portrait {
     pub(crate) fn distance(&self, spec: &Spec) -> f64 {
         let pairs = self.paths.iter().flat_map(|path| path.truth.iter().zip(&path.model));
         let apart = |(a, b): (&Vec<f64>, &Vec<f64>)| {
-            let each = a.iter().zip(b).zip(&spec.state).map(|((a, b), channel)| (a - b).abs() / channel.scale);
+            let each = a.iter().zip(b).zip(&spec.state).map(|((a, b), channel)| (a - b).abs() / channel.prior.scale);
             each.fold(0.0, f64::max)
         };
         pairs.map(apart).fold(0.0, f64::max)

@@ -50,12 +50,12 @@ fn train(seed: Seed) -> Result<Run, Box<dyn std::error::Error>> {
     let m = spec.observation_dim();
     let config = SacConfig {
         learning_rate: 1e-3,
-        discount: 1.0 - 1.0 / spec.max_steps as f64,
+        discount: 1.0 - 1.0 / system.protocol().max_steps as f64,
         initial_temperature: 0.1,
         reward_scale: 0.1,
         ..SacConfig::default()
     };
-    let scaling = Scaling { center: vec![0.0; m], scale: spec.observation.iter().map(|c| c.scale).collect() };
+    let scaling = Scaling { center: vec![0.0; m], scale: spec.observation.iter().map(|c| c.prior.scale).collect() };
     let mut batch = Batch::zeros(config.batch_size, m, 1);
     let mut rng = seed.stream("agent", 0);
     let mut agent = SacDiscrete::new(config, scaling, 2, &mut rng)?;

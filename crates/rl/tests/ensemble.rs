@@ -22,8 +22,6 @@ fn spec(state: Vec<Channel>, observation: Vec<Channel>) -> Spec {
         precision: Precision::F32,
         noise: 0.0,
         dt: 0.05,
-        max_steps: 200,
-        solved_at: None,
     }
 }
 

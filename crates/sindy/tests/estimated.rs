@@ -22,8 +22,6 @@ fn spec(kinds: &[(&str, Kind)], dt: f64) -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt,
-        max_steps: usize::MAX,
-        solved_at: None,
     }
 }
 

@@ -21,8 +21,6 @@ fn spec() -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: DT,
-        max_steps: usize::MAX,
-        solved_at: None,
     }
 }
 

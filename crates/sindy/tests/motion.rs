@@ -84,8 +84,6 @@ fn pushed_lorenz() -> Truth {
         precision: Precision::F64,
         noise: 0.0,
         dt: 0.02,
-        max_steps: 1000,
-        solved_at: None,
     };
     let step = |x: &[f64], u: &[f64]| {
         let field =
@@ -184,8 +182,6 @@ fn logged(
         precision: Precision::F64,
         noise: 0.0,
         dt,
-        max_steps: steps,
-        solved_at: None,
     };
     let mut rng = sindyna_core::Seed::new(5).stream("inputs", 0);
     let scaled = |x: &[f64]| x.iter().zip(scales).map(|(x, s)| x * s).collect::<Vec<_>>();

@@ -14,8 +14,6 @@ fn mass() -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: 0.1,
-        max_steps: 100,
-        solved_at: None,
     }
 }
 

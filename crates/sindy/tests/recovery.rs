@@ -110,8 +110,6 @@ fn the_papers_mass_is_found_from_one_push() {
         precision: Precision::F64,
         noise: 0.0,
         dt: 0.1,
-        max_steps: 30,
-        solved_at: None,
     };
     let mut data = Dataset::new(2, 1, 1, 0.1);
     let (mut x, mut v) = (0.3, -0.2);

@@ -9,7 +9,7 @@ use sindyna_sindy::Identifier;
 fn undeclared() -> Spec {
     let mut spec = common::pendulum().spec;
     for channel in spec.state.iter_mut().chain(&mut spec.observation).filter(|c| c.name == "ω") {
-        channel.bounds = (f64::NEG_INFINITY, f64::INFINITY);
+        channel.prior.bounds = (f64::NEG_INFINITY, f64::INFINITY);
     }
     spec
 }

@@ -24,10 +24,9 @@ fn main() -> Result<(), sindyna::Error> {
         .input("F", "N", -5.0, 5.0)
         .reward(|x, u, _next| -x[0].powi(2) - 0.1 * x[1].powi(2) - 0.001 * u[0].powi(2))
         .max_steps(60)
-        .solved_at(-5.0)
         .build()?;
     let cart = Cart(2.0, 0.4);
-    let system = OwnSystem::simulated(task, stepped(move |x, u| cart.step(x, u)))?;
+    let system = OwnSystem::simulated(task, stepped(move |x, u| cart.step(x, u)))?.solved_at(-5.0);
 
     let trained = Training::of(system).run()?;
     println!("{}\n{:?}", trained.equations().join("\n"), trained.verdict());

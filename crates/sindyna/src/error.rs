@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use sindyna_control::ControlError;
 use sindyna_core::{EnvError, FitError};
 use sindyna_dyna::DynaError;
 use sindyna_logs::LogError;
@@ -135,6 +136,9 @@ pub enum Error {
     /// An agent that cannot be.
     #[error(transparent)]
     Agent(#[from] SacError),
+    /// A planner that cannot be.
+    #[error(transparent)]
+    Control(#[from] ControlError),
     /// Instructions that the machine does not have.
     #[error(transparent)]
     Isa(#[from] IsaError),

@@ -4,7 +4,7 @@
 //! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
 //! PySINDy.
 
-use sindyna_core::Spec;
+use sindyna_core::{Dataset, Rollout, Spec};
 pub use sindyna_record::identification::{Account, Equation, HeldOut};
 pub use sindyna_sindy::{
     Identified, Identifier, Library, Model, NoiseChoice, Recording, Signals, Sindy, SolverChoice, Stlsq, Target,
@@ -58,5 +58,20 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
 /// [`Error::Fit`] if no equations are found.
 pub fn log(log: &Log) -> Result<Found, Error> {
     let identifier = Identifier::new(&log.spec);
-    Ok(Found::new(identifier.identify(&log.data)?, &log.spec))
+    let found = match &log.times {
+        None => identifier.identify(&log.data)?,
+        Some(times) => identifier.identify_recordings(&recordings(&log.data, times))?,
+    };
+    Ok(Found::new(found, &log.spec))
+}
+
+/// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].
+#[must_use]
+pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
+    let recording = |(rollout, times): (Rollout<'_>, &Vec<f64>)| Recording {
+        times: times.clone(),
+        states: rollout.observations.to_owned(),
+        controls: rollout.controls.to_owned(),
+    };
+    data.rollouts().zip(times).map(recording).collect()
 }

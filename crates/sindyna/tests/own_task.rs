@@ -28,8 +28,6 @@ impl Reach {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 100,
-            solved_at: None,
         };
         Self { spec, origin }
     }
@@ -38,6 +36,9 @@ impl Reach {
 impl Task for Reach {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+    fn max_steps(&self) -> usize {
+        100
     }
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         x[0] = self.origin + rng.random_range(-0.1..0.1);
@@ -73,7 +74,7 @@ fn learn<D: Dynamics + Clone>(task: &dyn Task, system: D, seed: u64) -> (Learned
     let (spec, seed) = (task.spec(), Seed::new(seed));
     let sensors = Sensors::new(spec).expect("all is shown");
     let learner = Identifier::new(spec).with_noise(NoiseChoice::Estimated);
-    let schedule = Schedule::new(spec);
+    let schedule = Schedule::new(task.max_steps());
     let settings = SacConfig { discount: schedule.discount, ..SacConfig::in_model() };
     let scaling = Scaling::identity(spec.observation_dim());
     let mut weights = seed.stream("initial weights", 0);

@@ -67,7 +67,9 @@ fn every_option_is_the_same_again_when_a_run_is_resumed() {
     ] {
         let temp = tempfile::tempdir().unwrap();
         let code = run(temp.path(), options);
-        for left in [&["config.toml"][..], &["config.toml", "rollout.csv"]] {
+        // The last one is cut off before there are data, too.
+        let lefts = [&["config.toml", "rollout.csv"][..], &["config.toml"]];
+        for left in &lefts[..1 + usize::from(options.contains(&"stlsq"))] {
             cut(temp.path(), left);
             let (again, stderr) = resume(temp.path(), "cut");
             assert_eq!(again, code, "{options:?}, {left:?}: {stderr}");
@@ -142,7 +144,7 @@ fn a_command_killed_before_its_record_began_can_be_given_again() {
 fn a_long_run_goes_on_from_its_checkpoint() {
     let temp = tempfile::tempdir().unwrap();
     let at = |name: &str| temp.path().join(name);
-    let options = ["cart-pole-swing-up", "--set", "sac.hidden=[256,256]", "--max-updates", "3000"];
+    let options = ["cart-pole-swing-up", "--set", "sac.hidden=[256,256]", "--max-updates", "1500"];
     let begin = |name| {
         let args = [&["train", "--episodes", "5", "--quiet", "--out", name][..], &options].concat();
         command(temp.path(), &args).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
@@ -160,25 +162,25 @@ fn a_long_run_goes_on_from_its_checkpoint() {
     let kept: Vec<&str> = files.iter().map(|name| name.to_str().unwrap()).collect();
     let saved = fs::read(at("killed/checkpoint.bin")).unwrap();
     let damaged = [&saved[..saved.len() / 2], &[!saved[saved.len() / 2]], &saved[saved.len() / 2 + 1..]].concat();
-    let config = fs::read_to_string(at("killed/config.toml")).unwrap();
-    for (checkpoint, config, told) in [
-        (&saved[..], config.clone(), "going on after "),
-        (&damaged, config.clone(), "checkpoint.bin is damaged, so the run begins anew"),
-        (&saved, config.replace("evaluation_episodes = 5", "evaluation_episodes = 6"), "config.toml was changed since"),
-    ] {
-        drop(fs::remove_dir_all(at("cut")));
-        fs::create_dir(at("cut")).unwrap();
-        for name in &kept {
-            fs::copy(at("killed").join(name), at("cut").join(name)).unwrap();
-        }
+    let goes_on = |whole: Option<i32>, checkpoint: &[u8], told: &str| {
         fs::write(at("cut/checkpoint.bin"), checkpoint).unwrap();
-        let is_changed = fs::read(at("whole/config.toml")).unwrap() != config.as_bytes();
-        fs::write(at("cut/config.toml"), config).unwrap();
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "cut"]));
         assert!(Some(code) == whole && stderr.contains(told), "{code} {stderr}");
-        if !is_changed {
-            same_record(temp.path(), told);
-        }
+        same_record(temp.path(), told);
         assert!(!at("cut/checkpoint.bin").exists(), "the run is over");
+    };
+    fs::create_dir(at("cut")).unwrap();
+    for name in &kept {
+        fs::copy(at("killed").join(name), at("cut").join(name)).unwrap();
+    }
+    goes_on(whole, &saved, "going on after ");
+    // What cannot be gone on from is told, and the run begins anew: a short one is enough to see that.
+    fs::remove_dir_all(at("whole")).unwrap();
+    let whole = Some(run(temp.path(), &["pendulum"]));
+    for (checkpoint, told) in
+        [(&damaged, "checkpoint.bin is damaged, so the run begins anew"), (&saved, "config.toml was changed since")]
+    {
+        cut(temp.path(), &["config.toml"]);
+        goes_on(whole, checkpoint, told);
     }
 }

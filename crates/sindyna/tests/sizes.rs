@@ -18,12 +18,12 @@ impl Observer for Silent {
 fn learn(system: &System, factor: f64) -> Learned<Model> {
     let task = Redeclared::new(system.task(), |spec| {
         for channel in spec.state.iter_mut().chain(&mut spec.observation).chain(&mut spec.control) {
-            channel.scale *= factor;
+            channel.prior.scale *= factor;
         }
     });
     let (spec, seed) = (task.spec(), Seed::new(0));
     let sensors = Sensors::new(spec).expect("sizes change no channel");
-    let mut schedule = Schedule::new(spec);
+    let mut schedule = Schedule::new(task.max_steps());
     schedule.optimality.max_updates = 500;
     let settings = SacConfig { discount: schedule.discount, ..SacConfig::in_model() };
     let (scaling, mut weights) = (Scaling::identity(spec.observation_dim()), seed.stream("initial weights", 0));

@@ -26,8 +26,20 @@ fn timeless(text: &str) -> String {
     text.lines().filter(|line| !line.starts_with("seconds: ")).map(shown).collect()
 }
 
-const COMMANDS: [&str; 11] =
-    ["train", "identify", "export", "evaluate", "compare", "show", "report", "tasks", "doctor", "completions", "man"];
+const COMMANDS: [&str; 12] = [
+    "train",
+    "identify",
+    "inspect",
+    "export",
+    "evaluate",
+    "compare",
+    "show",
+    "report",
+    "tasks",
+    "doctor",
+    "completions",
+    "man",
+];
 
 #[test]
 fn help_is_what_it_was() {
@@ -46,8 +58,9 @@ fn help_is_what_it_was() {
 #[test]
 fn errors_are_what_they_were() {
     let temp = tempfile::tempdir().unwrap();
-    fs::write(temp.path().join("log.csv"), "t,x\n0,1\n1,nan\n").unwrap();
-    fs::write(temp.path().join("semicolons.csv"), "t;x\n0;1\n1;2\n").unwrap();
+    fs::write(temp.path().join("log.csv"), "t,x\n0,1\n1,inf\n").unwrap();
+    fs::write(temp.path().join("names.csv"), "t,oil\n0,1\n1,2\n").unwrap();
+    fs::write(temp.path().join("semicolons.csv"), "t;x\n0;1\n1;one\n").unwrap();
     fs::write(temp.path().join("task.toml"), "name = 1\n").unwrap();
     let errors: Vec<String> = [
         &["train", "pendulm"][..],
@@ -60,7 +73,7 @@ fn errors_are_what_they_were() {
         &["train", "pendulum", "--term", "sin(phi)"],
         &["train", "--task-file", "task.toml"],
         &["identify", "log.csv", "--states", "x"],
-        &["identify", "log.csv"],
+        &["identify", "names.csv"],
         &["identify", "semicolons.csv", "--states", "x"],
         &["identify", "log.csv", "--states", "x", "--delimiter", "ab"],
         &["identify", "log.csv", "--states", "x", "--time-column", "time"],

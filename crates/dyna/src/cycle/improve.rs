@@ -17,6 +17,9 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Phase, DynaError> {
+        if let Some(next) = self.plan(observer, interrupted)? {
+            return Ok(next);
+        }
         let schedule = self.parts.schedule;
         let rule = &schedule.optimality;
         let Some(imagination) = &mut self.imagination else { return Ok(Phase::Fit) };
@@ -51,12 +54,12 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         }
         self.course.optimal = self.course.trials.optimal(rule) && !self.was_luck()?;
         if self.course.optimal || self.base.progress.updates >= rule.max_updates {
-            let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.spec().max_steps);
+            let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.max_steps());
             return Ok(if asked { Phase::Confirm } else { Phase::Predict });
         }
         let rollouts = self.imagination.as_ref().map_or(0, |i| i.rollouts);
         let due = matches!(schedule.imagined_rollouts, Rollouts::Count(n) if rollouts >= n);
-        Ok(if due && self.may_ask(self.parts.task.spec().max_steps) { Phase::Explore } else { Phase::Improve })
+        Ok(if due && self.may_ask(self.parts.task.max_steps()) { Phase::Explore } else { Phase::Improve })
     }
 
     /// Whether the best policy earns less from start states that no trial began in. Then it is tried again, from more of them.

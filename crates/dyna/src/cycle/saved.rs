@@ -25,9 +25,10 @@ type Rest = (Option<Kept>, Option<(Kept, Confirmation)>, Option<Vec<u8>>, Vec<u8
 
 impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     /// The loop and its `explorer` as bytes, to go on from by [`Dyna::resume`](crate::Dyna::resume). Only between two steps that were not interrupted: what
-    /// [`Loop::advance`] did not do to the end is not in it. `None` once there is nothing more to go on with but the result.
+    /// [`Loop::advance`] did not do to the end is not in it. `None` once there is nothing more to go on with but the result, and for planners, which are
+    /// made of their model and not of bytes.
     pub fn save(&self, explorer: &dyn Explorer) -> Option<Vec<u8>> {
-        if self.base.failure.is_some() || self.course.phase == Phase::Done {
+        if self.base.failure.is_some() || self.course.phase == Phase::Done || !self.planned.is_empty() {
             return None;
         }
         let tried = self.tried.as_ref().map(|(best, confirmation)| (best.save(), confirmation.clone()));

@@ -108,10 +108,11 @@ impl<'a, L: DynamicsLearner + ?Sized> OnlineLoop<'a, L> {
         let schedule = self.parts.schedule;
         let learned_for = self.steps().checked_sub(schedule.first_steps);
         let mut actor = match learned_for {
-            Some(_) => Actor::Policy(&*self.base.agent, Mode::Explore),
+            Some(_) => Actor::policy(&*self.base.agent, Mode::Explore),
             None => Actor::Explorer(explorer),
         };
         self.base.progress.real.step(env, &mut actor, schedule.held_steps)?;
+        drop(actor);
         self.base.remember();
         Ok(match (learned_for, &schedule.branches) {
             (Some(steps), Some(branches)) if steps.is_multiple_of(branches.every) => OnlinePhase::Fit,

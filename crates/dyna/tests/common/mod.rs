@@ -14,11 +14,11 @@ use sindyna_core::{
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 
 /// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
-pub(crate) struct Line(pub(crate) Spec);
+pub(crate) struct Line(pub(crate) Spec, usize);
 
 impl Line {
     pub(crate) fn new(max_steps: usize) -> Self {
-        Self(Spec {
+        let spec = Spec {
             name: "line".into(),
             state: vec![Channel::new("x", "m", Kind::Plain, 2.0)],
             observation: vec![Channel::new("x", "m", Kind::Plain, 2.0)],
@@ -27,15 +27,17 @@ impl Line {
             precision: Precision::F64,
             noise: 0.0,
             dt: 1.0,
-            max_steps,
-            solved_at: None,
-        })
+        };
+        Self(spec, max_steps)
     }
 }
 
 impl Task for Line {
     fn spec(&self) -> &Spec {
         &self.0
+    }
+    fn max_steps(&self) -> usize {
+        self.1
     }
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         use rand::RngExt as _;

@@ -25,11 +25,16 @@ const DT: f64 = TIMESTEP * SUBSTEPS as f64;
 const MAX_CONTROL: f64 = 3.0;
 /// Lean at which the episode ends \[rad\].
 const MAX_ANGLE: f64 = 0.2;
+/// Steps after which an episode is truncated.
+const MAX_STEPS: usize = 1000;
+/// Mean return from which it counts as solved, as Gymnasium has it.
+const SOLVED_AT: f64 = 950.0;
 
 pub(crate) fn system() -> System {
     let card = Card {
         name: "inverted-pendulum",
         gymnasium_id: Some("InvertedPendulum-v5"),
+        solved_at: Some(SOLVED_AT),
         summary: "balance a pole on a motor-driven cart, on a rail with soft ends",
         true_equations: &[
             "ẋ = v",
@@ -60,8 +65,6 @@ fn spec(name: &str) -> Spec {
         precision: Precision::F64,
         noise: 0.0,
         dt: DT,
-        max_steps: 1000,
-        solved_at: Some(950.0),
     }
 }
 
@@ -73,6 +76,10 @@ struct InvertedPendulumTask {
 impl Task for InvertedPendulumTask {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn max_steps(&self) -> usize {
+        MAX_STEPS
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {

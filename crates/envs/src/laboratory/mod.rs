@@ -57,7 +57,7 @@ struct SetUp {
 
 impl SetUp {
     fn system(self, field: impl VectorField + Copy + 'static) -> System {
-        let (low, high) = self.control.iter().map(|c| c.bounds).unzip();
+        let (low, high) = self.control.iter().map(|c| c.prior.bounds).unzip();
         let spec = Spec {
             name: self.name.into(),
             observation: self.state.clone(),
@@ -67,11 +67,14 @@ impl SetUp {
             precision: Precision::F64,
             noise: 0.0,
             dt: self.dt,
-            max_steps: MAX_STEPS,
-            solved_at: None,
         };
-        let card =
-            Card { name: self.name, gymnasium_id: None, summary: self.summary, true_equations: self.true_equations };
+        let card = Card {
+            name: self.name,
+            gymnasium_id: None,
+            solved_at: None,
+            summary: self.summary,
+            true_equations: self.true_equations,
+        };
         let held = Held::new(field, Scheme::Rk4 { substeps: self.substeps }, self.dt);
         System::new(card, Watched { spec, start: self.start }, held, field)
     }
@@ -86,6 +89,10 @@ struct Watched {
 impl Task for Watched {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn max_steps(&self) -> usize {
+        MAX_STEPS
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {

@@ -66,8 +66,6 @@ impl Anything {
             precision: Precision::F64,
             noise: 0.0,
             dt: model.timestep() * frame_skip as f64,
-            max_steps: usize::MAX,
-            solved_at: None,
         };
         Self { spec, start: model.rest().to_vec() }
     }
@@ -76,6 +74,9 @@ impl Anything {
 impl Task for Anything {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+    fn max_steps(&self) -> usize {
+        usize::MAX
     }
     fn initial(&self, _rng: &mut Rng, x: &mut [f64]) {
         x.copy_from_slice(&self.start);

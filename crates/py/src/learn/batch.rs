@@ -60,6 +60,7 @@ impl Lane {
 pub(crate) struct Batch {
     lanes: Mutex<Vec<Lane>>,
     spec: Spec,
+    max_steps: usize,
     raised: Raised,
 }
 
@@ -83,12 +84,12 @@ impl Batch {
         if copies == 0 {
             return Err(refused("there must be at least 1 copy, got 0"));
         }
-        let spec = task.spec().clone();
+        let (spec, max_steps) = (task.spec().clone(), task.max_steps());
         let lane = |_| {
             let system = Simulated::new(dynamics.clone(), task.clone(), sensors.clone());
             Lane { system, rng: Seed::new(0).numpy(), over: false }
         };
-        Ok(Self { lanes: Mutex::new((0..copies).map(lane).collect()), spec, raised })
+        Ok(Self { lanes: Mutex::new((0..copies).map(lane).collect()), spec, max_steps, raised })
     }
 
     fn with_lanes<T>(&self, f: impl FnOnce(&mut [Lane]) -> T) -> T {
@@ -122,13 +123,13 @@ impl Batch {
     /// Steps after which an episode is truncated.
     #[getter]
     fn max_steps(&self) -> usize {
-        self.spec.max_steps
+        self.max_steps
     }
 
     /// Range of each observed value.
     #[getter]
     fn bounds(&self) -> Vec<(f64, f64)> {
-        self.spec.observation.iter().map(|channel| channel.bounds).collect()
+        self.spec.observation.iter().map(|channel| channel.prior.bounds).collect()
     }
 
     /// Whether observations are rounded to float32.
@@ -276,10 +277,11 @@ pub(crate) fn learned(
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
 ) -> PyResult<Batch> {
-    let spec = Declared::read(system)?.spec()?;
+    let declared = Declared::read(system)?;
+    let spec = declared.spec()?;
     let dynamics = Arc::new(Bounded::new(model.inner().clone(), &spec.state));
     let (raised, sensors) = (Raised::default(), sensors(&spec)?);
-    let task = PyTask::new(spec, task, Functions { reward, terminated }, raised.clone())?;
+    let task = PyTask::new(&declared, task, Functions { reward, terminated }, raised.clone())?;
     Batch::new(dynamics, Arc::new(task), sensors, copies, raised)
 }
 
@@ -303,7 +305,8 @@ pub(crate) fn written(
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
 ) -> PyResult<Batch> {
-    let spec = Declared::read(system)?.spec()?;
+    let declared = Declared::read(system)?;
+    let spec = declared.spec()?;
     let names = symbols(spec.state_dim(), spec.control_dim());
     let read = |text: &String| sindyna_sindy::parse(text, &names).map_err(refused);
     let equations: Vec<Expr> = equations.iter().map(read).collect::<PyResult<_>>()?;
@@ -325,6 +328,6 @@ pub(crate) fn written(
         Arc::new(sindyna::problem::ode(spec.dt, values))
     };
     let (raised, sensors) = (Raised::default(), sensors(&spec)?);
-    let task = PyTask::new(spec, task, Functions { reward, terminated }, raised.clone())?;
+    let task = PyTask::new(&declared, task, Functions { reward, terminated }, raised.clone())?;
     Batch::new(dynamics, Arc::new(task), sensors, copies, raised)
 }

@@ -100,7 +100,7 @@ impl Data {
         let inputs: Vec<String> =
             (0..self.inner.rollouts().next().map_or(0, |r| r.controls.ncols())).map(|i| format!("input {i}")).collect();
         let options = LogOptions {
-            angles,
+            angles: Some(angles),
             rates,
             circles,
             precision,

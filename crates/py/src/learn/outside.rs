@@ -34,6 +34,7 @@ impl Raised {
 pub(crate) struct Outside {
     object: Py<PyAny>,
     spec: Spec,
+    max_steps: usize,
     observation: Vec<f64>,
     steps: usize,
     running: bool,
@@ -44,9 +45,9 @@ pub(crate) struct Outside {
 type Step<'py> = (PyReadonlyArray1<'py, f64>, f64, bool, bool);
 
 impl Outside {
-    pub(crate) fn new(object: Py<PyAny>, spec: Spec, raised: Raised) -> Self {
+    pub(crate) fn new(object: Py<PyAny>, spec: Spec, max_steps: usize, raised: Raised) -> Self {
         let observation = vec![0.0; spec.observation_dim()];
-        Self { object, spec, observation, steps: 0, running: false, raised }
+        Self { object, spec, max_steps, observation, steps: 0, running: false, raised }
     }
 
     fn failed(&self, error: PyErr) -> EnvError {
@@ -103,7 +104,7 @@ impl Environment for Outside {
         self.observed(&next)?;
         self.steps += 1;
         // Not every environment has a limit of its own.
-        let truncated = truncated || self.steps >= self.spec.max_steps;
+        let truncated = truncated || self.steps >= self.max_steps;
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use pyo3::prelude::*;
 use sindyna::Error;
-use sindyna::core::{Environment, Sensors, Spec, Task};
+use sindyna::core::{Environment, Protocol, Sensors, Spec, Task};
 use sindyna::problem::Problem;
 
 use super::outside::{Outside, Raised};
@@ -14,6 +14,7 @@ use super::task::PyTask;
 pub(crate) struct Asked {
     pub(crate) task: Arc<PyTask>,
     pub(crate) sensors: Sensors,
+    pub(crate) solved_at: Option<f64>,
     pub(crate) object: Option<Py<PyAny>>,
     pub(crate) raised: Raised,
 }
@@ -21,6 +22,10 @@ pub(crate) struct Asked {
 impl Problem for Asked {
     fn spec(&self) -> &Spec {
         self.task.spec()
+    }
+
+    fn protocol(&self) -> Protocol {
+        Protocol { max_steps: self.task.max_steps(), solved_at: self.solved_at }
     }
 
     fn task(&self) -> Arc<dyn Task> {
@@ -35,7 +40,7 @@ impl Problem for Asked {
         let refused = |why: &str| Error::System { name: self.spec().name.clone(), why: why.into() };
         let object = self.object.as_ref().ok_or_else(|| refused("there is none, only data of it"))?;
         let object = Python::attach(|py| object.clone_ref(py));
-        Ok(Box::new(Outside::new(object, self.spec().clone(), self.raised.clone())))
+        Ok(Box::new(Outside::new(object, self.spec().clone(), self.task.max_steps(), self.raised.clone())))
     }
 
     fn copies(&self) -> usize {

@@ -133,8 +133,6 @@ impl Declared {
             precision: if self.float32 { Precision::F32 } else { Precision::F64 },
             noise: 0.0,
             dt: self.dt,
-            max_steps: self.max_steps,
-            solved_at: self.threshold,
         })
     }
 }

@@ -1,5 +1,7 @@
 //! Start states, reward and end of an episode, as Python gives them: formulas, or functions of arrays.
 
+use std::sync::Arc;
+
 use ndarray::ArrayView2;
 use numpy::IntoPyArray as _;
 use pyo3::prelude::*;
@@ -8,7 +10,7 @@ use sindyna::core::{Observe as _, Rng, Seed, Sensors, Spec, Task};
 use sindyna::problem::FormulaTask;
 
 use super::outside::Raised;
-use super::system::{refused, sensors};
+use super::system::{Declared, refused, sensors};
 
 /// Formulas of a task, and where its episodes begin.
 #[derive(Debug, Clone, Deserialize)]
@@ -16,6 +18,9 @@ use super::system::{refused, sensors};
 pub(crate) struct Formulas {
     /// Range of each state.
     starts: Vec<(f64, f64)>,
+    /// Samples from which each range was estimated; null where it is known, as all are by default.
+    #[serde(default)]
+    samples: Vec<Option<usize>>,
     /// Over states, inputs, states after the step (`next_x0`) and `terminated`.
     reward: String,
     /// A condition on states after the step.
@@ -34,16 +39,17 @@ pub(crate) struct Functions {
 /// A task of formulas and functions.
 pub(crate) struct PyTask {
     formulas: FormulaTask,
-    functions: Functions,
+    functions: Arc<Functions>,
     sensors: Sensors,
     raised: Raised,
 }
 
 impl PyTask {
-    pub(crate) fn new(spec: Spec, formulas: &str, functions: Functions, raised: Raised) -> PyResult<Self> {
-        let Formulas { starts, reward, terminated } = serde_json::from_str(formulas).map_err(refused)?;
+    pub(crate) fn new(declared: &Declared, formulas: &str, functions: Functions, raised: Raised) -> PyResult<Self> {
+        let spec = declared.spec()?;
+        let Formulas { starts, samples, reward, terminated } = serde_json::from_str(formulas).map_err(refused)?;
         let finite = |(low, high): &(f64, f64)| low.is_finite() && high.is_finite() && low <= high;
-        if starts.len() != spec.state_dim() || !starts.iter().all(finite) {
+        if starts.len() != spec.state_dim() || samples.len() > starts.len() || !starts.iter().all(finite) {
             return Err(refused(format!(
                 "every one of the {} states needs a finite range of start values",
                 spec.state_dim()
@@ -51,8 +57,9 @@ impl PyTask {
         }
         let sensors = sensors(&spec)?.without_noise();
         let formulas =
-            FormulaTask::new(spec, starts, &reward, terminated.as_deref()).map_err(refused)?.with_folded_angles();
-        Ok(Self { formulas, functions, sensors, raised })
+            FormulaTask::new(spec, declared.max_steps, starts, &reward, terminated.as_deref()).map_err(refused)?;
+        let formulas = formulas.with_folded_angles().with_estimated_starts(samples);
+        Ok(Self { formulas, functions: Arc::new(functions), sensors, raised })
     }
 
     /// Why there is a reward that is no finite number.
@@ -89,6 +96,10 @@ impl Task for PyTask {
         self.formulas.spec()
     }
 
+    fn max_steps(&self) -> usize {
+        self.formulas.max_steps()
+    }
+
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         self.formulas.initial(rng, x);
     }
@@ -99,6 +110,12 @@ impl Task for PyTask {
             // An exception ends the run; until then no step pays anything.
             Some(function) => self.call(function, &[&self.shown(x), action, &self.shown(next)]).unwrap_or(0.0),
         }
+    }
+
+    fn draw(&self, rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        let Self { functions, sensors, raised, .. } = self;
+        let (functions, sensors, raised) = (functions.clone(), sensors.clone(), raised.clone());
+        Some(Arc::new(Self { formulas: self.formulas.drawn(rng)?, functions, sensors, raised }))
     }
 
     fn terminated(&self, next: &[f64]) -> bool {

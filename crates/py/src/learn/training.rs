@@ -29,7 +29,8 @@ pub(crate) fn collect(
     seed: u64,
     random: bool,
 ) -> PyResult<Data> {
-    let spec = Declared::read(system)?.spec()?;
+    let declared = Declared::read(system)?;
+    let (spec, max_steps) = (declared.spec()?, declared.max_steps);
     let raised = Raised::default();
     let kept = raised.clone();
     let collected = apart(py, move |stop| -> Result<Dataset, String> {
@@ -39,7 +40,7 @@ pub(crate) fn collect(
             Dataset::new(spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim(), spec.dt);
         let mut rng = Seed::new(seed).stream("warm-up", 0);
         let (mut action, mut control) = (vec![0.0; spec.action_space.action_dim()], vec![0.0; spec.control_dim()]);
-        let mut env = Outside::new(object, spec, kept);
+        let mut env = Outside::new(object, spec, max_steps, kept);
         let mut running = false;
         for _ in 0..steps {
             if stop.is_set() {
@@ -73,10 +74,11 @@ pub(crate) fn paid(
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
 ) -> PyResult<Data> {
-    let spec = Declared::read(system)?.spec()?;
+    let declared = Declared::read(system)?;
+    let spec = declared.spec()?;
     let inverse = Inverse::of(&spec).map_err(refused)?;
     let raised = Raised::default();
-    let task = PyTask::new(spec.clone(), task, Functions { reward, terminated }, raised.clone())?;
+    let task = PyTask::new(&declared, task, Functions { reward, terminated }, raised.clone())?;
     let (mut x, mut next) = (vec![0.0; spec.state_dim()], vec![0.0; spec.state_dim()]);
     let (m, k, values) = (spec.observation_dim(), spec.control_dim(), spec.action_space.action_dim());
     let mut told = Dataset::new(m, k, values, spec.dt);
@@ -148,10 +150,10 @@ pub(crate) fn train(
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
 ) -> PyResult<Outcome> {
-    let spec = Declared::read(system)?.spec()?;
-    let (raised, sensors, away) = (Raised::default(), sensors(&spec)?, object.is_none());
-    let task = Arc::new(PyTask::new(spec, task, Functions { reward, terminated }, raised.clone())?);
-    let problem = Asked { task: task.clone(), sensors, object, raised: raised.clone() };
+    let declared = Declared::read(system)?;
+    let (raised, sensors, away) = (Raised::default(), sensors(&declared.spec()?)?, object.is_none());
+    let task = Arc::new(PyTask::new(&declared, task, Functions { reward, terminated }, raised.clone())?);
+    let problem = Asked { task: task.clone(), sensors, solved_at: declared.threshold, object, raised: raised.clone() };
     let mut training = Training::of(problem).with_seed(seed).with_data(data.inner.clone());
     for setting in &settings {
         training = training.with(setting).map_err(refused)?;

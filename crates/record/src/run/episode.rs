@@ -1,6 +1,8 @@
 //! `episode.csv`: the first episode of the evaluation, beside the model's prediction of it.
 
-use sindyna_core::{Channel, Dataset, EnvError, Environment, Mode, Outcome, Policy, Rng, Seed, Spec};
+use sindyna_core::{
+    Acting, Channel, Dataset, EnvError, Environment, Memory as _, Mode, Outcome, Policy, Rng, Seed, Spec,
+};
 
 use crate::table_csv::{Fields, number_rows, text_of};
 use crate::{RecordError, TableError};
@@ -112,6 +114,7 @@ impl EpisodeTable {
         let (mut action, mut control) = (vec![0.0; space.action_dim()], vec![0.0; space.control_dim()]);
         // The best action draws nothing, and a model without sensor noise neither.
         let mut rng = Seed::new(0).stream("prediction of an episode", 0);
+        let mut policy = Acting::begin(policy);
         for row in &mut self.rows {
             row.model_states = state(model);
             let observation = model.observation().to_vec();

@@ -45,12 +45,13 @@ pub fn rollout_csv(spec: &Spec, data: &Dataset) -> String {
     text
 }
 
-/// A log as it was understood: a row per sample with trajectory, time t \[s\], states, and control held until the next row; the last row
+/// A log as it was understood: a row per sample with trajectory, time t \[s\] since its start (one of `times` for each trajectory, if its samples
+/// are not evenly spaced), states, and control held until the next row; the last row
 /// of a trajectory repeats the control before.
 ///
 /// # Errors
 /// [`RecordError::Unseen`] if a state follows from no observation, [`RecordError::Csv`] for what has no CSV.
-pub fn log_csv(spec: &Spec, data: &Dataset) -> Result<Vec<u8>, RecordError> {
+pub fn log_csv(spec: &Spec, data: &Dataset, times: Option<&[Vec<f64>]>) -> Result<Vec<u8>, RecordError> {
     let inverse = Inverse::of(spec)?;
     let mut writer = csv::Writer::from_writer(Vec::new());
     let named = |channels: &[Channel]| channels.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
@@ -63,8 +64,9 @@ pub fn log_csv(spec: &Spec, data: &Dataset) -> Result<Vec<u8>, RecordError> {
             let near = state.clone();
             inverse.state(&observation.to_vec(), &near, &mut state);
             let numbers = state.iter().chain(rollout.controls.row(i.min(last))).map(ToString::to_string);
-            let place = [trajectory.to_string(), (i as f64 * data.dt()).to_string()];
-            writer.write_record(place.into_iter().chain(numbers))?;
+            let own = times.and_then(|all| all.get(trajectory)?.get(i));
+            let t = own.copied().unwrap_or(i as f64 * data.dt());
+            writer.write_record([trajectory.to_string(), t.to_string()].into_iter().chain(numbers))?;
         }
     }
     Ok(writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?)

@@ -48,7 +48,9 @@ impl Summary {
     #[must_use]
     pub fn files(&self) -> Vec<&'static str> {
         let model = self.identification.as_ref().map(|_| "model.json");
-        let policy = self.training.model_return.map(|_| "policy.safetensors");
+        // A planner is made of the model.
+        let learned = self.training.model_return.filter(|_| self.training.planners.is_empty());
+        let policy = learned.map(|_| "policy.safetensors");
         ["rollout.csv", "events.jsonl", "timing.json"].into_iter().chain(model).chain(policy).collect()
     }
 }
@@ -140,8 +142,20 @@ pub struct Training {
     /// Where the policy goes in the model, and where the data were; told where there was no evaluation because there is no system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Coverage>,
+    /// What each planner that was tried earned in the model; none where a policy was trained.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub planners: Vec<PlannerReturn>,
     /// Why training stopped short, if it did.
     pub failure: Option<String>,
+}
+
+/// What a planner earned in the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PlannerReturn {
+    /// Its name: `lqr`, `ilqr` or `mppi`.
+    pub name: String,
+    /// Mean return in the model.
+    pub model_return: f64,
 }
 
 /// The mean return of the evaluation's episodes, as predicted.
@@ -208,9 +222,13 @@ pub struct Timing {
     pub train_seconds: f64,
     /// Seconds of the evaluation.
     pub evaluate_seconds: f64,
-    /// Seconds of one action of the policy, the median of many; told where there was no evaluation because there is no system.
+    /// Seconds of one action of the policy, the median of many; told where there was no evaluation because there is no system,
+    /// and of policies that plan.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub act_seconds: Option<f64>,
+    /// Seconds of the slowest action in the evaluation, where the policy plans: that of the first step of an episode, mostly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slowest_act_seconds: Option<f64>,
     /// Seconds in all.
     pub wall_seconds: f64,
     /// Processor and cores.

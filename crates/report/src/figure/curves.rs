@@ -9,7 +9,7 @@ use super::names::{self, Name};
 use super::style::colour;
 use crate::Comparison;
 use crate::curve::{Point, curve};
-use crate::groups::{Group, spec};
+use crate::groups::Group;
 use crate::numbers::fixed;
 
 /// Real steps the axis goes to at least.
@@ -39,7 +39,7 @@ pub(crate) fn curves(comparison: &Comparison<'_>, task: &str) -> Figure {
             Line { method: &group.method, class: colour(*catalog, &group.method), points, level }
         })
         .collect();
-    let mark = spec(*catalog, task).and_then(|spec| spec.solved_at);
+    let mark = catalog.system(task).and_then(|system| system.protocol().solved_at);
     Figure {
         name: format!("curves-{task}"),
         alternative: format!("Learning curves on {task}: return against real steps"),

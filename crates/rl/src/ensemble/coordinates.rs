@@ -47,8 +47,6 @@ mod tests {
             precision: Precision::F32,
             noise: 0.1,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         };
         let coordinates = Coordinates::new(&spec).expect("all states are shown");
         let mut rng = Seed::new(0).numpy();

@@ -9,6 +9,7 @@ use super::Segment;
 const SAMPLES: usize = 1000;
 
 /// Units in which the numbers of a chain are neither large nor small: time in sampling intervals.
+#[derive(Debug, Clone)]
 pub(super) struct Scale {
     pub(super) dt: f64,
     /// Unit of the head of the chain.
@@ -37,7 +38,7 @@ impl Scale {
 }
 
 /// Sums over the innovations of a filter.
-#[derive(Default, Clone, Copy)]
+#[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Innovations {
     count: f64,
     squares: f64,
@@ -64,37 +65,31 @@ impl Innovations {
     }
 }
 
-/// The innovations of the first [`SAMPLES`] samples.
-pub(super) fn likelihood<const D: usize>(
-    segments: &[Segment],
-    chain: &[usize],
-    scale: &Scale,
-    noise: &[f64],
-    intensity: f64,
-) -> Innovations {
-    let mut sums = Innovations::default();
-    for segment in segments {
-        if sums.count as usize > SAMPLES * chain.len() {
-            break;
-        }
-        let mut filter = Filter::<D>::new(segment, chain, scale, noise, intensity);
-        for t in 0..=segment.len() {
-            filter.predict(t);
-            filter.update(t, &mut sums);
-        }
-    }
-    sums
+/// An integrated Wiener process whose first derivatives, those of the states of a chain, are measured with noise.
+pub(super) trait Process {
+    /// The innovations of the first [`SAMPLES`] samples, for `noise` of each state of the chain and an intensity of the process.
+    fn likelihood(&self, noise: &[f64], intensity: f64) -> Innovations;
+
+    /// Per segment, values and derivatives of the chain (T + 1, chain), likewise.
+    fn smoothed(&self, noise: &[f64], intensity: f64) -> Vec<(Array2<f64>, Array2<f64>)>;
 }
 
-/// A Kalman filter of an integrated Wiener process of order D whose first derivatives are measured.
-struct Filter<'a, const D: usize> {
-    segment: &'a Segment,
+/// The process of order D of the states `chain`.
+pub(super) fn process<'a, const D: usize>(
+    segments: &'a [Segment],
     chain: &'a [usize],
     scale: &'a Scale,
-    noise: &'a [f64],
-    intensity: f64,
-    mean: SVector<f64, D>,
-    covariance: SMatrix<f64, D, D>,
+) -> Box<dyn Process + 'a> {
+    let starts = segments.iter().map(|s| start(s, chain, scale)).collect();
+    Box::new(Wiener::<D> { segments, chain, scale, starts })
+}
+
+struct Wiener<'a, const D: usize> {
+    segments: &'a [Segment],
+    chain: &'a [usize],
+    scale: &'a Scale,
+    /// Per segment, the state at its first sample as the first samples tell it.
+    starts: Vec<SVector<f64, D>>,
 }
 
 /// Standard deviation of the start, as it follows from the first samples, in units of what one step and one measurement add.
@@ -106,7 +101,7 @@ fn start<const D: usize>(segment: &Segment, chain: &[usize], scale: &Scale) -> S
     let mut time = 0.0;
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for t in 0..samples {
-        let transition = Filter::<D>::transition(time);
+        let transition = transition::<D>(time);
         for (j, &i) in chain.iter().enumerate() {
             rows.push(transition.row(j).into_owned());
             values.push(segment.x[[t, i]] / scale.of_derivative(j));
@@ -120,96 +115,211 @@ fn start<const D: usize>(segment: &Segment, chain: &[usize], scale: &Scale) -> S
     }
 }
 
-impl<'a, const D: usize> Filter<'a, D> {
-    fn new(segment: &'a Segment, chain: &'a [usize], scale: &'a Scale, noise: &'a [f64], intensity: f64) -> Self {
-        let mean = start(segment, chain, scale);
-        let measured = noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
-        let covariance = SMatrix::from_diagonal_element(DIFFUSE * DIFFUSE * (intensity + measured));
-        Self { segment, chain, scale, noise, intensity, mean, covariance }
+/// The transition over `h` sampling intervals.
+fn transition<const D: usize>(h: f64) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|i, j| if j < i { 0.0 } else { power_over_factorial(h, j - i) })
+}
+
+/// The covariance that the process gathers over `h` sampling intervals.
+fn gathered<const D: usize>(h: f64) -> SMatrix<f64, D, D> {
+    SMatrix::from_fn(|i, j| {
+        let (a, b) = (D - 1 - i, D - 1 - j);
+        h.powi((a + b + 1) as i32) / ((a + b + 1) as f64 * factorial(a) * factorial(b))
+    })
+}
+
+/// States of a chain, at most.
+pub(super) const LONGEST: usize = 3;
+
+/// Relative change of the covariance from sample to sample below which it stays as it is.
+const STAYS: f64 = 1e-12;
+
+/// What a filter does at one sample, whatever the measurements are.
+struct Gain<const D: usize> {
+    /// From the sample before.
+    transition: SMatrix<f64, D, D>,
+    /// Covariance before the measurements.
+    predicted: SMatrix<f64, D, D>,
+    /// Per measured state, by how much its innovation moves the mean, the variance of the innovation, and its logarithm.
+    gains: [SVector<f64, D>; LONGEST],
+    variances: [f64; LONGEST],
+    logs: [f64; LONGEST],
+    /// Covariance after the measurements.
+    covariance: SMatrix<f64, D, D>,
+}
+
+/// What a filter does at the samples of a segment: at those after the last one, the same as there.
+struct Gains<const D: usize> {
+    steps: Vec<Gain<D>>,
+    /// Whether the covariance stays.
+    steady: bool,
+    /// Whether rounding has eaten the covariance: such parameters are beyond what numbers can tell.
+    broken: bool,
+    /// The sampling interval, if all samples so far are evenly spaced and equally exact.
+    interval: Option<f64>,
+}
+
+/// Part of a sampling interval by which even ones may differ.
+const EVEN: f64 = 1e-9;
+
+/// The interval of the samples of `segment`, if they are evenly spaced and equally exact.
+fn interval(segment: &Segment) -> Option<f64> {
+    let first = *segment.dt.first()?;
+    let even = segment.relative.is_none() && segment.dt.iter().all(|dt| (dt - first).abs() <= EVEN * first);
+    even.then_some(first)
+}
+
+impl<const D: usize> Gains<D> {
+    fn none() -> Self {
+        Self { steps: Vec::new(), steady: false, broken: false, interval: None }
     }
 
-    /// The transition over `h` sampling intervals.
-    fn transition(h: f64) -> SMatrix<f64, D, D> {
-        SMatrix::from_fn(|i, j| if j < i { 0.0 } else { power_over_factorial(h, j - i) })
-    }
-
-    /// The covariance that the process gathers over `h` sampling intervals.
-    fn gathered(h: f64) -> SMatrix<f64, D, D> {
-        SMatrix::from_fn(|i, j| {
-            let (a, b) = (D - 1 - i, D - 1 - j);
-            h.powi((a + b + 1) as i32) / ((a + b + 1) as f64 * factorial(a) * factorial(b))
-        })
-    }
-
-    /// From sample t − 1 to t.
-    fn predict(&mut self, t: usize) -> SMatrix<f64, D, D> {
-        if t == 0 {
-            return SMatrix::identity();
-        }
-        let h = self.segment.dt[t - 1] / self.scale.dt;
-        let f = Self::transition(h);
-        self.mean = f * self.mean;
-        self.covariance = f * self.covariance * f.transpose() + Self::gathered(h) * self.intensity;
-        f
-    }
-
-    fn update(&mut self, t: usize, sums: &mut Innovations) {
-        for (j, (&i, sigma)) in self.chain.iter().zip(self.noise).enumerate() {
-            let y = self.segment.x[[t, i]] / self.scale.of_derivative(j);
-            let variance = self.covariance[(j, j)] + (sigma * self.segment.relative(t, i)).powi(2);
-            if self.covariance[(j, j)] < 0.0 {
-                // Rounding has eaten the covariance: these parameters are beyond what numbers can tell.
-                sums.squares = f64::INFINITY;
-            }
-            let innovation = y - self.mean[j];
-            let gain = self.covariance.column(j) / variance;
-            self.mean += gain * innovation;
-            self.covariance -= gain * gain.transpose() * variance;
-            self.covariance = (self.covariance + self.covariance.transpose()) * 0.5;
-            // The first samples only fix the start.
-            if t >= D {
-                sums.count += 1.0;
-                sums.squares += innovation * innovation / variance;
-                sums.logs += variance.ln();
-            }
-        }
+    fn at(&self, t: usize) -> &Gain<D> {
+        &self.steps[t.min(self.steps.len() - 1)]
     }
 }
 
-/// Values and derivatives of the channels of `chain` (T + 1, chain) by the Rauch–Tung–Striebel smoother.
-pub(super) fn smoothed<const D: usize>(
-    segment: &Segment,
-    chain: &[usize],
-    scale: &Scale,
-    noise: &[f64],
-    intensity: f64,
-) -> (Array2<f64>, Array2<f64>) {
-    let mut filter = Filter::<D>::new(segment, chain, scale, noise, intensity);
-    let mut ignored = Innovations::default();
-    let mut passed = Vec::with_capacity(segment.len() + 1);
-    for t in 0..=segment.len() {
-        let transition = filter.predict(t);
-        let predicted = (filter.mean, filter.covariance);
-        filter.update(t, &mut ignored);
-        passed.push((transition, predicted, filter.mean, filter.covariance));
-    }
-    let shape = (segment.len() + 1, chain.len());
-    let (mut x, mut x_dot) = (Array2::zeros(shape), Array2::zeros(shape));
-    let mut later: Option<SVector<f64, D>> = None;
-    for t in (0..=segment.len()).rev() {
-        let (_, _, mut mean, covariance) = passed[t];
-        if let (Some(later), Some((transition, predicted, ..))) = (later, passed.get(t + 1))
-            && let Some(factor) = predicted.1.cholesky()
-        {
-            mean += covariance * transition.transpose() * factor.solve(&(later - predicted.0));
+impl<const D: usize> Wiener<'_, D> {
+    /// The gains of `segment`; those of the segment before, `gains`, if it was sampled alike.
+    fn gains(&self, segment: &Segment, noise: &[f64], intensity: f64, gains: &mut Gains<D>) {
+        let interval = interval(segment);
+        if interval.is_none() || interval != gains.interval {
+            *gains = Gains { interval, ..Gains::none() };
         }
-        for j in 0..chain.len() {
-            x[[t, j]] = mean[j] * scale.of_derivative(j);
-            x_dot[[t, j]] = mean[j + 1] * scale.of_derivative(j + 1);
+        let measured = noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
+        let mut step = None;
+        while gains.steps.len() <= segment.len() && !gains.steady {
+            let t = gains.steps.len();
+            let Some(last) = gains.steps.last() else {
+                let covariance = SMatrix::from_diagonal_element(DIFFUSE * DIFFUSE * (intensity + measured));
+                let first = self.gain(segment, 0, noise, (SMatrix::identity(), covariance));
+                gains.broken |= first.1;
+                gains.steps.push(first.0);
+                continue;
+            };
+            let h = segment.dt[t - 1] / self.scale.dt;
+            if interval.is_none() || step.is_none() {
+                step = Some((transition::<D>(h), gathered::<D>(h) * intensity));
+            }
+            let Some((f, gathered)) = &step else { break };
+            let predicted = f * last.covariance * f.transpose() + gathered;
+            let (next, broken) = self.gain(segment, t, noise, (*f, predicted));
+            let stays = |j: usize| (next.covariance[(j, j)] / last.covariance[(j, j)] - 1.0).abs() < STAYS;
+            gains.steady = interval.is_some() && (0..D).all(stays);
+            gains.broken |= broken;
+            gains.steps.push(next);
         }
-        later = Some(mean);
     }
-    (x, x_dot)
+
+    fn gain(
+        &self,
+        segment: &Segment,
+        t: usize,
+        noise: &[f64],
+        (transition, predicted): (SMatrix<f64, D, D>, SMatrix<f64, D, D>),
+    ) -> (Gain<D>, bool) {
+        let (mut covariance, mut broken) = (predicted, false);
+        let mut gains = [SVector::zeros(); LONGEST];
+        let (mut variances, mut logs) = ([1.0; LONGEST], [0.0; LONGEST]);
+        for (j, (&i, sigma)) in self.chain.iter().zip(noise).enumerate() {
+            broken |= covariance[(j, j)] < 0.0;
+            variances[j] = covariance[(j, j)] + (sigma * segment.relative(t, i)).powi(2);
+            logs[j] = variances[j].ln();
+            gains[j] = covariance.column(j) / variances[j];
+            covariance -= gains[j] * gains[j].transpose() * variances[j];
+            covariance = (covariance + covariance.transpose()) * 0.5;
+        }
+        (Gain { transition, predicted, gains, variances, logs, covariance }, broken)
+    }
+
+    /// Moves the mean to sample `t`, and there by what is measured; tells each innovation.
+    fn filter(
+        &self,
+        segment: &Segment,
+        t: usize,
+        gain: &Gain<D>,
+        mean: &mut SVector<f64, D>,
+        mut tell: impl FnMut(usize, f64),
+    ) -> SVector<f64, D> {
+        if t > 0 {
+            *mean = gain.transition * *mean;
+        }
+        let predicted = *mean;
+        for (j, &i) in self.chain.iter().enumerate() {
+            let innovation = segment.x[[t, i]] / self.scale.of_derivative(j) - mean[j];
+            *mean += gain.gains[j] * innovation;
+            tell(j, innovation);
+        }
+        predicted
+    }
+}
+
+impl<const D: usize> Process for Wiener<'_, D> {
+    fn likelihood(&self, noise: &[f64], intensity: f64) -> Innovations {
+        let mut sums = Innovations::default();
+        let mut gains = Gains::none();
+        for (segment, start) in self.segments.iter().zip(&self.starts) {
+            if sums.count as usize > SAMPLES * self.chain.len() {
+                break;
+            }
+            self.gains(segment, noise, intensity, &mut gains);
+            if gains.broken {
+                return Innovations { squares: f64::INFINITY, ..sums };
+            }
+            let mut mean = *start;
+            for t in 0..=segment.len() {
+                let gain = gains.at(t);
+                self.filter(segment, t, gain, &mut mean, |j, innovation| {
+                    // The first samples only fix the start.
+                    if t >= D {
+                        sums.count += 1.0;
+                        sums.squares += innovation * innovation / gain.variances[j];
+                        sums.logs += gain.logs[j];
+                    }
+                });
+            }
+        }
+        sums
+    }
+
+    /// By the Rauch–Tung–Striebel smoother.
+    fn smoothed(&self, noise: &[f64], intensity: f64) -> Vec<(Array2<f64>, Array2<f64>)> {
+        let mut gains = Gains::none();
+        let mut smoothed = Vec::with_capacity(self.segments.len());
+        for (segment, start) in self.segments.iter().zip(&self.starts) {
+            self.gains(segment, noise, intensity, &mut gains);
+            let mut mean = *start;
+            let of = |t: usize| {
+                let predicted = self.filter(segment, t, gains.at(t), &mut mean, |_, _| {});
+                (predicted, mean)
+            };
+            let passed: Vec<(SVector<f64, D>, SVector<f64, D>)> = (0..=segment.len()).map(of).collect();
+            // From what is wrong with the prediction of a sample to what is wrong with the mean before.
+            let back = |t: usize| {
+                let (now, next) = (gains.at(t), gains.at(t + 1));
+                let factor = next.predicted.cholesky()?;
+                Some(now.covariance * next.transition.transpose() * factor.inverse())
+            };
+            let backs: Vec<Option<SMatrix<f64, D, D>>> =
+                (0..gains.steps.len().min(segment.len() + 1)).map(back).collect();
+            let shape = (segment.len() + 1, self.chain.len());
+            let (mut x, mut x_dot) = (Array2::zeros(shape), Array2::zeros(shape));
+            let mut later: Option<SVector<f64, D>> = None;
+            for t in (0..=segment.len()).rev() {
+                let mut mean = passed[t].1;
+                if let (Some(later), Some(back)) = (later, backs[t.min(backs.len() - 1)]) {
+                    mean += back * (later - passed[t + 1].0);
+                }
+                for j in 0..self.chain.len() {
+                    x[[t, j]] = mean[j] * self.scale.of_derivative(j);
+                    x_dot[[t, j]] = mean[j + 1] * self.scale.of_derivative(j + 1);
+                }
+                later = Some(mean);
+            }
+            smoothed.push((x, x_dot));
+        }
+        smoothed
+    }
 }
 
 fn factorial(n: usize) -> f64 {

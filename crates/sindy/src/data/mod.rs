@@ -7,5 +7,5 @@ mod smoother;
 mod variance;
 
 pub(crate) use segment::{Segment, sample_of};
-pub(crate) use smoother::{Signals, smooth};
+pub(crate) use smoother::{Signals, Smoother};
 pub(crate) use variance::with_variances;

@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::Segment;
 use super::differences::by_differences;
-use super::filter::{Innovations, Scale, likelihood, smoothed};
+use super::filter::{LONGEST, Process, Scale, process};
 
 /// Smoothed channels.
 #[derive(Debug, Clone)]
@@ -20,41 +20,78 @@ pub(crate) struct Signals {
 /// Logarithms of the ratio of intensity to the noise's variance among which the likeliest is looked for.
 const LOGS: (f64, f64) = (-24.0, 24.0);
 
-/// Smooths every state of `segments` and estimates the standard deviation of its noise, at least `floor` (n), by maximum
-/// likelihood.
+/// Signals of recordings: the process behind each chain of states and its noise, estimated once.
 ///
 /// A channel is taken as an integrated Wiener process, whose order and intensity are estimated, seen with white
-/// noise. `rates` holds, per state, the state that is its rate; a chain of rates is smoothed as one process of which every
-/// derivative down the chain is measured. Sampling may be uneven.
+/// noise. A chain of rates is smoothed as one process of which every derivative down the chain is measured. Sampling may be uneven.
 ///
 /// # References
 /// Wahba (1978), J. R. Stat. Soc. B 40(3): the posterior mean is a smoothing spline. Särkkä (2013), Bayesian Filtering and
 /// Smoothing, algorithms 4.2 (filter) and 8.2 (smoother).
-pub(crate) fn smooth(segments: &[Segment], rates: &[Option<usize>], floor: &[f64]) -> Signals {
-    let n = rates.len();
-    let zeros = || segments.iter().map(|s| Array2::zeros(s.x.dim())).collect::<Vec<_>>();
-    let mut signals = Signals { x: zeros(), x_dot: zeros(), sigma: vec![0.0; n] };
-    let is_rate = |i: usize| rates.contains(&Some(i));
-    let mut done = vec![false; n];
-    // Chains first from their heads; what a circle of rates leaves is smoothed alone.
-    let heads: Vec<usize> = (0..n).filter(|&i| !is_rate(i)).chain(0..n).collect();
-    for head in heads {
-        let mut chain = Vec::new();
-        let mut next = Some(head);
-        while let Some(i) = next.filter(|&i| !done[i] && chain.len() < 3) {
-            done[i] = true;
-            chain.push(i);
-            next = rates[i];
+pub(crate) struct Smoother<'a> {
+    segments: &'a [Segment],
+    chains: Vec<Chain>,
+}
+
+/// A state, the state that is its rate, and so on, and the process behind them.
+struct Chain {
+    states: Vec<usize>,
+    scale: Scale,
+    order: Order,
+    intensity: f64,
+    /// Standard deviations of the noise of the states, in units of the scale.
+    noise: Vec<f64>,
+}
+
+impl<'a> Smoother<'a> {
+    /// By maximum likelihood, for noise of every state of at least `floor` (n). `rates` holds, per state, the state that is its rate.
+    pub(crate) fn new(segments: &'a [Segment], rates: &[Option<usize>], floor: &[f64]) -> Self {
+        let n = rates.len();
+        let is_rate = |i: usize| rates.contains(&Some(i));
+        let mut done = vec![false; n];
+        let mut chains = Vec::new();
+        // Chains first from their heads; what a circle of rates leaves is smoothed alone.
+        let heads: Vec<usize> = (0..n).filter(|&i| !is_rate(i)).chain(0..n).collect();
+        for head in heads {
+            let mut states = Vec::new();
+            let mut next = Some(head);
+            // A chain that is too long goes on with the next head.
+            while let Some(i) = next.filter(|&i| !done[i] && states.len() < LONGEST) {
+                done[i] = true;
+                states.push(i);
+                next = rates[i];
+            }
+            let orders: &[Order] = match states.len() {
+                0 => continue,
+                1 => &ALONE,
+                2 => &[process::<3>, process::<4>, process::<6>],
+                _ => &[process::<4>, process::<5>, process::<7>],
+            };
+            chains.extend(Chain::likeliest(segments, states, orders, floor));
         }
-        // A chain longer than three goes on with the next head.
-        match chain.len() {
-            0 => {}
-            1 => fill(segments, &chain, floor, &ALONE, &mut signals),
-            2 => fill(segments, &chain, floor, &[order::<3>(), order::<4>(), order::<6>()], &mut signals),
-            _ => fill(segments, &chain, floor, &[order::<4>(), order::<5>(), order::<7>()], &mut signals),
-        }
+        Self { segments, chains }
     }
-    signals
+
+    /// The signals if the noise of every state is at least `floor` (n).
+    pub(crate) fn signals(&self, floor: &[f64]) -> Signals {
+        let zeros = || self.segments.iter().map(|s| Array2::zeros(s.x.dim())).collect::<Vec<_>>();
+        let mut signals = Signals { x: zeros(), x_dot: zeros(), sigma: vec![0.0; floor.len()] };
+        for Chain { states, scale, order, intensity, noise } in &self.chains {
+            let floored = |(j, sigma): (usize, &f64)| sigma.max(floor[states[j]] / scale.of_derivative(j));
+            let noise: Vec<f64> = noise.iter().enumerate().map(floored).collect();
+            for (j, &i) in states.iter().enumerate() {
+                signals.sigma[i] = noise[j] * scale.of_derivative(j);
+            }
+            let smoothed = order(self.segments, states, scale).smoothed(&noise, *intensity);
+            for (at, (x, x_dot)) in smoothed.iter().enumerate() {
+                for (j, &i) in states.iter().enumerate() {
+                    signals.x[at].column_mut(i).assign(&x.column(j));
+                    signals.x_dot[at].column_mut(i).assign(&x_dot.column(j));
+                }
+            }
+        }
+        signals
+    }
 }
 
 /// Searches along each parameter of a chain.
@@ -63,58 +100,36 @@ const TURNS: usize = 3;
 /// Logarithms of the factors by which the noise of a channel may differ from what its own differences tell.
 const FACTORS: (f64, f64) = (-2.3, 1.0);
 
-/// The innovations of segments, for a chain in a scale with noise and an intensity of the process.
-type Likelihood = fn(&[Segment], &[usize], &Scale, &[f64], f64) -> Innovations;
-
-/// Values and derivatives of a chain in one segment, likewise.
-type Smoothed = fn(&Segment, &[usize], &Scale, &[f64], f64) -> (Array2<f64>, Array2<f64>);
-
-/// What a process of one order does.
-#[derive(Clone, Copy)]
-struct Order {
-    likelihood: Likelihood,
-    smoothed: Smoothed,
-}
-
-const fn order<const D: usize>() -> Order {
-    Order { likelihood: likelihood::<D>, smoothed: smoothed::<D> }
-}
+/// A process of one order behind a chain.
+type Order = for<'a> fn(&'a [Segment], &'a [usize], &'a Scale) -> Box<dyn Process + 'a>;
 
 /// The orders tried for a channel by itself: from a signal with a jerky slope, as a state has on which an input acts, to one as
 /// smooth as an orbit.
-const ALONE: [Order; 3] = [order::<2>(), order::<3>(), order::<5>()];
+const ALONE: [Order; 3] = [process::<2>, process::<3>, process::<5>];
 
-/// Smooths one chain with the likeliest of the processes `orders`.
-fn fill(segments: &[Segment], chain: &[usize], floor: &[f64], orders: &[Order], signals: &mut Signals) {
-    let scale = Scale::of(segments, chain);
-    let of = |i: usize| {
-        let by_differences = by_differences(segments, i);
-        let least = (FACTORS.0.exp() * by_differences).max(floor[i]);
-        if chain.len() == 1 { noise_of(segments, i, least) } else { by_differences }
-    };
-    let alone = chain.iter().enumerate().map(|(j, &i)| of(i).max(floor[i]) / scale.of_derivative(j));
-    let alone: Vec<f64> = alone.collect();
-    let of = |order: &Order| (together(order, segments, chain, &scale, &alone), *order);
-    let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
-    let Some(((intensity, mut noise, _), order)) = likeliest else { return };
-    for (j, &i) in chain.iter().enumerate() {
-        noise[j] = noise[j].max(floor[i] / scale.of_derivative(j));
-        signals.sigma[i] = noise[j] * scale.of_derivative(j);
-    }
-    for (at, segment) in segments.iter().enumerate() {
-        let (x, x_dot) = (order.smoothed)(segment, chain, &scale, &noise, intensity);
-        for (j, &i) in chain.iter().enumerate() {
-            signals.x[at].column_mut(i).assign(&x.column(j));
-            signals.x_dot[at].column_mut(i).assign(&x_dot.column(j));
-        }
+impl Chain {
+    /// The likeliest of the processes `orders` behind `states`.
+    fn likeliest(segments: &[Segment], states: Vec<usize>, orders: &[Order], floor: &[f64]) -> Option<Self> {
+        let scale = Scale::of(segments, &states);
+        let of = |i: usize| {
+            let by_differences = by_differences(segments, i);
+            let least = (FACTORS.0.exp() * by_differences).max(floor[i]);
+            if states.len() == 1 { noise_of(segments, i, least) } else { by_differences }
+        };
+        let alone = states.iter().enumerate().map(|(j, &i)| of(i).max(floor[i]) / scale.of_derivative(j));
+        let alone: Vec<f64> = alone.collect();
+        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone), *order);
+        let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
+        likeliest.map(|((intensity, noise, _), order)| Self { states, scale, order, intensity, noise })
     }
 }
 
 /// Noise of state `i` alone, at least `floor`.
 fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
-    let scale = Scale::of(segments, &[i]);
+    let (scale, states) = (Scale::of(segments, &[i]), [i]);
     let found = ALONE.iter().map(|order| {
-        let unit = |log_ratio: f64| (order.likelihood)(segments, &[i], &scale, &[1.0], log_ratio.exp());
+        let process = order(segments, &states, &scale);
+        let unit = |log_ratio: f64| process.likelihood(&[1.0], log_ratio.exp());
         unit(minimum(LOGS, |l| unit(l).profile()))
     });
     let likeliest = found.min_by(|a, b| a.profile().total_cmp(&b.profile()));
@@ -123,19 +138,13 @@ fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
 
 /// The intensity of the process of a chain, the noise of its channels, and −2 ln L there; by searches along one of them after the
 /// other from the noise each channel has `alone`.
-fn together(
-    order: &Order,
-    segments: &[Segment],
-    chain: &[usize],
-    scale: &Scale,
-    alone: &[f64],
-) -> (f64, Vec<f64>, f64) {
+fn together(process: &dyn Process, alone: &[f64]) -> (f64, Vec<f64>, f64) {
     let mut noise = alone.to_vec();
     let unit = alone.iter().fold(f64::INFINITY, |m, s| m.min(*s)).max(1e-12).powi(2);
-    let at = |intensity: f64, noise: &[f64]| (order.likelihood)(segments, chain, scale, noise, intensity).total();
+    let at = |intensity: f64, noise: &[f64]| process.likelihood(noise, intensity).total();
     let mut log = minimum(LOGS, |l| at(l.exp() * unit, &noise));
     // A channel by itself has the noise that it has; those of a chain tell of each other.
-    for _ in 0..if chain.len() > 1 { TURNS } else { 0 } {
+    for _ in 0..if noise.len() > 1 { TURNS } else { 0 } {
         for j in 0..noise.len() {
             let moved = |l: f64| {
                 let mut noise = noise.clone();
@@ -210,7 +219,8 @@ mod tests {
             for noise in [1e-4, 1e-2, 0.1] {
                 let segment = wave(noise, 400, uneven);
                 let clean = wave(0.0, 400, uneven);
-                let signals = smooth(&[segment], &[Some(1), None], &[1e-12; 2]);
+                let floor = [1e-12; 2];
+                let signals = Smoother::new(&[segment], &[Some(1), None], &floor).signals(&floor);
                 for i in 0..2 {
                     let ratio = signals.sigma[i] / noise;
                     // Of a ten-thousandth a smooth process takes a part for itself.
@@ -229,7 +239,8 @@ mod tests {
     #[test]
     fn without_noise_the_samples_are_kept() {
         let clean = wave(0.0, 200, false);
-        let signals = smooth(std::slice::from_ref(&clean), &[None, None], &[1e-12; 2]);
+        let floor = [1e-12; 2];
+        let signals = Smoother::new(std::slice::from_ref(&clean), &[None, None], &floor).signals(&floor);
         for i in 0..2 {
             assert!(signals.sigma[i] < 2e-5, "{:?}", signals.sigma);
             let left = (&signals.x[0].column(i) - &clean.x.column(i)).mapv(f64::abs);

@@ -73,7 +73,7 @@ fn likeliest(segments: &[Segment], path: &[Array2<f64>], i: usize) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::data::smooth;
+    use crate::data::Smoother;
     use rand::RngExt as _;
     use sindyna_core::Seed;
 
@@ -88,7 +88,8 @@ mod tests {
                 if i == 0 { value * (1.0 + 0.05 * normal()) } else { value + 0.05 * normal() }
             });
             let segment = Segment { x, u: Array2::zeros((299, 0)), dt: vec![0.1; 299], relative: None };
-            let signals = smooth(std::slice::from_ref(&segment), &[None, None], &[1e-12; 2]);
+            let floor = [1e-12; 2];
+            let signals = Smoother::new(std::slice::from_ref(&segment), &[None, None], &floor).signals(&floor);
             let (_, shares) = with_variances(&[segment], &signals.x);
             right += usize::from(shares[0] >= 0.8 && shares[1] == 0.0);
         }

@@ -6,7 +6,7 @@ use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
 use super::posterior::Posterior;
-use super::search::{Problem, Searched};
+use super::search::{FLOOR, Problem, Searched};
 use crate::Expr;
 use crate::data::Signals;
 use crate::library::Term;
@@ -87,6 +87,8 @@ pub(crate) struct Estimate {
     pub(crate) complete: bool,
     /// Whether what is left of every state is below all that numbers can tell.
     pub(crate) leaves_nothing: bool,
+    /// The largest error of each state that counts as rounding, if what is left of every state is no more.
+    pub(crate) rounding: Option<Vec<f64>>,
     /// Equations that the data allow.
     pub(crate) posterior: Posterior,
 }
@@ -148,7 +150,6 @@ impl Problem<'_> {
                 proved: false,
                 path: regression.path(),
                 ties,
-                n_twins: 0,
             });
             errors.push([&best.fit.errors[range], &vec![0.0; given.len()]].concat());
         }
@@ -174,6 +175,7 @@ impl Problem<'_> {
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
             leaves_nothing: self.leaves_nothing(&best),
+            rounding: self.is_rounding(&best).then(|| self.floor.iter().map(|floor| FLOOR * floor).collect()),
             posterior: self.posterior(&best, &others),
             sigma: left,
             signal_noise: signals.sigma.clone(),

@@ -44,7 +44,10 @@ impl Problem<'_> {
             begun += segment.len();
         }
         let (flow, fit) = (&hypothesis.flow, &hypothesis.fit);
-        let triangle = linearised(flow, &segments, (&fit.xi, &x), &fit.sigma, PARTS.len() - 1, self.watch.asks())?;
+        let triangle = self.working(|work| {
+            let last = PARTS.len() - 1;
+            linearised(flow, &segments, (&fit.xi, &x), &fit.sigma, last, (work, self.watch.asks()))
+        })?;
         let p = flow.n_parameters();
         let moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
         Some((triangle, moved))

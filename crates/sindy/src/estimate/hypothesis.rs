@@ -1,13 +1,13 @@
 //! One hypothesis and its score.
 
-use std::cell::OnceCell;
+use std::cell::{Cell, OnceCell};
 
 use ndarray::Array2;
 
 use super::search::Problem;
 use crate::Stage;
 use crate::motion::Stepping;
-use crate::shooting::{self, Bounds, Fit, Flow, PARTS};
+use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Work};
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -56,8 +56,10 @@ impl Hypothesis {
     /// Its prediction errors, per segment of `problem`, in units of their standard deviations (·, n).
     pub(super) fn innovations(&self, problem: &Problem<'_>) -> Option<&[Array2<f64>]> {
         let Self { flow, fit, part, .. } = self;
-        let go_on = problem.watch.asks();
-        let found = || shooting::innovations(flow, problem.segments, (&fit.xi, &fit.x), &fit.sigma, *part, go_on);
+        let (segments, go_on) = (problem.segments, problem.watch.asks());
+        let of =
+            |work: &Work| shooting::innovations(flow, segments, (&fit.xi, &fit.x), &fit.sigma, *part, (work, go_on));
+        let found = || problem.working(of);
         self.innovations.get_or_init(found).as_deref()
     }
 
@@ -83,17 +85,11 @@ const BELOW: f64 = 0.1;
 /// Steps by which the error of Runge–Kutta steps is judged.
 const LOOKED_AT: usize = 200;
 
-/// Operations of all fits together: some seconds.
-pub(crate) const BUDGET: u64 = 2_000_000_000;
+/// Operations of all fits and regressions together, of about a nanosecond each.
+pub(crate) const BUDGET: u64 = 20_000_000_000;
 
-/// Times the rates are computed in a step and a pass.
-const RUNS: u64 = 2;
-
-/// How much more it takes for every sign that may turn within a step.
-const TURNING: u64 = 4;
-
-/// Passes over the data that a fit takes.
-const ITERATIONS: u64 = 40;
+/// Part of the budget of a search that is kept for finishing what it found.
+const RESERVE: f64 = 0.25;
 
 impl Problem<'_> {
     /// The hypothesis that equations have the terms `supports`, fitted from `start`. `None` if such equations cannot follow the data.
@@ -115,11 +111,11 @@ impl Problem<'_> {
         // States that are free to follow the data need no digit of the equations.
         let finest = if parts.end < PARTS.len() { LOOSE } else { FINEST };
         let mut flow = self.accurate(flow, (stepping, finest), &xi, x, sigma);
-        let mut fit = self.spend(&flow).then(|| self.fit(&flow, (&xi, x), sigma, parts.clone()))??;
+        let mut fit = self.may_spend().then(|| self.fit(&flow, (&xi, x), sigma, parts.clone()))??;
         loop {
             // What is left may be less than was thought, and the steps then too coarse for it.
             let finer = self.accurate(flow.clone(), (flow.stepping(), finest), &fit.xi, &fit.x, &fit.sigma);
-            if finer.stepping() == flow.stepping() || !self.spend(&finer) {
+            if finer.stepping() == flow.stepping() || !self.may_spend() {
                 break;
             }
             let from = (&fit.xi[..], &fit.x[..]);
@@ -177,23 +173,48 @@ impl Problem<'_> {
         parts: std::ops::Range<usize>,
     ) -> Option<Fit> {
         let noise = Bounds { floor: self.floor, shape: self.noise };
-        shooting::fit(flow, self.segments, from, sigma, noise, parts, self.watch.asks())
+        self.working(|work| shooting::fit(flow, self.segments, from, sigma, noise, parts, (work, self.watch.asks())))
     }
 
-    /// Takes what a fit of `flow` costs from the budget; `false` if there is not as much left.
-    fn spend(&self, flow: &Flow) -> bool {
-        let (samples, n, p) = (self.samples() as u64, self.rates.len() as u64, flow.n_parameters() as u64);
-        let substeps = match flow.stepping() {
-            Stepping::Continuous { substeps } | Stepping::Classical { substeps } => substeps as u64,
-            _ => 1,
-        };
-        let rates = RUNS * flow.n_operations() as u64 * (1 + TURNING * flow.switches().len() as u64);
-        let operations = ITERATIONS * samples * ((n + p) * (n + p) + substeps * (n + p + rates));
-        // What there is no budget for is not spent, but for the one operation that tells of it.
-        let spent = self.spent.get() + operations;
-        self.spent.set(spent.min(self.budget + 1));
-        self.watch.tell(Stage::Search { spent: (spent as f64 / BUDGET as f64).min(1.0) });
-        spent <= self.budget && self.watch.go_on()
+    /// Whether there is budget left; if not, something is passed over now.
+    pub(super) fn may_spend(&self) -> bool {
+        let left = self.spent.get() < self.budget;
+        if !left {
+            self.spent.set(self.budget + 1);
+        }
+        left && self.watch.go_on()
+    }
+
+    /// Takes `operations` from the budget, or what is left of it.
+    pub(super) fn charge(&self, operations: u64) {
+        let spent = self.spent.get();
+        self.spent.set(spent.max(self.budget.min(spent.saturating_add(operations))));
+        self.watch.tell(Stage::Search { spent: (self.spent.get() as f64 / BUDGET as f64).min(1.0) });
+    }
+
+    /// What `of` comes to, which may spend no more than `share` of the budget of a whole search. What there was no budget for was not spent.
+    pub(super) fn with_share<T>(&self, share: f64, of: impl FnOnce(&Problem<'_>) -> T) -> T {
+        let budget = self.budget.min(self.spent.get() + (share * BUDGET as f64) as u64);
+        let done = of(&Problem { budget, ..*self });
+        self.spent.set(self.spent.get().min(budget));
+        done
+    }
+
+    /// What `of` comes to, for which there is a budget beyond that of the search: what was found is finished even if nothing more is looked for.
+    pub(super) fn with_reserve<T>(&self, of: impl FnOnce(&Problem<'_>) -> T) -> T {
+        let spent = Cell::new(self.spent.get());
+        let budget = self.budget + (RESERVE * BUDGET as f64) as u64;
+        let done = of(&Problem { budget, spent: &spent, ..*self });
+        self.spent.set(spent.get().min(self.spent.get().max(self.budget)));
+        done
+    }
+
+    /// What `of` comes to, with the work that it does taken from the budget.
+    pub(super) fn working<T>(&self, of: impl FnOnce(&Work) -> T) -> T {
+        let work = Work::default();
+        let done = of(&work);
+        self.charge(work.operations());
+        done
     }
 
     /// `flow` with as many Runge–Kutta steps as the noise makes worth while.

@@ -1,6 +1,6 @@
 //! Equations with terms that have parameters inside.
 
-use super::hypothesis::{BUDGET, Hypothesis, Inside};
+use super::hypothesis::{Hypothesis, Inside};
 use super::propose::{Effort, Proposal, THOROUGHLY};
 use super::search::{NEAR, Problem, TIMES, measured};
 use crate::Triangle;
@@ -13,11 +13,14 @@ const SIMPLE: usize = 6;
 /// Terms beside one with parameters inside, at most, in equations that are looked for from nothing.
 const OTHERS: usize = 8;
 
+/// Operations for a number of a small regression.
+const SOLVED: usize = 20;
+
 /// Candidates that are looked at together.
 const BATCH: usize = 12;
 
 /// Part of all that may be spent on fits, for these.
-const SHARE: f64 = 0.1;
+const SHARE: f64 = 0.4;
 
 /// Terms with parameters inside that are looked for in one equation, one after the other.
 const TERMS: usize = 2;
@@ -46,11 +49,7 @@ impl Candidate {
 impl Problem<'_> {
     /// Tries terms with parameters inside in each equation that leaves more than noise or has many terms. What is better than `found`, if anything is.
     pub(super) fn search_inside(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
-        let budget = self.budget.min(self.spent.get() + (SHARE * BUDGET as f64) as u64);
-        let better = Problem { budget, ..*self }.search_inside_within(found, signals);
-        // What there was no budget for was not spent.
-        self.spent.set(self.spent.get().min(budget));
-        better
+        self.with_share(SHARE, |problem| problem.search_inside_within(found, signals))
     }
 
     fn search_inside_within(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
@@ -63,7 +62,7 @@ impl Problem<'_> {
         let mut best = found.clone();
         let again: Vec<usize> = if unsettled.len() > 1 { unsettled.clone() } else { Vec::new() };
         for (at, &i) in unsettled.iter().chain(&again).enumerate() {
-            if at > 0 && self.is_settled(&best) {
+            if !self.may_spend() || (at > 0 && self.is_settled(&best)) {
                 break;
             }
             let mut tried = vec![best.supports[i].clone()];
@@ -168,6 +167,7 @@ impl Problem<'_> {
     fn scored_columns(&self, triangle: &Triangle, columns: &[usize], support: &[usize]) -> (f64, Vec<f64>) {
         let target = triangle.n_columns() - 1;
         let rows = triangle.n_rows() as f64;
+        self.charge((SOLVED * target * columns.len() * columns.len()) as u64);
         let xi = triangle.solve_unit(columns, target);
         let left = triangle.residual_norm(columns, &xi, target).powi(2);
         let free = (rows - columns.len() as f64).max(1.0);

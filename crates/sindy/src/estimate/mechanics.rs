@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::Problem;
+use super::search::{FAR, Problem};
 use crate::Triangle;
 use crate::data::Signals;
 use crate::design::LOBATTO;
@@ -23,6 +23,9 @@ const ELBOWS: usize = 4;
 /// Part of the momentum that is left unexplained, beyond which a set of parameters is none.
 const EXPLAINED: f64 = 0.2;
 
+/// Part of the budget of a search, for mechanics.
+const SHARE: f64 = 0.2;
+
 /// Part of the momentum that is rounding.
 const NOTHING: f64 = 1e-13;
 
@@ -39,13 +42,21 @@ impl Problem<'_> {
     /// The best hypothesis whose terms are those of a Lagrangian.
     pub(super) fn mechanical(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
         let lagrangian = self.lagrangian?;
+        self.with_share(SHARE, |problem| problem.mechanical_of(lagrangian, signals, stepping))
+    }
+
+    fn mechanical_of(&self, lagrangian: &Lagrangian, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
         let measured: Vec<Array2<f64>> = self.segments.iter().map(|s| s.x.clone()).collect();
         let mut best: Option<Hypothesis> = None;
         for (window, x) in [(1, &measured), (WINDOW, &signals.x)] {
             let balance = self.balance(lagrangian, x, stepping);
             for (supports, xi) in self.lagrangians(lagrangian, &balance, window) {
                 let start = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
-                let Some(found) = self.hypothesis(supports, stepping, start, 0..4) else { continue };
+                // First with states that follow the data more than the equations, which may be wrong.
+                let loose = self.hypothesis(supports.clone(), stepping, start, 0..2);
+                let hopeful = |loose: &Hypothesis| best.as_ref().is_none_or(|b| loose.score <= b.score + FAR);
+                let Some(loose) = loose.filter(hopeful) else { continue };
+                let Some(found) = self.hypothesis(supports, stepping, loose.start(), 2..4) else { continue };
                 let found = self.as_simulated(found);
                 if best.as_ref().is_none_or(|b| found.score < b.score) {
                     best = Some(found);

@@ -25,4 +25,4 @@ pub(crate) use account::Estimate;
 pub(crate) use constraints::Constraints;
 pub(crate) use hypothesis::BUDGET;
 pub(crate) use posterior::Posterior;
-pub(crate) use search::{Problem, estimate, finish};
+pub(crate) use search::{Problem, estimate};

@@ -52,7 +52,10 @@ impl Problem<'_> {
         let now: Vec<f64> = choice.iter().map(|&j| coefficient(j)).collect();
         let (before, after) = (&fit.xi[..first], &fit.xi[first + along.supports[i].len()..]);
         let xi = [before, &now, after].concat();
-        let all = linearised(&flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, self.watch.asks())?;
+        let all = self.working(|work| {
+            let go_on = self.watch.asks();
+            linearised(&flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, (work, go_on))
+        })?;
         // The other equations first, so that what they explain can be taken out; then the terms, and coefficients instead of changes.
         let (others, terms) = (before.len() + after.len(), first..first + choice.len());
         let alone = |c: usize| vec![(c, 1.0)];

@@ -143,6 +143,7 @@ impl Problem<'_> {
         let solver = self.solver.within(effort.budget);
         let of = (choice.len() - n_required, effort.starts);
         let found = solver.candidates(&others, of, &complexity, self.watch.asks(), enough);
+        self.charge(found.work);
         let constraints = self.constraints.get(i).cloned().unwrap_or_default();
         Regression { found, triangle, choice, n_required, own, constraints }
     }

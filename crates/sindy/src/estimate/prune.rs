@@ -1,21 +1,13 @@
 //! Terms that the score does not pay for.
 
-use std::cell::Cell;
-
-use super::hypothesis::{BUDGET, Hypothesis, Start};
+use super::hypothesis::{Hypothesis, Start};
 use super::search::Problem;
-
-/// Part of the budget of a search that is kept for dropping terms at its end.
-const RESERVE: f64 = 0.25;
 
 impl Problem<'_> {
     /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that
     /// of the search.
     pub(super) fn prune(&self, best: &mut Hypothesis) {
-        let reserve = (RESERVE * BUDGET as f64) as u64;
-        let spent = Cell::new(self.spent.get());
-        Problem { budget: self.budget + reserve, spent: &spent, ..*self }.prune_within(best);
-        self.spent.set(spent.get().min(self.spent.get().max(self.budget)));
+        self.with_reserve(|problem| problem.prune_within(best));
     }
 
     fn prune_within(&self, best: &mut Hypothesis) {

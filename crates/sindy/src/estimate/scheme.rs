@@ -1,6 +1,8 @@
 //! Steps of simulators: data that were computed by a fixed number of classical steps follow these to rounding, and the equations only nearly.
 
-use super::hypothesis::Hypothesis;
+use ndarray::Array2;
+
+use super::hypothesis::{Hypothesis, Start};
 use super::search::{Problem, TOLD_APART};
 use crate::motion::Stepping;
 
@@ -24,10 +26,12 @@ impl Problem<'_> {
         // If the steps explain what is left, it is what they differ by.
         let mut told: Vec<(f64, usize)> = (1..=MOST).map(difference).filter(|(d, _)| *d > TOLD).collect();
         told.sort_by(|a, b| a.0.ln().abs().total_cmp(&b.0.ln().abs()));
+        let classical = told.into_iter().map(|(_, substeps)| Stepping::Classical { substeps });
+        let x: Vec<Array2<f64>> = self.segments.iter().map(|s| s.x.clone()).collect();
+        let start = Start { x: &x, ..best.start() };
         let mut simulated: Option<Hypothesis> = None;
-        for (_, substeps) in told {
-            let stepping = Stepping::Classical { substeps };
-            let Some(other) = self.hypothesis(best.supports.clone(), stepping, best.start(), 2..4) else { continue };
+        for stepping in self.simulators.iter().copied().chain(classical) {
+            let Some(other) = self.hypothesis(best.supports.clone(), stepping, start, 2..4) else { continue };
             if other.score + TOLD_APART < simulated.as_ref().unwrap_or(&best).score {
                 let done = self.leaves_nothing(&other);
                 simulated = Some(other);

@@ -2,13 +2,15 @@
 
 use std::cell::Cell;
 
+use ndarray::Array2;
+
 use super::account::Estimate;
 use super::constraints::Constraints;
 use super::hypothesis::{BUDGET, Hypothesis, Start};
 use super::propose::{Proposal, Regression};
 use super::strays::{Kept, Rejecting};
 use super::white::is_white;
-use crate::data::{Segment, Signals, sample_of, smooth, with_variances};
+use crate::data::{Segment, Signals, Smoother, sample_of, with_variances};
 use crate::design::Path;
 use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
@@ -34,6 +36,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) floor: &'a [f64],
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
+    /// Ways in which a simulator may have gone from sample to sample.
+    pub(crate) simulators: &'a [Stepping],
     pub(crate) solver: &'a BestSubset,
     /// Operations that may be spent on fits.
     pub(crate) budget: u64,
@@ -65,34 +69,13 @@ const HOPELESS: f64 = 30.0;
 pub(super) const FAR: f64 = 100.0;
 
 /// Multiple of the smallest error that is believed, up to which an error is that.
-const FLOOR: f64 = 1.5;
+pub(super) const FLOOR: f64 = 1.5;
 
 /// Parts of a channel's spread that samples are taken to be wrong by, where equations are looked for first.
 const ROUGH: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// Part of a channel's spread below which nothing is left to explain.
 const NOTHING: f64 = 1e-9;
-
-/// Equations that leave nothing, `begun` with terms and coefficients that do, without those that only made up for coarse steps. `None` if
-/// they do not leave nothing when followed closely.
-pub(crate) fn finish(
-    problem: &Problem<'_>,
-    stepping: Stepping,
-    (supports, xi): (Vec<Vec<usize>>, &[f64]),
-) -> Option<Estimate> {
-    let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
-    let problem = &Problem { floor: &floor, ..*problem };
-    let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let problem = &Problem { noise: &signals.sigma, ..*problem };
-    let start = Start { xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
-    let mut best = problem.hypothesis(supports, stepping, start, 0..4)?;
-    if !problem.leaves_nothing(&best) {
-        return None;
-    }
-    problem.prune(&mut best);
-    let exchanged = problem.exchanged(best);
-    problem.leaves_nothing(&exchanged.best).then(|| problem.account(exchanged, &signals))
-}
 
 /// The equations with the best score.
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
@@ -123,12 +106,14 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<(Estimate, Kept
         return accounted(problem, None, stepping);
     }
     let (sample, spent) = (sample_of(problem.segments, SAMPLE), Cell::new(0));
-    let signals = smooth(problem.segments, problem.rates, problem.floor);
-    let found = Problem { segments: &sample, spent: &spent, ..*problem }.rejecting(None, stepping);
+    let budget = (IN_SAMPLE * problem.budget as f64) as u64;
+    let signals = problem.smoother().signals(problem.floor);
+    let found = Problem { segments: &sample, spent: &spent, budget, ..*problem }.rejecting(None, stepping);
+    problem.charge(spent.get().min(budget));
     let all = Problem { noise: &signals.sigma, ..*problem };
     let begun = found.and_then(|part| all.fitted(&part.searched.best, &signals));
     let (mut found, kept) = accounted(problem, begun, stepping)?;
-    found.complete &= spent.get() <= BUDGET;
+    found.complete &= spent.get() <= budget;
     Some((found, kept))
 }
 
@@ -138,6 +123,9 @@ fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Steppin
     let found = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem }.account(searched, &signals);
     Some((Estimate { score: found.score + kept.price, astray: kept.astray, ..found }, kept))
 }
+
+/// Part of the budget for that.
+const IN_SAMPLE: f64 = 0.75;
 
 /// Steps of the part of long recordings in which terms are looked for first.
 const SAMPLE: usize = 400;
@@ -185,6 +173,11 @@ pub(super) type Rivals = Vec<Vec<usize>>;
 pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
+    /// What tells signals from noise before anything is known of the equations.
+    pub(super) fn smoother(&self) -> Smoother<'_> {
+        Smoother::new(self.segments, self.rates, self.floor)
+    }
+
     /// Terms of each equation with coefficients that are given.
     pub(super) fn given(&self) -> Vec<Given> {
         self.constraints.iter().map(|c| c.fixed.clone()).collect()
@@ -199,19 +192,21 @@ impl Problem<'_> {
     /// of every state is more. To the last digit many terms explain more, before the true ones are among them, than these do with parameters that are
     /// nearly right.
     pub(super) fn roughly(&self, stepping: Stepping) -> Option<Rough> {
-        let signals = smooth(self.segments, self.rates, self.floor);
+        let smoother = self.smoother();
+        let signals = smoother.signals(self.floor);
         let problem = Problem { noise: &signals.sigma, ..*self };
-        let mut begun = problem.mechanical(&signals, stepping);
-        if begun.as_ref().is_some_and(|b| problem.is_settled(b)) {
-            return begun.map(Rough::Begun);
+        // Of mechanics that does not explain the data nothing is kept.
+        if let Some(mechanics) = problem.mechanical(&signals, stepping).filter(|found| problem.is_settled(found)) {
+            return Some(Rough::Begun(mechanics));
         }
+        let mut begun: Option<Hypothesis> = None;
         for part in ROUGH {
             let floor: Vec<f64> = (0..self.rates.len()).map(|i| self.floor[i].max(part * self.spread(i))).collect();
             let leaves_less = |b: &Hypothesis| b.fit.left.iter().zip(&floor).all(|(left, floor)| left <= floor);
             if begun.as_ref().is_some_and(leaves_less) {
                 continue;
             }
-            let signals = smooth(self.segments, self.rates, &floor);
+            let signals = smoother.signals(&floor);
             // Half of what may be spent is left for what comes after.
             let budget = self.spent.get().midpoint(self.budget);
             let problem = Problem { floor: &floor, noise: &signals.sigma, budget, ..*self };
@@ -228,8 +223,15 @@ impl Problem<'_> {
 
     /// The terms of `found`, fitted to these samples.
     pub(super) fn fitted(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
-        let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
-        self.hypothesis(found.supports.clone(), found.flow.stepping(), start, 0..4)
+        let stepping = found.flow.stepping();
+        if matches!(stepping, Stepping::Continuous { .. }) {
+            let start = Start { x: &signals.x, sigma: &signals.sigma, ..found.start() };
+            return self.with_reserve(|problem| problem.hypothesis(found.supports.clone(), stepping, start, 0..4));
+        }
+        // Steps of a simulator are those of the samples, not of what is smooth.
+        let x: Vec<Array2<f64>> = self.segments.iter().map(|s| s.x.clone()).collect();
+        let start = Start { x: &x, sigma: &signals.sigma, ..found.start() };
+        self.with_reserve(|problem| problem.hypothesis(found.supports.clone(), stepping, start, 2..4))
     }
 
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
@@ -259,7 +261,7 @@ impl Problem<'_> {
         stepping: Stepping,
     ) -> Option<Hypothesis> {
         let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
-        let simulated = best.as_ref().map(|b| b.flow.stepping()).filter(|s| matches!(s, Stepping::Classical { .. }));
+        let simulated = best.as_ref().map(|b| b.flow.stepping()).filter(|s| !matches!(s, Stepping::Continuous { .. }));
         let stepping = simulated.unwrap_or(stepping);
         for round in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
@@ -346,7 +348,12 @@ impl Problem<'_> {
 
     /// Whether what is left of every state is below all that numbers can tell.
     pub(super) fn leaves_nothing(&self, hypothesis: &Hypothesis) -> bool {
-        hypothesis.numerical || hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
+        hypothesis.numerical || self.is_rounding(hypothesis)
+    }
+
+    /// Whether what is left of every state is no more than the smallest error that is believed.
+    pub(super) fn is_rounding(&self, hypothesis: &Hypothesis) -> bool {
+        hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
     }
 
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
@@ -364,6 +371,8 @@ impl Problem<'_> {
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
                 rivals[i] = regression.twins(&best.supports[i]);
+                // Of terms that are the same on all data the simplest is meant.
+                rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(&best.supports[i]));
                 let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
                 if !nothing_left && self.rates[i].is_none() && self.is_noise(&best, i) {
                     proposals.extend(self.propose_inside(&best, i));

@@ -4,7 +4,7 @@ use ndarray::{Array2, s};
 
 use super::hypothesis::{Hypothesis, Start};
 use super::search::{Problem, Rough, Searched};
-use crate::data::{Segment, Signals, smooth};
+use crate::data::{Segment, Signals, Smoother};
 use crate::motion::Stepping;
 use crate::solve::binomial;
 
@@ -39,7 +39,7 @@ impl Problem<'_> {
     pub(super) fn rejecting(&self, mut begun: Option<Hypothesis>, stepping: Stepping) -> Option<Rejecting> {
         let mut kept = Kept { segments: self.segments.to_vec(), astray: 0, price: 0.0 };
         for round in 0..=ROUNDS {
-            let signals = smooth(&kept.segments, self.rates, self.floor);
+            let signals = Smoother::new(&kept.segments, self.rates, self.floor).signals(self.floor);
             let problem = Problem { segments: &kept.segments, noise: &signals.sigma, ..*self };
             let without = |best: &Hypothesis| (round < ROUNDS).then(|| problem.without_strays(best)).flatten();
             let mut searched = None;

@@ -13,10 +13,10 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{BUDGET, Doubt, Estimate, Problem, estimate, finish};
+use crate::estimate::{BUDGET, Doubt, Estimate, Problem, estimate};
 use crate::library::{Extent, Lagrangian, Term, general, shaped};
 use crate::model::Model;
-use crate::motion::{Found, Stepping};
+use crate::motion::Stepping;
 use crate::regression::{Space, model};
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
 
@@ -113,7 +113,7 @@ impl Identifier {
             tiers,
             &segments,
             &floor,
-            Stepping::Continuous { substeps: 1 },
+            (Stepping::Continuous { substeps: 1 }, &[]),
             counts,
             &space,
             (solver, watch),
@@ -121,7 +121,7 @@ impl Identifier {
         if !watch.go_on() {
             return Err(FitError::Interrupted);
         }
-        found.map(|(found, _)| found).ok_or_else(|| failed("no equations follow the data".into()))
+        found.ok_or_else(|| failed("no equations follow the data".into()))
     }
 
     /// Refuses states whose powers are beyond all numbers.
@@ -141,19 +141,19 @@ impl Identifier {
         Ok(())
     }
 
-    /// Equations with the best score, with noise estimated, but not below `floor` (n), and whether they leave no more than that. `None` if
-    /// no equations follow the data.
+    /// Equations with the best score, with noise estimated, but not below `floor` (n). They are stepped as the states with declared rates show, or as one of
+    /// the simulators does it. `None` if no equations follow the data.
     #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
     pub(super) fn estimated(
         &self,
         tiers: Vec<Term>,
         segments: &[Segment],
         floor: &[f64],
-        stepping: Stepping,
+        (stepping, simulators): (Stepping, &[Stepping]),
         counts: Counts,
         space: &Space,
         (solver, watch): (&BestSubset, &Watch<'_>),
-    ) -> Result<Option<(Identified, bool)>, FitError> {
+    ) -> Result<Option<Identified>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
         let mut terms = self.general_terms(tiers, segments);
@@ -173,6 +173,7 @@ impl Identifier {
             segments,
             floor,
             noise: &[],
+            simulators,
             solver,
             budget: BUDGET,
             spent: &Cell::new(0),
@@ -185,67 +186,14 @@ impl Identifier {
                 *doubt = doubt.or(Some(Doubt::AboveRounding));
             }
         }
+        // Noise that is declared is no rounding, however little it leaves.
+        found.rounding = found.rounding.filter(|_| self.spec.noise <= 0.0);
         let model = written(&found, space, self.spec.dt).map_err(failed)?;
         let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..counts };
         let report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
         let dt = self.spec.dt;
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
-        Ok(Some((Identified { model, report, models }, found.leaves_nothing)))
-    }
-}
-
-impl Identifier {
-    /// The equations `found` in a part of `segments`, followed through all of them and without terms that only made up for coarse steps.
-    /// `None` if they do not explain them to rounding.
-    pub(super) fn finished(
-        &self,
-        tiers: &[Term],
-        found: &Found,
-        (segments, floor): (&[Segment], &[f64]),
-        counts: Counts,
-        space: &Space,
-        (solver, watch): (&BestSubset, &Watch<'_>),
-    ) -> Result<Option<Identified>, FitError> {
-        let rates = self.rates();
-        let mut terms = self.general_terms(tiers.to_vec(), segments);
-        let mut place = |j: usize| {
-            let known = terms.iter().position(|t| t.rate == tiers[j].rate && t.expr == tiers[j].expr);
-            known.unwrap_or_else(|| {
-                terms.push(tiers[j].clone());
-                terms.len() - 1
-            })
-        };
-        let (mut supports, mut xi) = (Vec::new(), Vec::new());
-        for (fit, rate) in found.fits.iter().zip(&rates) {
-            let known = fit.support.iter().zip(&fit.coefficients).filter(|_| rate.is_none());
-            let mut row: Vec<(usize, f64)> = known.map(|(j, c)| (place(*j), *c)).collect();
-            row.sort_by_key(|(j, _)| *j);
-            supports.push(row.iter().map(|(j, _)| *j).collect());
-            xi.extend(row.iter().map(|(_, c)| *c));
-        }
-        let terms = &terms;
-        let n_controls = self.spec.control_dim();
-        let spent = &Cell::new(0);
-        let (noise, constraints) = (&[], &[]);
-        let problem = Problem {
-            terms,
-            n_plain: terms.len(),
-            lagrangian: None,
-            rates: &rates,
-            n_controls,
-            constraints,
-            segments,
-            floor,
-            noise,
-            solver,
-            budget: BUDGET,
-            spent,
-            watch,
-        };
-        let Some(finished) = finish(&problem, found.stepping, (supports, &xi)) else { return Ok(None) };
-        let model = written(&finished, space, self.spec.dt).map_err(|reason| FitError::Regression { reason })?;
-        let report = Report::estimated(&self.names(), counts, &finished, self.spec.dt);
-        Ok(Some(Identified { model, report, models: None }))
+        Ok(Some(Identified { model, report, models }))
     }
 }
 

@@ -6,7 +6,7 @@ use sindyna_core::{Channel, Dataset, FitError};
 use super::Identifier;
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
-use crate::data::{Segment, smooth};
+use crate::data::{Segment, Smoother};
 use crate::library::{Term, Tiers};
 use crate::regression::{Space, design};
 use crate::{BestSubset, Stage, Watch, motion};
@@ -56,18 +56,13 @@ impl Identifier {
         watch.tell(Stage::Rounding);
         let (segments, floor) = self.segments(&runs);
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
-        // Rounding first: what explains a part of the data down to it explains the rest, but for steps that follow other laws.
-        let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
-        let of_parts = (may_be_exact && !search.is_short()).then(|| search.of_parts()).flatten();
-        if let Some(found) = &of_parts
-            && matches!(found.stepping, motion::Stepping::Continuous { .. })
-            && let Some(finished) =
-                self.finished(&tiers.terms, found, (&segments, &floor), counts, &space, (solver, watch))?
-        {
-            return Ok(warned(finished));
-        }
-        let rounded = may_be_exact && (search.is_short() || of_parts.is_some());
+        // Of few steps, rounding first: it tells equations apart that no statistics does.
+        let rounded = self.spec.noise <= 0.0 && self.constraints.is_empty() && search.is_short();
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
+        if exact.is_none() && rounded {
+            // What explains parts of the data to rounding explains all but a few steps.
+            exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
+        }
         if exact.is_none() {
             // Noise hides which samples are at a limit.
             let near = self
@@ -84,16 +79,10 @@ impl Identifier {
             };
             let stepping =
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
-            let found =
-                self.estimated(tiers.terms.clone(), &segments, &floor, stepping, counts, &space, (solver, watch))?;
-            // What explains parts of the data to rounding explains all of it, or all but a few steps.
-            if rounded && !found.as_ref().is_some_and(|(_, leaves_nothing)| *leaves_nothing) {
-                exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
-            }
-            if exact.is_none() {
-                let found = found.map(|(found, _)| found);
-                return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
-            }
+            let simulators = motion::simulators(&runs, &rates, self.spec.dt);
+            let steppings = (stepping, &simulators[..]);
+            let found = self.estimated(tiers.terms, &segments, &floor, steppings, counts, &space, (solver, watch))?;
+            return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
         }
         let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };
         let runs = kept.as_deref().unwrap_or(&runs);
@@ -106,9 +95,7 @@ impl Identifier {
         // The verdict is one on the model that is written, whose coefficients are others than those the search judged.
         let explained = search.explained_by(&found, &model, &residuals);
         for (fit, explained) in found.fits.iter_mut().zip(explained) {
-            // Of many steps, other terms that explain them as well are a doubt; of few there are always some. Terms that are the same on
-            // all data are told by their complexity.
-            fit.reached_floor &= explained && (search.is_short() || fit.ties.len() == fit.n_twins);
+            fit.reached_floor &= explained;
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
         let report = Report::in_motion(
@@ -132,11 +119,11 @@ impl Identifier {
 
     /// Standard deviations of the noise of the observations (m), estimated where none is declared and states have limits.
     fn noise_of_limited(&self, segments: &[Segment], floor: &[f64]) -> Option<Vec<f64>> {
-        let limited = |c: &Channel| c.bounds.0.is_finite() || c.bounds.1.is_finite();
+        let limited = |c: &Channel| c.prior.bounds.0.is_finite() || c.prior.bounds.1.is_finite();
         if self.spec.noise > 0.0 || !self.spec.state.iter().any(limited) {
             return None;
         }
-        let sigma = smooth(segments, &self.rates(), floor).sigma;
+        let sigma = Smoother::new(segments, &self.rates(), floor).signals(floor).sigma;
         let of = |o: &Channel| self.spec.state.iter().position(|s| s.name == o.name).map_or(0.0, |i| sigma[i]);
         Some(self.spec.observation.iter().map(of).collect())
     }

@@ -53,8 +53,6 @@ use rows::Rows;
 ///     precision: Precision::F64,
 ///     noise: 0.0,
 ///     dt: 0.1,
-///     max_steps: 20,
-///     solved_at: None,
 /// };
 /// let mut data = Dataset::new(2, 1, 1, spec.dt);
 /// let (mut x, mut v) = (0.3, -0.2);

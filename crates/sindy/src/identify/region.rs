@@ -16,11 +16,11 @@ const POINTS: usize = 256;
 pub(super) fn points(spec: &Spec, channels: &[Channel], inputs: &[Input], z: &Array2<f64>) -> Array2<f64> {
     let n = channels.len();
     let range = |(i, (channel, input)): (usize, (&Channel, &Input))| {
-        let reach = z.column(i).iter().fold(channel.scale, |largest: f64, v| largest.max(v.abs()));
+        let reach = z.column(i).iter().fold(channel.prior.scale, |largest: f64, v| largest.max(v.abs()));
         if input.role == Role::Turning {
             (-PI, PI)
         } else {
-            (channel.bounds.0.max(-reach), channel.bounds.1.min(reach))
+            (channel.prior.bounds.0.max(-reach), channel.prior.bounds.1.min(reach))
         }
     };
     let all = channels.iter().chain(&spec.control).zip(inputs);

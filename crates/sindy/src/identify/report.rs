@@ -209,10 +209,11 @@ impl Report {
     /// The account of an estimate. Residuals are those of one step: what the noise of both samples adds to Δx/Δt.
     pub(super) fn estimated(names: &[String], counts: Counts, found: &Estimate, dt: f64) -> Self {
         let of_a_step = |sigma: f64| 2_f64.sqrt() * sigma / dt;
+        let of_noise = |values: &Vec<f64>| if found.rounding.is_some() { Vec::new() } else { values.clone() };
         let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
             state: state.clone(),
             residual: of_a_step(found.sigma[i]),
-            floor: of_a_step(found.signal_noise[i]),
+            floor: of_a_step(found.rounding.as_ref().unwrap_or(&found.signal_noise)[i]),
             reached_floor: found.doubts[i].is_none(),
             doubt: found.doubts[i],
             proved: false,
@@ -230,10 +231,10 @@ impl Report {
             rows_astray: counts.astray,
             features: found.terms.iter().map(|t| feature(t, names)).collect(),
             condition: found.condition,
-            noise: Noise::Estimated,
-            noise_deviations: found.sigma.clone(),
-            noise_growing: found.growing.clone(),
-            fit: found.fit.clone(),
+            noise: if found.rounding.is_some() { Noise::Rounding } else { Noise::Estimated },
+            noise_deviations: of_noise(&found.sigma),
+            noise_growing: of_noise(&found.growing),
+            fit: of_noise(&found.fit),
             search_complete: found.complete,
             warnings: too_coarse(names, found),
             equations: equations.collect(),

@@ -127,8 +127,6 @@ impl Signals {
             precision: Precision::F64,
             noise: 0.0,
             dt,
-            max_steps: usize::MAX,
-            solved_at: None,
         })
     }
 }

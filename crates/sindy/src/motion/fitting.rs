@@ -216,6 +216,5 @@ fn kinematic(system: &System<'_>, rate: usize) -> Selected {
         proved: true,
         path: Vec::new(),
         ties: Vec::new(),
-        n_twins: 0,
     }
 }

@@ -78,13 +78,14 @@ pub(crate) fn at_limit(spec: &Spec, observation: ArrayView1<'_, f64>, noise: &[f
         if matches!(channel.kind, Kind::CosOf(_) | Kind::SinOf(_)) {
             return false;
         }
-        let declared = spec.state.iter().find(|s| s.name == channel.name).map_or(channel.bounds, |s| s.bounds);
+        let declared =
+            spec.state.iter().find(|s| s.name == channel.name).map_or(channel.prior.bounds, |s| s.prior.bounds);
         let rounding = match spec.precision {
             Precision::F32 => 1.5 * f64::from(f32::EPSILON),
             Precision::F64 => 1e-9,
         };
         let near = |bound: f64| rounding * bound.abs() + NEAR * noise;
-        [channel.bounds, declared].into_iter().any(|(low, high)| {
+        [channel.prior.bounds, declared].into_iter().any(|(low, high)| {
             (low.is_finite() && value <= low + near(low)) || (high.is_finite() && value >= high - near(high))
         })
     })

@@ -74,6 +74,18 @@ pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
     })
 }
 
+/// Ways in which a simulator may have gone from sample to sample, the likeliest first, where the states with known rates do not show one that is
+/// discrete.
+pub(crate) fn simulators(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Vec<Stepping> {
+    match shown(runs, rates, dt) {
+        None => vec![Stepping::Euler],
+        Some(Stepping::Continuous { .. }) => {
+            substeps_shown(runs, rates, dt).into_iter().map(|substeps| Stepping::SemiImplicit { substeps }).collect()
+        }
+        Some(_) => Vec::new(),
+    }
+}
+
 /// Numbers of semi-implicit steps per control interval that the states with known rates show, the likeliest first: a simulator that takes several steps from
 /// sample to sample, as MuJoCo's do. Empty where continuous time is as likely, or one step.
 ///

@@ -4,6 +4,7 @@ use ndarray::Array2;
 
 use super::eliminate::Elimination;
 use super::flow::Flow;
+use super::work::Work;
 use crate::Triangle;
 use crate::data::Segment;
 
@@ -59,8 +60,8 @@ pub(crate) struct Bounds<'a> {
 }
 
 /// Fits the coefficients of `flow` to `segments`, from `xi` and states `x` (T + 1, n each) near the data; `sigma` (n) is a guess
-/// of the noise, which is estimated anew, within the bounds `noise`. `parts` are the numbers of the [`PARTS`] gone through. `None` if the
-/// equations cannot follow the data, or `go_on` says no.
+/// of the noise, which is estimated anew, within the bounds `noise`. `parts` are the numbers of the [`PARTS`] gone through; `work` tells what
+/// it cost. `None` if the equations cannot follow the data, or `go_on` says no.
 ///
 /// Minimises Σ ((x measured − x)/σ)² + Σ ((x⁺ − F(x; ξ))/q)² over ξ and all x, where q is a small part of σ: the equations are
 /// followed through each whole trajectory, and yet every sample is a node from which they are linearised.
@@ -74,17 +75,17 @@ pub(crate) fn fit(
     sigma: &[f64],
     noise: Bounds<'_>,
     parts: std::ops::Range<usize>,
-    go_on: &dyn Fn() -> bool,
+    (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Fit> {
     let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec(), left: sigma.to_vec() };
     let last = parts.end.min(PARTS.len()).saturating_sub(1);
     for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
         let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
-        state.iterate(flow, segments, *part, iterations, go_on)?;
+        state.iterate(flow, segments, (*part, iterations), (work, go_on))?;
         state.update_noise(flow, segments, noise);
     }
     // With the noise that was found at last.
-    let triangle = state.iterate(flow, segments, PARTS[last], 3, go_on)?;
+    let triangle = state.iterate(flow, segments, (PARTS[last], 3), (work, go_on))?;
     state.update_noise(flow, segments, noise);
     let drift = state.drift(flow, segments);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
@@ -100,8 +101,9 @@ pub(crate) fn linearised(
     (xi, x): (&[f64], &[Array2<f64>]),
     sigma: &[f64],
     part: usize,
-    go_on: &dyn Fn() -> bool,
+    (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Triangle> {
+    work.elimination(flow, segments);
     let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
     Some(state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.0)
 }
@@ -115,8 +117,9 @@ pub(crate) fn innovations(
     (xi, x): (&[f64], &[Array2<f64>]),
     sigma: &[f64],
     part: usize,
-    go_on: &dyn Fn() -> bool,
+    (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Vec<Array2<f64>>> {
+    work.elimination(flow, segments);
     let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
     let mut all = vec![Vec::new(); segments.len()];
     state.eliminated(
@@ -207,16 +210,17 @@ impl State {
         &mut self,
         flow: &Flow,
         segments: &[Segment],
-        part: f64,
-        iterations: usize,
-        go_on: &dyn Fn() -> bool,
+        (part, iterations): (f64, usize),
+        (work, go_on): (&Work, &dyn Fn() -> bool),
     ) -> Option<Triangle> {
+        work.steps(flow, segments);
         let mut cost = self.cost(flow, segments, part);
         let mut triangle = None;
         if !cost.is_finite() {
             return None;
         }
         for _ in 0..iterations {
+            work.elimination(flow, segments);
             let (factor, eliminations) = self.eliminated(flow, segments, (part, true), go_on, None)?;
             let mut taken = None;
             // First the whole step and parts of it; then, of parameters inside terms, steps that ill-determined combinations take no part in.
@@ -237,6 +241,7 @@ impl State {
                 let xi = self.xi.iter().zip(delta).map(|(c, d)| c + by * d).collect();
                 let x = self.x.iter().zip(moved).map(|(x, d)| x + &(d * by)).collect();
                 let trial = Self { xi, x, sigma: self.sigma.clone(), left: Vec::new() };
+                work.steps(flow, segments);
                 let gained = trial.cost(flow, segments, part);
                 if gained < cost {
                     taken = Some((trial, gained));
@@ -393,7 +398,7 @@ mod tests {
                 &[0.1, 0.1],
                 Bounds { floor: &[1e-9; 2], shape: &[0.01, 0.03] },
                 0..4,
-                &|| true,
+                (&Work::default(), &|| true),
             )
             .expect("a fit");
             for i in 0..3 {

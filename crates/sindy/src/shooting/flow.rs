@@ -91,6 +91,9 @@ pub(crate) struct Stage<'a> {
 /// Number of the first parameter inside a term, until all variables before it are counted; no system has as many.
 const PARAMETERS: usize = 1 << 25;
 
+/// How much more it takes for every sign that may turn within a step.
+const TURNING: usize = 4;
+
 /// Substeps per interval in which derivatives are followed, at most.
 const DERIVATIVE_SUBSTEPS: usize = 2;
 
@@ -216,9 +219,10 @@ impl Flow {
         registers[first..first + inside.len()].copy_from_slice(inside);
     }
 
-    /// Operations for the rates and their derivatives, functions counted as one.
-    pub(crate) fn n_operations(&self) -> usize {
-        self.tape.n_registers()
+    /// Nodes of the rates that one step computes.
+    pub(super) fn n_rates(&self) -> u64 {
+        let rates = self.tape.n_registers() * (1 + TURNING * self.switches.len()) + self.n;
+        (self.n_stages() * rates) as u64
     }
 
     /// Whether there are parameters inside terms.

@@ -8,7 +8,9 @@ mod step;
 mod switches;
 mod tableau;
 mod turn;
+mod work;
 
 pub(crate) use fit::{Bounds, Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
 pub(crate) use step::Scratch;
+pub(crate) use work::Work;

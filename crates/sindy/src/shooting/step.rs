@@ -164,6 +164,18 @@ impl Flow {
         }
     }
 
+    /// Times that the rates are computed in one step.
+    pub(super) fn n_stages(&self) -> usize {
+        match self.stepping {
+            Stepping::Euler => 1,
+            Stepping::SemiImplicit { substeps } => substeps,
+            Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
+                let (tableau, substeps) = self.scheme(substeps);
+                tableau.b.len() * substeps
+            }
+        }
+    }
+
     /// The scheme and its number of steps for an interval of `substeps`: many of them are too few for the classical one.
     fn scheme(&self, substeps: usize) -> (&'static Tableau, usize) {
         if substeps < OF_EIGHTH || self.is_classical() { (&FOURTH, substeps) } else { (&EIGHTH, substeps / OF_EIGHTH) }

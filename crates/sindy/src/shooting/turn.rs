@@ -113,6 +113,7 @@ impl Flow {
         if self.switches.is_empty() || self.is_classical() {
             return None;
         }
+        let (mut before, _) = self.margin((x, u, xi), scratch);
         let mut z = [x, u].concat();
         let mut margin = |time: f64| {
             let mut at = x.to_vec();
@@ -120,7 +121,6 @@ impl Flow {
             self.margin((&at, u, xi), scratch)
         };
         let (mut early, mut late) = (0.0, left);
-        let (mut before, _) = margin(early);
         let (mut beyond, mut switch) = margin(late);
         // Numbers that are none are told by the step that is made with them.
         if before.is_nan() || beyond.is_nan() || beyond >= 0.0 {

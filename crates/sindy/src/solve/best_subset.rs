@@ -68,8 +68,6 @@ pub struct Selected {
     pub path: Vec<SizeReport>,
     /// Other subsets that the data cannot tell from this one, best first, at most eight.
     pub ties: Vec<Vec<usize>>,
-    /// How many of these, the first ones, only have a term that equals one of the chosen on all data.
-    pub n_twins: usize,
 }
 
 /// Part of the floor within which residuals are as good as equal: the floor is generous, ties should not be.
@@ -107,6 +105,8 @@ pub(crate) struct Candidates {
     pub(crate) sizes: Vec<(Vec<Subset>, bool)>,
     /// Columns left out because they equal another, with that one.
     pub(crate) equal: Vec<(usize, usize)>,
+    /// Operations that this took.
+    pub(crate) work: u64,
 }
 
 impl BestSubset {
@@ -145,6 +145,7 @@ impl BestSubset {
         let rows = triangle.n_rows();
         let limits = Limits { bound: Bound::Gains, budget: self.budget, go_on };
         let mut sizes: Vec<(Kept, bool)> = Vec::new();
+        let mut work = 0;
         let mut smaller: Vec<Candidate> = Vec::new();
         let subset = |c: &Candidate| Subset { support: support_of(c, &columns), rss: c.rss };
         for size in 0..=self.max_size.min(columns.len()).min(rows.saturating_sub(2)) {
@@ -153,7 +154,9 @@ impl BestSubset {
                 grow(&problem, &smaller[..smaller.len().min(starts)], &mut kept);
             }
             let begun = rows > columns.len() || problem.n_subsets(size) <= self.budget as f64;
-            let complete = begun && search(&problem, size, &limits, &mut kept).open.is_infinite();
+            let searched = begun.then(|| search(&problem, size, &limits, &mut kept));
+            work += searched.as_ref().map_or(0, |account| account.work);
+            let complete = searched.is_some_and(|account| account.open.is_infinite());
             smaller = kept.clone().into_best();
             let stop = smaller.first().is_none_or(|c| enough(&subset(c)));
             sizes.push((kept, complete));
@@ -170,7 +173,8 @@ impl BestSubset {
             }
         }
         let of = |(kept, proved): (Kept, bool)| (kept.into_best().iter().map(subset).collect(), proved);
-        Candidates { sizes: sizes.into_iter().map(of).collect(), equal }
+        work += problem.work();
+        Candidates { sizes: sizes.into_iter().map(of).collect(), equal, work }
     }
 
     /// Chooses among the first `complexity.len()` columns of `triangle` for its column `target`.
@@ -270,7 +274,7 @@ impl BestSubset {
             residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
             proved: *proved,
         });
-        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties, n_twins }
+        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties }
     }
 }
 
@@ -312,13 +316,7 @@ impl Selected {
 
     /// The same with the account of the search that found the terms.
     pub(crate) fn found_by(self, search: &Self) -> Self {
-        Self {
-            proved: search.proved,
-            path: search.path.clone(),
-            ties: search.ties.clone(),
-            n_twins: search.n_twins,
-            ..self
-        }
+        Self { proved: search.proved, path: search.path.clone(), ties: search.ties.clone(), ..self }
     }
 
     /// The account of a fit of all terms, with coefficients that may be zero.
@@ -337,15 +335,6 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self {
-            support,
-            coefficients,
-            residual,
-            reached_floor,
-            proved: false,
-            path: Vec::new(),
-            ties: Vec::new(),
-            n_twins: 0,
-        }
+        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
     }
 }

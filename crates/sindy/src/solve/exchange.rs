@@ -9,7 +9,7 @@ const ROUNDS: usize = 40;
 /// Offers good subsets of one more column than those in `from` have: a forward step from each, then exchanges until none helps.
 pub(crate) fn grow(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
     for start in from {
-        if let Some(grown) = complete(problem, &start.subset, kept) {
+        if let Some(grown) = forward(problem, &start.subset, kept) {
             exchange(problem, grown, kept);
         }
     }
@@ -37,111 +37,133 @@ pub(crate) fn shrink(problem: &Problem, from: &[Candidate], kept: &mut Kept) {
     }
 }
 
+/// The best of `subset` with one more column; all of them are offered.
+fn forward(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Candidate> {
+    let view = View::new(problem, subset)?;
+    let mut best = None;
+    view.complete(None, &mut best, kept);
+    best
+}
+
 /// Exchanges one column of `current` for another as long as that helps.
 fn exchange(problem: &Problem, mut current: Candidate, kept: &mut Kept) {
     for _ in 0..ROUNDS {
-        let mut better: Option<Candidate> = None;
+        let Some(view) = View::new(problem, &current.subset) else { break };
+        let mut better = None;
         for out in 0..current.subset.len() {
-            let mut rest = current.subset.clone();
-            rest.remove(out);
-            let found = complete(problem, &rest, kept);
-            let bar = better.as_ref().map_or(current.rss * (1.0 - 1e-9), |b| b.rss);
-            better = found.filter(|c| c.rss < bar).or(better);
+            view.complete(Some(out), &mut better, kept);
         }
-        match better {
+        match better.filter(|b| b.rss < current.rss * (1.0 - 1e-9)) {
             Some(next) => current = next,
             None => break,
         }
     }
 }
 
-/// Offers `subset` with each other column added; the best of these.
-fn complete(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Candidate> {
-    let basis = problem.basis(subset)?;
-    let mut residual = problem.target().to_vec();
-    basis.iter().for_each(|q| subtract(&mut residual, q));
-    let quick = Quick::new(problem, subset, &residual);
-    let mut scratch = vec![0.0; subset.len()];
-    let mut best: Option<Candidate> = None;
-    // The most promising first: what follows is then mostly passed over.
-    let mut order: Vec<(f64, usize)> = (0..problem.n_columns())
-        .filter(|j| !subset.contains(j))
-        .map(|j| (quick.bound(j, &mut scratch) + problem.unreachable(), j))
-        .collect();
-    order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    for (bound, j) in order {
-        let of = |c: &Candidate| c.rss;
-        if bound > best.as_ref().map_or(f64::INFINITY, of).max(kept.cutoff()) {
-            break;
-        }
-        let mut a = problem.column(j).to_vec();
-        take_out_all(&mut a, &basis);
-        if square(&a) < DEPENDENT {
-            continue;
-        }
-        let along = dot(&residual, &a) / square(&a);
-        let left = residual.iter().zip(&a).map(|(r, a)| (r - along * a) * (r - along * a)).sum::<f64>();
-        let rss = left + problem.unreachable();
-        let mut with = subset.to_vec();
-        with.insert(with.partition_point(|&i| i < j), j);
-        if rss <= kept.cutoff() && !kept.holds(&with) {
-            // The same number, to the last bit, by whatever way a subset is met.
-            kept.offer(problem.rss(&with).unwrap_or(f64::NAN), &with);
-        }
-        if best.as_ref().is_none_or(|b| rss < b.rss) {
-            best = Some(Candidate { rss, subset: with });
-        }
-    }
-    best
-}
-
-/// Bounds on residuals, with lengths by inner products of columns.
-struct Quick<'a> {
+/// All columns as a subset leaves them: what its subsets of one column less leave follows from that.
+struct View<'a> {
     problem: &'a Problem,
     subset: &'a [usize],
-    /// What the subset leaves of the target, and its squared length.
-    residual: &'a [f64],
+    /// Inner products of the orthonormal basis of the subset with the target (k).
+    target: Vec<f64>,
+    /// Squared length of what the subset leaves of the target, as far as columns reach.
     rss: f64,
-    /// L of L Lᵀ = Gram of the subset, row by row; empty if it cannot be trusted.
-    factor: Vec<f64>,
+    /// R of the subset's columns in the basis, column after column (k, k).
+    triangle: Vec<f64>,
+    others: Vec<Other>,
 }
 
-/// Squared lengths below this are not trusted to a difference of inner products.
+/// A column that is not in the subset.
+struct Other {
+    column: usize,
+    /// Inner products with the basis (k).
+    along: Vec<f64>,
+    /// Squared length of what the subset leaves of it.
+    distance: f64,
+    /// Inner product of that with what it leaves of the target.
+    reached: f64,
+}
+
+/// Squared lengths, and parts of the target, below which differences are computed anew from columns.
 const TRUSTED: f64 = 1e-6;
 
-impl<'a> Quick<'a> {
-    fn new(problem: &'a Problem, subset: &'a [usize], residual: &'a [f64]) -> Self {
+impl<'a> View<'a> {
+    /// None if the columns of `subset` depend on each other.
+    fn new(problem: &'a Problem, subset: &'a [usize]) -> Option<Self> {
         let k = subset.len();
-        let mut factor = vec![0.0; k * k];
-        for i in 0..k {
-            for j in 0..=i {
-                let known: f64 = (0..j).map(|m| factor[i * k + m] * factor[j * k + m]).sum();
-                let left = problem.product(subset[i], subset[j]) - known;
-                if i == j && left < TRUSTED {
-                    return Self { problem, subset, residual, rss: square(residual), factor: Vec::new() };
-                }
-                factor[i * k + j] = if i == j { left.sqrt() } else { left / factor[j * k + j] };
+        let basis = problem.basis(subset)?;
+        let mut residual = problem.target().to_vec();
+        basis.iter().for_each(|q| subtract(&mut residual, q));
+        let along = |a: &[f64]| basis.iter().map(|q| dot(q, a)).collect::<Vec<f64>>();
+        let other = |column: usize| {
+            let a = problem.column(column);
+            let along = along(a);
+            let mut distance = 1.0 - square(&along);
+            let mut reached = dot(&residual, a);
+            if distance < TRUSTED {
+                let mut left = a.to_vec();
+                take_out_all(&mut left, &basis);
+                (distance, reached) = (square(&left), dot(&residual, &left));
             }
-        }
-        Self { problem, subset, residual, rss: square(residual), factor }
+            Other { column, along, distance, reached }
+        };
+        let others: Vec<Other> = (0..problem.n_columns()).filter(|j| !subset.contains(j)).map(other).collect();
+        problem.worked((others.len() + 2 * k) * (k + 1) * problem.dim());
+        let triangle = subset.iter().flat_map(|&j| along(problem.column(j))).collect();
+        let target = along(problem.target());
+        Some(Self { problem, subset, target, rss: square(&residual), triangle, others })
     }
 
-    /// A lower bound on the squared residual, in the reachable part, after column `j` is chosen too. `v` (k) is scratch space.
-    fn bound(&self, j: usize, v: &mut [f64]) -> f64 {
+    /// The direction, in the basis, in which the subset's column number `out` alone reaches.
+    fn direction(&self, out: usize) -> Vec<f64> {
         let k = self.subset.len();
-        if self.factor.len() < k * k {
-            return 0.0;
+        let mut z = vec![0.0; k];
+        for i in out..k {
+            let column = &self.triangle[i * k..=i * k + i];
+            let known: f64 = column[..i].iter().zip(&z).map(|(r, z)| r * z).sum();
+            z[i] = (if i == out { 1.0 } else { 0.0 } - known) / column[i];
         }
-        let mut left = 1.0;
-        for i in 0..k {
-            let row = &self.factor[i * k..=i * k + i];
-            let known: f64 = row[..i].iter().zip(&*v).map(|(l, v)| l * v).sum();
-            v[i] = (self.problem.product(self.subset[i], j) - known) / row[i];
-            left -= v[i] * v[i];
+        let length = square(&z).sqrt();
+        z.iter_mut().for_each(|v| *v /= length);
+        z
+    }
+
+    /// Offers the subset, without its column number `out` if there is one, with each other column added; `best` is the best of all so far.
+    fn complete(&self, out: Option<usize>, best: &mut Option<Candidate>, kept: &mut Kept) {
+        let Self { problem, subset, .. } = *self;
+        let z = out.map(|out| self.direction(out));
+        let along = |of: &[f64]| z.as_ref().map_or(0.0, |z| dot(z, of));
+        let freed = along(&self.target);
+        let total = self.rss + freed * freed;
+        let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.others.len());
+        for other in &self.others {
+            let t = along(&other.along);
+            let distance = other.distance + t * t;
+            if distance < DEPENDENT {
+                continue;
+            }
+            let left = total - (other.reached + freed * t).powi(2) / distance;
+            // The number is wrong by what was cancelled.
+            let trusted = distance > TRUSTED && left > TRUSTED * total;
+            let bound = if trusted { left } else { 0.0 };
+            order.push((bound + problem.unreachable(), other.column));
         }
-        if left < TRUSTED {
-            return 0.0;
+        problem.worked(self.others.len() * (subset.len() + 8));
+        // The most promising first: what follows is then passed over.
+        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (bound, j) in order {
+            if bound * (1.0 - 1e-8) > best.as_ref().map_or(f64::INFINITY, |b| b.rss).max(kept.cutoff()) {
+                break;
+            }
+            let mut with: Vec<usize> =
+                subset.iter().enumerate().filter(|(at, _)| Some(*at) != out).map(|(_, &i)| i).collect();
+            with.insert(with.partition_point(|&i| i < j), j);
+            // The same number, to the last bit, by whatever way a subset is met.
+            let Some(rss) = problem.rss(&with) else { continue };
+            kept.offer(rss, &with);
+            if best.as_ref().is_none_or(|b| rss < b.rss) {
+                *best = Some(Candidate { rss, subset: with });
+            }
         }
-        self.rss - dot(self.problem.column(j), self.residual).powi(2) / left - 1e-8 * self.rss
     }
 }

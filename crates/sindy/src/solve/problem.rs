@@ -1,5 +1,7 @@
 //! One regression as the searches see it: columns of unit length and a target.
 
+use std::cell::Cell;
+
 use super::candidates::binomial;
 
 /// Columns of one regression, each of unit length, and their target.
@@ -12,9 +14,12 @@ pub(crate) struct Problem {
     target: Vec<f64>,
     /// Squared length of the part of the target that no column reaches.
     unreachable: f64,
-    /// Inner products of the columns (columns, columns).
-    gram: Vec<f64>,
+    /// Multiplications, with an addition each, of searches without a tree so far.
+    work: Cell<u64>,
 }
+
+/// Multiplications of long columns that take as long as one operation of the tree.
+const LANES_AT_ONCE: u64 = 3;
 
 /// Squared distance from the span of the others at which a column of unit length counts as dependent.
 pub(super) const DEPENDENT: f64 = 1e-18;
@@ -23,21 +28,17 @@ impl Problem {
     /// A problem of `columns` and a `target`, all of length `dim`; `unreachable` is the squared length of what was cut
     /// off the target. The columns must have unit length.
     pub(crate) fn new(dim: usize, columns: Vec<f64>, target: Vec<f64>, unreachable: f64) -> Self {
-        let count = columns.len().checked_div(dim).unwrap_or(0);
-        let column = |j: usize| &columns[j * dim..(j + 1) * dim];
-        let mut gram = vec![0.0; count * count];
-        for i in 0..count {
-            for j in 0..=i {
-                gram[i * count + j] = dot(column(i), column(j));
-                gram[j * count + i] = gram[i * count + j];
-            }
-        }
-        Self { dim, columns, target, unreachable, gram }
+        Self { dim, columns, target, unreachable, work: Cell::new(0) }
     }
 
-    /// Inner product of columns `i` and `j`.
-    pub(super) fn product(&self, i: usize, j: usize) -> f64 {
-        self.gram[i * self.n_columns() + j]
+    /// Operations so far, of about a nanosecond each, as those of the tree.
+    pub(super) fn work(&self) -> u64 {
+        self.work.get() / LANES_AT_ONCE
+    }
+
+    /// Counts `multiplications`.
+    pub(super) fn worked(&self, multiplications: usize) {
+        self.work.set(self.work.get() + multiplications as u64);
     }
 
     pub(crate) fn n_columns(&self) -> usize {
@@ -91,6 +92,7 @@ impl Problem {
 
     /// The squared residual of `subset` by orthogonal columns, without cancellation; none if they depend on each other.
     pub(crate) fn rss(&self, subset: &[usize]) -> Option<f64> {
+        self.worked(subset.len() * subset.len() * self.dim);
         let mut residual = self.target.clone();
         self.basis(subset)?.iter().for_each(|q| subtract(&mut residual, q));
         Some(square(&residual) + self.unreachable)

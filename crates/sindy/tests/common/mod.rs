@@ -20,8 +20,6 @@ fn spec(name: &str, state: Vec<Channel>, observation: Vec<Channel>, u: f64, prec
         precision,
         noise: 0.0,
         dt,
-        max_steps: 200,
-        solved_at: None,
     }
 }
 

@@ -211,7 +211,8 @@ impl Args {
             Some(end) if end == "toml" => Source::File(path.to_owned()),
             _ => Source::Named(task.to_owned()),
         };
-        let (spec, simulator) = source.spec()?;
+        let (declared, simulator) = source.task()?;
+        let spec = declared.spec();
         if matches!(source, Source::File(_)) && problem::names().contains(&spec.name.as_str()) {
             return Err(Failure::new(format!("{task} is called `{}`, as a task that comes along", spec.name))
                 .hint("give the task in the file another name"));

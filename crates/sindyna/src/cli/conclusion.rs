@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sindyna_core::number::{plural, significant};
 use sindyna_record::identification::Account;
-use sindyna_record::run::{Confirmation, Coverage, Prediction, StateRange, Summary, Timing};
+use sindyna_record::run::{Confirmation, Coverage, PlannerReturn, Prediction, StateRange, Summary, Timing};
 use sindyna_report::text;
 
 use super::evaluate::report;
@@ -39,8 +39,12 @@ impl Conclusion<'_> {
             _ => "\n".into(),
         };
         if let Some(model_return) = training.model_return {
-            text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
-            text += if training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
+            if training.planners.is_empty() {
+                text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
+                text += if training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
+            } else {
+                text += &planned(&training.planners, &training.algorithm);
+            }
         }
         if let Some(confirmation) = &training.confirmation {
             text += &confirmed(confirmation);
@@ -67,7 +71,9 @@ impl Conclusion<'_> {
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };
         if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {
-            text += &format!("one action takes {:.1} µs\n", 1e6 * seconds);
+            text += &format!("one action takes {:.1} µs", 1e6 * seconds);
+            let slowest = self.timing.and_then(|timing| timing.slowest_act_seconds);
+            text += &slowest.map_or("\n".into(), |slowest| format!(", the slowest took {slowest:.3} s\n"));
         }
         if let Some(timing) = self.timing {
             text += &format!(
@@ -81,6 +87,14 @@ impl Conclusion<'_> {
         }
         text
     }
+}
+
+/// What planners earned in the model, and which was kept.
+fn planned(planners: &[PlannerReturn], kept: &str) -> String {
+    let each = planners.iter().map(|planner| format!("{} {:.1}", planner.name, planner.model_return));
+    let each = each.collect::<Vec<_>>().join(", ");
+    let why = if planners.len() > 1 { format!("; {kept} was kept: no other earns 1 % more") } else { String::new() };
+    format!("return in the model: {each}{why}\n")
 }
 
 fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>) -> String {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use serde::Serialize;
-use sindyna_core::{Seed, Space, Spec};
+use sindyna_core::{Policy, Seed, Space, Spec};
 use sindyna_rl::SavedPolicy;
 
 use super::answer::{Answer, Verdict};
@@ -12,8 +12,9 @@ use super::common::Common;
 use crate::cli::failure::Failure;
 use crate::problem::{Problem, Source};
 use crate::settings::{TrainConfig, check_episodes};
-use crate::training::evaluation;
-use sindyna_record::run::Evaluation;
+use crate::training::{evaluation, planner};
+use sindyna_record::run::{Evaluation, Summary};
+use sindyna_sindy::Model;
 
 /// Runs a trained policy on the real system again
 ///
@@ -59,6 +60,11 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     };
     let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
+    let source = Source::of(&config, &args.run);
+    let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
+    if !config.controller.trains() {
+        return planned(args, &config, &*problem, &read);
+    }
     if !args.run.join("policy.safetensors").exists() {
         let config = args.run.join("config.toml");
         return Err(Failure::new(format!("{} holds no policy: its training left none", args.run.display()))
@@ -66,8 +72,6 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     }
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
         .with_context(|| format!("{} is not a policy", args.run.join("policy.safetensors").display()))?;
-    let source = Source::of(&config, &args.run);
-    let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
     if problem.log().is_some() {
         return Err(Failure::new(format!(
             "{} was trained in the equations of a log: there is no system to evaluate its policy on",
@@ -75,15 +79,43 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         ))
         .hint(format!("`sindyna show {}` tells what is predicted", args.run.display())));
     }
+    fits(&policy, problem.spec())?;
+    evaluated(args, &config, &*problem, &policy)
+}
+
+/// The planner of a run, in the equations that it found.
+fn planned(
+    args: &Args,
+    config: &TrainConfig,
+    problem: &dyn Problem,
+    read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>,
+) -> Result<Answer, Failure> {
+    if problem.log().is_some() {
+        return Err(Failure::new(format!(
+            "{} planned in the equations of a log: there is no system to evaluate it on",
+            args.run.display()
+        )));
+    }
+    let text = |name: &str| read(name).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    let model = Model::from_json(&text("model.json")?).context("model.json is no model")?;
+    let summary = Summary::from_json(&text("summary.json")?).context("summary.json is not that of a run")?;
+    let name = &summary.training.algorithm;
+    let Some(planner) = planner(problem, name, model)? else {
+        return Err(Failure::new(format!("{} kept no planner: its algorithm is `{name}`", args.run.display()))
+            .hint("run it again with `sindyna train --config RUN/config.toml`"));
+    };
+    evaluated(args, config, problem, &planner)
+}
+
+fn evaluated(args: &Args, config: &TrainConfig, problem: &dyn Problem, policy: &dyn Policy) -> Result<Answer, Failure> {
     let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
     check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
-    fits(&policy, problem.spec())?;
-    let evaluation = args.common.pool()?.install(|| evaluation(&*problem, &policy, episodes, seed))?;
-    let Spec { name, solved_at, .. } = problem.spec();
-    let solved = solved_at.map(|mark| evaluation.mean_return >= mark);
-    let result = Evaluated { task: name, solved, threshold: *solved_at, evaluation: &evaluation };
-    Answer::new(verdict(&*problem, &evaluation), report(*solved_at, &evaluation, args.returns), &result)
+    let evaluation = args.common.pool()?.install(|| evaluation(problem, policy, episodes, seed))?;
+    let (name, threshold) = (&problem.spec().name, problem.protocol().solved_at);
+    let solved = threshold.map(|mark| evaluation.mean_return >= mark);
+    let result = Evaluated { task: name, solved, threshold, evaluation: &evaluation };
+    Answer::new(verdict(problem, &evaluation), report(threshold, &evaluation, args.returns), &result)
 }
 
 /// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
@@ -140,7 +172,7 @@ pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool
 
 /// [`Verdict::MissedTarget`] below the task's threshold.
 pub(crate) fn verdict(problem: &dyn Problem, evaluation: &Evaluation) -> Verdict {
-    match problem.spec().solved_at {
+    match problem.protocol().solved_at {
         Some(mark) if evaluation.mean_return < mark => Verdict::MissedTarget,
         _ => Verdict::Done,
     }
@@ -158,7 +190,7 @@ mod tests {
     fn policy(name: &str, space: Space) -> SavedPolicy {
         let problem = named(name).unwrap();
         let spec = sindyna_core::Spec { action_space: space, ..problem.spec().clone() };
-        let settings = TrainConfig::defaults(&spec).sac;
+        let settings = TrainConfig::defaults(&*problem.task()).sac;
         let agent = agent(settings, &spec, Isa::Portable, &mut Seed::new(0).stream("any", 0)).unwrap();
         SavedPolicy::from_safetensors(&agent.policy().to_bytes()).unwrap()
     }

@@ -78,8 +78,9 @@ fn policy(directory: &Path) -> Result<Option<(SavedPolicy, Vec<String>)>, Failur
     // Names are for comments; a system that is not there has none.
     let config = std::fs::read_to_string(directory.join("config.toml")).ok();
     let config = config.and_then(|text| TrainConfig::parse(&text).ok());
-    let spec = config.and_then(|config| Source::of(&config, directory).spec().ok());
-    let names = spec.map_or_else(Vec::new, |(spec, _)| spec.observation.into_iter().map(|c| c.name).collect());
+    let task = config.and_then(|config| Source::of(&config, directory).task().ok());
+    let names: Vec<String> =
+        task.map_or_else(Vec::new, |(task, _)| task.spec().observation.iter().map(|c| c.name.clone()).collect());
     let observed = if names.len() == policy.observation_dim() { names } else { Vec::new() };
     Ok(Some((policy, observed)))
 }

@@ -95,8 +95,7 @@ fn of_setting(name: &str) -> Option<String> {
 
 fn of_log(error: &LogError) -> Option<String> {
     Some(match error {
-        LogError::NotText { .. } => "a log is a CSV file: a header, then lines of numbers separated by commas".into(),
-        LogError::CarriageReturns { .. } => "end every line with a line feed, as `tr '\\r' '\\n' < LOG` does".into(),
+        LogError::NotText { .. } => "a log is a text file: a header, then lines of numbers separated by commas or the like".into(),
         LogError::Empty { .. } => "a log begins with a header line".into(),
         LogError::OneColumn { header, .. } => match header.chars().find(|c| [';', '\t', ',', '|'].contains(c)) {
             Some('\t') => "--delimiter tab separates cells by tabs".into(),
@@ -107,28 +106,23 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
         LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
         LogError::NotFinite { .. } => {
-            "remove the row, and begin another `trajectory` after it: what follows is a rollout of its own".into()
+            "another trajectory begins after a row whose cell is empty; a trajectory needs two rows".into()
         }
         LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
         LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
-        LogError::UnknownColumn { column, known } => return near(column, known),
+        LogError::UnknownColumn { column, known, .. } => return near(column, known),
         LogError::UnknownState { state, known, .. } => return near(state, known),
-        LogError::NoTime { similar: Some(column), .. } => format!(
-            "if `{column}` holds the time in seconds, give --time-column {column}; else the time between two rows with --dt"
-        ),
         LogError::NoTime { .. } => {
-            "give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
+            "name it with --time-column, or give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
         }
         LogError::TimeNotIncreasing { .. } => {
-            "a column `trajectory` tells where another rollout begins; --dt S leaves `t` aside".into()
+            "a column `trajectory` tells where another rollout begins; --dt S leaves time stamps aside".into()
         }
-        LogError::Uneven { suggested, .. } => format!(
-            "--resample {suggested} interpolates to even steps; --dt S takes the rows as evenly spaced whatever `t` says"
-        ),
         LogError::TooManyRows { .. } => "give --resample a longer step".into(),
         LogError::NotACircle { .. } | LogError::CircleTaken { .. } => {
             "--circles names pairs of columns that are cosine and sine of one angle".into()
         }
+        LogError::Unit { .. } => "--units COLUMN=UNIT says in which unit it is".into(),
         LogError::OwnRate { .. } | LogError::RateTaken { .. } => "--rates names pairs RATE=OF of two states".into(),
         LogError::RateCircle { .. } => "leave one of the pairs of --rates out: its equation is then looked for".into(),
         LogError::AngleAndRate { .. } => "take it off --angles, or say --rates none".into(),

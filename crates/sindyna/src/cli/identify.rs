@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sindyna_core::{Channel, Dataset, FitError, Kind, Precision};
-use sindyna_logs::{Log, Note, held_out};
+use sindyna_core::{Dataset, FitError};
+use sindyna_logs::{Log, Samples, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
 use sindyna_record::run::{RunDir, log_csv};
@@ -17,30 +17,30 @@ use super::answer::{Answer, Verdict};
 use super::common::Common;
 use super::console::Console;
 use super::identification::IdentificationOptions;
-use super::reading::{ReadingOptions, STDIN, source};
+use super::reading::{ReadingOptions, heading, source};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
+use crate::identify::recordings;
 use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
 use crate::settings::IdentificationConfig;
-use crate::training::{identified_bytes, predictions};
+use crate::training::{identified_bytes, predictions, timed};
 use record::{Document, Record};
-use sindyna_core::number::{plural, significant};
 
 /// Finds equations of motion in logged data, with no learning of a controller
 ///
-/// LOG is a CSV file with a header: a row per sample, a column per state and input, and if there is one a column `t` with
-/// the time in seconds. The input of a row is held until the next row. A column `trajectory` tells rollouts apart. Without
-/// --states this asks which columns are what, and shows the call. Prints the equations with the standard errors of their
+/// LOG is a text file with a header: a row per sample, a column per state and input, and if there is one a column of times, such as
+/// `t` or `time`. The input of a row is held until the next row. A column `trajectory` tells rollouts apart, as gaps and files do. Without
+/// --states the names of all columns tell which are what; if they do not, this asks and shows the call. Prints the equations with the standard errors of their
 /// coefficients, and leaves a directory with model.json (for `sindyna export`), identify.json (the whole account) and report.html
 /// (pictures of it).
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// CSV file with a header, `-` for standard input
-    #[arg(value_name = "LOG")]
-    log: PathBuf,
+    /// Text files with a header, each a trajectory or more of the same system; `-` for standard input
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadingOptions,
     #[command(flatten)]
@@ -98,16 +98,21 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     args.identification.check(&settings)?;
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(console);
-    let log = args.reading.read(&args.log)?;
+    let log = args.reading.read(&args.logs)?;
+    let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let identifier = settings.identifier(&log.spec)?;
     let identifier =
         if args.reading.is_without_noise() { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
-    let (data, held_out) = match args.holdout {
-        Some(share) => held_out(&log.data, share)?,
-        None => (log.data.clone(), Dataset::new(log.data.observation_dim(), log.data.control_dim(), 1, log.data.dt())),
+    let (samples, held_out) = match args.holdout {
+        Some(share) => {
+            let (samples, held_out) = held_out(&log, share)?;
+            (samples, Some(held_out).filter(|h| h.data.n_steps() > 0))
+        }
+        None => (Samples { data: log.data.clone(), times: log.times.clone() }, None),
     };
-    check_size(&identifier, &log, &data)?;
+    let Samples { data, times } = &samples;
+    check_size(&identifier, &log, data)?;
     progress.detail(|| {
         format!(
             "{} candidate terms, at least {} rows needed",
@@ -117,7 +122,12 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     });
     let found = args.common.pool()?.install(|| {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
-        identifier.identify_watched(&data, &Watch::going_on(&go_on).telling(&|stage| looking.tell(stage)))
+        let telling = |stage| looking.tell(stage);
+        let watch = Watch::going_on(&go_on).telling(&telling);
+        match times {
+            None => identifier.identify_watched(data, &watch),
+            Some(times) => identifier.identify_recordings_watched(&recordings(data, times), &watch),
+        }
     });
     progress.finish();
     let found = match found {
@@ -125,22 +135,24 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             progress.say("interrupted: nothing was written");
             return Ok(Answer::silent(Verdict::Interrupted));
         }
-        found => found.map_err(|e| explain(e, source(&args.log), &log))?,
+        found => found.map_err(|e| explain(e, logs[0], &log))?,
     };
     let mut account = Account::new(&found, &log.spec);
-    if held_out.n_steps() > 0 {
-        account.held_out = Some(HeldOut::of(&found.model, &identifier.recordings(&held_out)?));
+    if let Some(Samples { data, times }) = &held_out {
+        let recordings = timed(identifier.recordings(data)?, times.as_deref());
+        account.held_out = Some(HeldOut::of(&found.model, &recordings));
     }
 
     // What was found is told even if it cannot be written down.
-    let record = Record::new(source(&args.log), &log.spec, settings);
+    let record = Record::new(&logs, &log.spec, settings);
     let document = Document { record: &record, account: &account };
-    let predicted = predictions(&identifier, &found.model, &data, &log.spec).map(|table| table.to_csv()).transpose()?;
+    let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
+    let predicted = predicted.map(|table| table.to_csv()).transpose()?;
     let mut files = vec![
         ("config.toml", Some(toml::to_string(&record)?.into_bytes())),
         ("prediction.csv", predicted),
         ("model.json", Some(found.model.to_json().into_bytes())),
-        (RECORDED_LOG, Some(log_csv(&log.spec, &log.data)?)),
+        (RECORDED_LOG, Some(log_csv(&log.spec, &log.data, log.times.as_deref())?)),
         (RECORDED_MODELS, Some(identified_bytes(&found))),
         ("identify.json", Some(json(&document)?)),
     ];
@@ -149,7 +161,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         files.insert(1, (pages::PAGE, page));
     }
     let written = write(args.out.as_deref(), &record, files);
-    let mut text = heading(source(&args.log), &log) + "\n" + &sindyna_report::text::text(&account);
+    let mut text = heading(&logs, &log) + "\n" + &sindyna_report::text::text(&account);
     if account.explained == Some(false) {
         text += HELP;
     }
@@ -201,7 +213,7 @@ fn check_size(identifier: &Identifier, log: &Log, data: &Dataset) -> Result<(), 
 
 /// What can be done about data in which nothing was found.
 fn explain(error: FitError, path: &Path, log: &Log) -> Failure {
-    let limited = log.spec.state.iter().filter(|s| s.bounds.0.is_finite() || s.bounds.1.is_finite());
+    let limited = log.spec.state.iter().filter(|s| s.prior.bounds.0.is_finite() || s.prior.bounds.1.is_finite());
     let limited: Vec<String> = limited.map(|s| format!("`{}`", s.name)).collect();
     let hint = match &error {
         FitError::TooFewRows { .. } if !limited.is_empty() => format!(
@@ -209,53 +221,12 @@ fn explain(error: FitError, path: &Path, log: &Log) -> Failure {
             limited.join(", ")
         ),
         FitError::TooFewRows { .. } => "give it a longer log".into(),
+        FitError::Regression { .. } if log.times.is_some() => {
+            "--resample S interpolates to even steps, which every --target and --solver takes".into()
+        }
         _ => log.doubts().unwrap_or_else(|| "other terms (--library, --term) or another --target may do".into()),
     };
     Failure::from(anyhow::Error::new(error).context(format!("no equations in {}", path.display()))).hint(hint)
-}
-
-/// What was read, and what was made of it.
-fn heading(path: &Path, log: &Log) -> String {
-    let spec = &log.spec;
-    let state = |channel: &Channel| {
-        let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
-        match channel.kind {
-            Kind::Angle => format!("{}{unit} (angle)", channel.name),
-            Kind::RateOf(i) => format!("{}{unit} (rate of {})", channel.name, spec.state[i].name),
-            _ => format!("{}{unit}", channel.name),
-        }
-    };
-    let list = |channels: &[Channel]| match channels {
-        [] => "none".to_owned(),
-        channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
-    };
-    let mut text = format!(
-        "log: {}, {} rows in {}, a step every {} s\nstates: {}; inputs: {}; numbers as fine as {}\n",
-        path.display(),
-        log.rows,
-        plural(log.data.n_rollouts(), "rollout"),
-        significant(spec.dt, 9),
-        list(&spec.state),
-        list(&spec.control),
-        match spec.precision {
-            Precision::F32 => "float32",
-            Precision::F64 => "float64",
-        }
-    );
-    for note in &log.notes {
-        let _ = writeln!(text, "note: {note}{}", instead(note));
-    }
-    text
-}
-
-/// How to say otherwise than a note.
-fn instead(note: &Note) -> &'static str {
-    match note {
-        Note::Circle { .. } => "; say --circles none to stop this",
-        Note::Rate { .. } => "; say --rates none to stop this",
-        Note::Rounded { .. } => "; say --precision f64 to stop this",
-        _ => "",
-    }
 }
 
 /// The files of a model's directory, in the order in which they are written.
@@ -266,10 +237,6 @@ fn write(out: Option<&Path>, record: &Record, files: Vec<(&'static str, Option<V
     let files: Vec<(&str, Vec<u8>)> = files.into_iter().filter_map(|(name, bytes)| Some((name, bytes?))).collect();
     match out {
         Some(path) => Ok(RunDir::create(path, &files)?),
-        None => {
-            let stem = Path::new(&record.log).file_stem().filter(|_| record.log != STDIN);
-            let name = stem.unwrap_or("log".as_ref());
-            Ok(RunDir::create_numbered(&Path::new("models").join(name), &files)?)
-        }
+        None => Ok(RunDir::create_numbered(&Path::new("models").join(record.name()), &files)?),
     }
 }

@@ -14,6 +14,7 @@ mod failure;
 mod hints;
 mod identification;
 mod identify;
+mod inspect;
 mod interrupt;
 mod machine;
 mod man;
@@ -58,6 +59,7 @@ Begin with:  sindyna train pendulum";
 enum Command {
     Train(Box<train::Args>),
     Identify(Box<identify::Args>),
+    Inspect(Box<inspect::Args>),
     Export(export::Args),
     Evaluate(evaluate::Args),
     Compare(compare::Args),
@@ -97,6 +99,7 @@ pub fn main() -> ExitCode {
     let answer = match cli.command {
         Command::Train(args) => train::run(&args, console),
         Command::Identify(args) => identify::run(&args, console),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Export(args) => export::run(&args),
         Command::Evaluate(args) => evaluate::run(&args),
         Command::Compare(args) => compare::run(&args, console),

@@ -1,9 +1,11 @@
 //! How a log is read, as options.
 
-use std::path::Path;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
 
-use sindyna_core::Precision;
-use sindyna_logs::{Clock, Log, LogOptions, TIME};
+use sindyna_core::number::{plural, significant};
+use sindyna_core::{Channel, Kind, Precision};
+use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
 
 use crate::cli::failure::Failure;
 use crate::settings::PrecisionName;
@@ -11,13 +13,13 @@ use crate::settings::PrecisionName;
 /// Options that say what the columns of a log are.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReadingOptions {
-    /// Columns that are states, such as `th,w`
+    /// Columns that are states, such as `th,w` [default: what the names of all columns say]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     states: Vec<String>,
     /// Columns that are inputs, such as `u`; none for a system left to itself
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     inputs: Vec<String>,
-    /// States that are angles, in radians
+    /// States that are angles; `none` for none [default: what the data show]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     angles: Vec<String>,
     /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
@@ -33,19 +35,26 @@ pub(crate) struct ReadingOptions {
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
-    /// Seconds between two rows; 1 for a map without seconds [default: from the column `t`]
+    /// Seconds between two rows, whatever time stamps say; 1 for a map without seconds [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
-    /// Interpolate uneven time stamps to steps of this many seconds
+    /// Interpolate to steps of this many seconds [default: samples at their own times]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log")]
     resample: Option<f64>,
     /// How finely the states were measured or computed [default: what the numbers show]
     #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
     precision: Option<PrecisionName>,
-    /// Column of the time stamps in seconds [default: t]
+    /// Column of the time stamps [default: t, else time, timestamp or the like]
     #[arg(long, value_name = "NAME", help_heading = "Log")]
     time_column: Option<String>,
-    /// What separates cells: one character, or `tab` [default: ,]
+    /// Units of columns, such as `t=ms` or `th=deg`; times are turned into seconds, degrees into radians [default: what the header says; of times
+    /// what the values show]
+    #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', help_heading = "Log")]
+    units: Vec<String>,
+    /// Longest step within a trajectory in seconds, `inf` for any: after a longer one another begins [default: three times as long as others]
+    #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
+    gap: Option<f64>,
+    /// What separates cells: one character, `tab`, or a space for any blanks [default: what the lines show]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter, help_heading = "Log")]
     delimiter: Option<u8>,
 }
@@ -54,6 +63,13 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("seconds must be a finite number above 0".into()),
+    }
+}
+
+fn gap(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 => Ok(value),
+        _ => Err("it is a number of seconds above 0, or `inf`".into()),
     }
 }
 
@@ -75,14 +91,15 @@ pub(crate) fn source(log: &Path) -> &Path {
 }
 
 impl ReadingOptions {
-    /// The log at `path`; `-` is standard input.
-    pub(crate) fn read(&self, path: &Path) -> Result<Log, Failure> {
+    /// The logs at `paths` as one; `-` alone is standard input.
+    pub(crate) fn read(&self, paths: &[PathBuf]) -> Result<Log, Failure> {
         let options = self.options()?;
-        let source = source(path);
-        Ok(if source == Path::new(STDIN) {
-            Log::read_from(source, std::io::stdin().lock(), &options)?
-        } else {
-            Log::read(path, &options)?
+        Ok(match paths {
+            [only] if source(only) == Path::new(STDIN) => Log::read_from(STDIN, std::io::stdin().lock(), &options)?,
+            _ if paths.iter().any(|path| source(path) == Path::new(STDIN)) => {
+                return Err(Failure::new("standard input is one log alone").hint("name files, or `-` and nothing else"));
+            }
+            _ => Log::read_all(paths, &options)?,
         })
     }
 
@@ -104,11 +121,18 @@ impl ReadingOptions {
         let noise = deviations.iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
-            delimiter: self.delimiter.unwrap_or(b','),
-            time: self.time_column.clone().unwrap_or_else(|| TIME.into()),
+            delimiter: self.delimiter,
+            time: self.time_column.clone(),
+            units: pairs("--units", "COLUMN=UNIT", "--units t=ms says that t is in milliseconds", &names(&self.units))?
+                .unwrap_or_default(),
+            gap: self.gap,
             states: names(&self.states),
             inputs: names(&self.inputs),
-            angles: names(&self.angles),
+            angles: match &names(&self.angles)[..] {
+                [] => None,
+                [only] if only == "none" => Some(Vec::new()),
+                angles => Some(angles.to_vec()),
+            },
             rates,
             circles,
             noise,
@@ -120,6 +144,59 @@ impl ReadingOptions {
             },
             precision: self.precision.map(Precision::from),
         })
+    }
+}
+
+/// What was read, and what was made of it.
+pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
+    let spec = &log.spec;
+    let state = |channel: &Channel| {
+        let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
+        match channel.kind {
+            Kind::Angle => format!("{}{unit} (angle)", channel.name),
+            Kind::RateOf(i) => format!("{}{unit} (rate of {})", channel.name, spec.state[i].name),
+            _ => format!("{}{unit}", channel.name),
+        }
+    };
+    let list = |channels: &[Channel]| match channels {
+        [] => "none".to_owned(),
+        channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
+    };
+    let mut text = format!(
+        "log: {}, {} rows in {}, a step every {}{} s\nstates: {}; inputs: {}; numbers as fine as {}\n",
+        paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
+        log.rows,
+        plural(log.data.n_rollouts(), "rollout"),
+        if log.times.is_some() { "about " } else { "" },
+        significant(spec.dt, 9),
+        list(&spec.state),
+        list(&spec.control),
+        match spec.precision {
+            Precision::F32 => "float32",
+            Precision::F64 => "float64",
+        }
+    );
+    for note in &log.notes {
+        let _ = writeln!(text, "note: {note}{}", instead(note));
+    }
+    text
+}
+
+/// How to say otherwise than a note.
+fn instead(note: &Note) -> &'static str {
+    match note {
+        Note::Circle { .. } => "; say --circles none to stop this",
+        Note::Rate { .. } => "; say --rates none to stop this",
+        Note::Rounded { .. } | Note::Lattice { .. } => "; say --precision f64 to stop this",
+        Note::Layout { .. } => "; --delimiter says otherwise",
+        Note::Angle { .. } => "; say --angles none to stop this",
+        Note::Degrees { .. } => ": say --units STATE=deg then",
+        Note::Roles { .. } => "; --states and --inputs say otherwise",
+        Note::Time { by: UnitBy::Header, .. } => "",
+        Note::Time { .. } => "; --time-column and --units say otherwise",
+        Note::Gaps { .. } => "; --gap S says otherwise",
+        Note::Uneven { .. } => "; --resample S interpolates",
+        _ => "",
     }
 }
 

@@ -13,8 +13,8 @@ use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
 use crate::problem::{LogSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
 use crate::settings::{
-    CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName, SimulatorName,
-    TrainConfig, key,
+    ControllerName, CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
+    SimulatorName, TrainConfig, key,
 };
 use crate::task_file::RECORDED_TASK;
 
@@ -67,6 +67,10 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<CoordinatesName>,
 
+    /// Where the controller comes from: trained in the equations (sac), or planned in them at every step. `auto` tries lqr, mppi and ilqr in the
+    /// equations and keeps the one that earns most there [default: sac]
+    #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
+    controller: Option<ControllerName>,
     /// N: imagined rollouts per real one. `inf` never goes back to the real system; with a number, a policy that is optimal in the model
     /// also has a real episode to keep what the model promises; `auto` is `inf` where the equations explain the data down to rounding, and
     /// elsewhere has real episodes until one keeps the promise [default: auto]
@@ -104,7 +108,8 @@ impl Settings {
     pub(super) fn of_run(directory: &Path) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
         let path = directory.join("config.toml");
         let (config, source) = recorded(&path)?;
-        let (spec, _) = source.spec()?;
+        let (task, _) = source.task()?;
+        let spec = task.spec();
         if config.task != spec.name {
             let (named, described) = (&config.task, &spec.name);
             let message = format!("{} is for `{named}`, the task beside it is `{described}`", path.display());
@@ -126,18 +131,19 @@ impl Settings {
             (None, None, None) => return Err(Failure::new("neither a task nor --task-file nor --config was given")),
         };
         let (config, source) = source;
-        let (spec, simulator) = source.spec()?;
+        let (declared, simulator) = source.task()?;
+        let spec = declared.spec();
         let mut config = match config {
             Some(config) => config,
             None => {
                 if let (Some(path), Source::File(_) | Source::Log(..)) = (&self.task_file, &source) {
                     same_task(task, &spec.name, path)?;
                 }
-                let mut config = TrainConfig::defaults(&spec);
+                let mut config = TrainConfig::defaults(&*declared);
                 config.simulator = simulator;
                 config.task_file = (!matches!(source, Source::Named(_))).then(|| RECORDED_TASK.into());
                 if let Source::Log(_, log) = &source {
-                    of_log(&mut config, &spec, log, &*source.problem(simulator, 0.0)?);
+                    of_log(&mut config, spec, log, &*source.problem(simulator, 0.0)?);
                 }
                 config
             }
@@ -192,6 +198,7 @@ impl Settings {
 
     fn apply(&self, config: &mut TrainConfig) -> Result<(), Failure> {
         set(&mut config.seed, &self.seed);
+        set(&mut config.controller, &self.controller);
         set(&mut config.simulator, &self.simulator);
         set(&mut config.noise, &self.noise);
         set(&mut config.warmup.rollouts, &self.warmup_rollouts);

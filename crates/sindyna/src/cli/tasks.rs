@@ -84,9 +84,14 @@ impl<'a> Listed<'a> {
 
 impl<'a> Detailed<'a> {
     fn of(system: &'a System) -> Self {
-        let spec = system.spec();
+        let (spec, protocol) = (system.spec(), system.protocol());
         let declared = |channels: &'a [Channel]| {
-            let one = |c: &'a Channel| Declared { name: &c.name, unit: &c.unit, low: c.bounds.0, high: c.bounds.1 };
+            let one = |c: &'a Channel| Declared {
+                name: &c.name,
+                unit: &c.unit,
+                low: c.prior.bounds.0,
+                high: c.prior.bounds.1,
+            };
             channels.iter().map(one).collect()
         };
         Self {
@@ -96,8 +101,8 @@ impl<'a> Detailed<'a> {
             control: declared(&spec.control),
             actions: Actions::of(&spec.action_space),
             dt: spec.dt,
-            max_steps: spec.max_steps,
-            threshold: spec.solved_at,
+            max_steps: protocol.max_steps,
+            threshold: protocol.solved_at,
             equations: system.true_equations().iter().map(ToString::to_string).collect(),
         }
     }
@@ -154,8 +159,9 @@ fn details(system: &System) -> String {
             );
         }
     }
-    let solved = spec.solved_at.map_or("not defined".into(), |s| format!("at a mean return of {s}"));
-    let _ = writeln!(text, "step {} s, episodes of at most {} steps, solved {solved}", spec.dt, spec.max_steps);
+    let sindyna_core::Protocol { max_steps, solved_at } = system.protocol();
+    let solved = solved_at.map_or("not defined".into(), |s| format!("at a mean return of {s}"));
+    let _ = writeln!(text, "step {} s, episodes of at most {max_steps} steps, solved {solved}", spec.dt);
     text.push_str("\ntrue equations\n");
     for equation in system.true_equations() {
         let _ = writeln!(text, "  {equation}");
@@ -165,7 +171,7 @@ fn details(system: &System) -> String {
 
 fn describe(channel: &Channel) -> String {
     let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
-    let bounds = match channel.bounds {
+    let bounds = match channel.prior.bounds {
         (low, high) if low.is_finite() || high.is_finite() => format!(", {} to {}", shortest(low), shortest(high)),
         _ => String::new(),
     };

@@ -26,7 +26,7 @@ use crate::cli::{machine, pages};
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use crate::training::learner::Fitted;
-use crate::training::{Plan, episode, predictions, summary, watched_evaluation};
+use crate::training::{Plan, Timed, agent_of, episode, predictions, summary, watched_evaluation};
 use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
 use sindyna_core::number::plural;
@@ -165,20 +165,28 @@ impl Run<'_> {
         });
         let learned = self.learn(plan, &mut recorder);
         self.progress.finish();
-        let learned = learned?;
+        let mut learned = learned?;
         let (trained, until_trained) = (Instant::now(), recorder.elapsed());
 
         let mut evaluated = None;
         let mut first_episode = None;
-        let mut act_seconds = None;
+        let (mut act_seconds, mut slowest_act_seconds) = (None, None);
         if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
             act_seconds = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
+            let timed = Timed::new(&**policy);
             let (result, episode) =
-                watched_evaluation(problem, &**policy, config.evaluation_episodes, Seed::new(config.seed))?;
-            first_episode = Some(episode);
-            recorder.on(&Event::Evaluated { returns: &result.returns })?;
-            evaluated = Some(result);
+                watched_evaluation(problem, &timed, config.evaluation_episodes, Seed::new(config.seed))?;
+            (act_seconds, slowest_act_seconds) = timed.seconds().unzip();
+            if !config.controller.trains() && self.interrupt.pressed() {
+                // A planner that was stopped no longer plans: these returns tell nothing.
+                learned.interrupted = true;
+                (act_seconds, slowest_act_seconds) = (None, None);
+            } else {
+                first_episode = Some(episode);
+                recorder.on(&Event::Evaluated { returns: &result.returns })?;
+                evaluated = Some(result);
+            }
         }
         let clock = recorder.clock;
         let timing = Timing {
@@ -187,6 +195,7 @@ impl Run<'_> {
             train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
             act_seconds,
+            slowest_act_seconds,
             wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
@@ -244,8 +253,8 @@ impl Run<'_> {
         let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
         let mut begun = None;
         if let Some(saved) = checkpoints.read() {
-            let mut weights = seed.stream("initial weights", 0);
-            match dyna.resume(self.config.agent(spec, &mut weights)?, &mut *explorer, &saved.run) {
+            let again = agent_of(self.config, self.problem, self.interrupt.flag())?;
+            match dyna.resume(again, &mut *explorer, &saved.run) {
                 Ok(resumed) => {
                     (recorder.log, recorder.clock) = (saved.log, saved.clock);
                     self.progress.say(&format!("going on after {:.1} s", recorder.clock.before));
@@ -285,7 +294,8 @@ impl Run<'_> {
         log: &EventLog,
     ) -> Result<(), Failure> {
         let dir = self.run_dir;
-        let policy = learned.policy.as_ref().map(|policy| policy.to_bytes());
+        // A planner is made of the model again.
+        let policy = learned.policy.as_ref().filter(|_| learned.planned.is_empty()).map(|policy| policy.to_bytes());
         let (summary, timing) = (json(summary)?, json(timing)?);
         let [account, predicted, episode] = self.pictured(learned, first_episode)?;
         let mut files = vec![
@@ -321,7 +331,7 @@ impl Run<'_> {
         let Some(fitted) = &learned.model else { return Ok([None, None, None]) };
         let (spec, model) = (self.problem.spec(), &fitted.0.model);
         let identifier = self.config.identifier(spec)?;
-        let predicted = predictions(&identifier, model, &learned.data, spec);
+        let predicted = predictions(&identifier, model, (&learned.data, None), spec);
         let acted = learned.policy.as_ref().zip(first);
         let acted = acted.and_then(|(policy, data)| episode(self.problem, &identifier, model, &**policy, data));
         Ok([

@@ -1,10 +1,10 @@
 //! A task whose reward and end are formulas.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use rand::RngExt as _;
-use sindyna_core::{Kind, Rng, Space, Spec, Task};
+use sindyna_core::{Channel, Kind, Prior, Rng, Space, Spec, Task};
 use sindyna_sindy::{Expr, parse};
 
 use super::condition::Condition;
@@ -20,8 +20,11 @@ const ENDED: &str = "terminated";
 #[derive(Debug, Clone)]
 pub struct FormulaTask {
     pub(crate) spec: Spec,
+    max_steps: usize,
     /// Range of start values of each state.
     start: Vec<(f64, f64)>,
+    /// Samples of start states from which the range of each state was estimated; `None` where it is known.
+    samples: Vec<Option<usize>>,
     /// Over z = (x; u; x'; ended).
     reward: Expr,
     /// What stands for z in formulas.
@@ -31,16 +34,22 @@ pub struct FormulaTask {
     /// States of which formulas see the value between −π and π.
     folded: Vec<usize>,
     /// The first reward that was no finite number: a [`Task`] has no other way to say so.
-    complaint: OnceLock<String>,
+    complaint: Arc<OnceLock<String>>,
 }
 
 impl FormulaTask {
-    /// The task on the system `spec` whose states begin uniformly in the ranges `start` (n). `reward` is a formula over states, controls, states after
+    /// The task on the system `spec` whose states begin uniformly in the ranges `start` (n) and whose episodes have at most `max_steps`. `reward` is a formula over states, controls, states after
     /// the step (`next_x`) and `terminated` (1 where the step ended the episode, else 0); `terminated` a condition such as `abs(next_x) > 2 or next_v < 1`.
     ///
     /// # Errors
     /// [`Error::System`] if a formula cannot be read.
-    pub fn new(spec: Spec, start: Vec<(f64, f64)>, reward: &str, terminated: Option<&str>) -> Result<Self, Error> {
+    pub fn new(
+        spec: Spec,
+        max_steps: usize,
+        start: Vec<(f64, f64)>,
+        reward: &str,
+        terminated: Option<&str>,
+    ) -> Result<Self, Error> {
         let (states, controls) = (spec.state.iter().map(|s| &s.name), spec.control.iter().map(|u| &u.name));
         let after: Vec<String> = states.clone().map(|name| format!("next_{name}")).collect();
         let names = states.chain(controls).chain(&after).cloned().chain([ENDED.to_owned()]).collect::<Vec<_>>();
@@ -51,7 +60,8 @@ impl FormulaTask {
         let terminated =
             terminated.map_err(|e| refused("terminated, a condition on the state after the step", format!("{e:#}")))?;
         let folded = Vec::new();
-        Ok(Self { spec, start, reward, names, terminated, folded, complaint: OnceLock::new() })
+        let samples = vec![None; start.len()];
+        Ok(Self { spec, max_steps, start, samples, reward, names, terminated, folded, complaint: Arc::default() })
     }
 
     /// The same with angles that are seen only as cosine and sine between −π and π in all formulas: no sensor shows how often they turned.
@@ -62,6 +72,36 @@ impl FormulaTask {
         let folded = |i: &usize| spec.state[*i].kind == Kind::Angle && !seen(&spec.state[*i].name);
         self.folded = (0..spec.state_dim()).filter(folded).collect();
         self
+    }
+
+    /// The same with ranges of start values that are estimates from so many `samples` (n), uniform ones: \[low, high\] is the range of the samples, made wider by
+    /// (samples + 1) / (samples − 1). What is learned is learned for ranges drawn from their posterior ([`Task::draw`]).
+    #[must_use]
+    pub fn with_estimated_starts(self, samples: Vec<Option<usize>>) -> Self {
+        Self { samples, ..self }
+    }
+
+    /// The same task with ranges of start values drawn from their posterior; `None` where all are known.
+    ///
+    /// The range W of n samples of a uniform distribution on \[a, b\] has the posterior W / (b − a) ~ Beta(n − 1, 2) under the prior 1 / (b − a), which is the
+    /// second largest of n uniform numbers; what b − a has more is anywhere on both sides.
+    #[must_use]
+    pub fn drawn(&self, rng: &mut Rng) -> Option<Self> {
+        let mut drawn = self.clone();
+        let mut differs = false;
+        for (i, samples) in self.samples.iter().enumerate() {
+            let (low, high) = self.start[i];
+            let Some(n) = samples.filter(|n| *n > 2 && high > low).map(|n| n as f64) else { continue };
+            differs = true;
+            let (middle, seen) = (0.5 * (low + high), (high - low) * (n - 1.0) / (n + 1.0));
+            let share = rng.random::<f64>().powf(1.0 / n) * rng.random::<f64>().powf(1.0 / (n - 1.0));
+            let (more, left) = (seen * (1.0 / share - 1.0), rng.random::<f64>());
+            let Channel { kind, prior: Prior { bounds, .. }, .. } = self.spec.state[i];
+            let range = (middle - 0.5 * seen - left * more, middle + 0.5 * seen + (1.0 - left) * more);
+            let turn = kind == Kind::Angle && range.1 - range.0 > TAU;
+            drawn.start[i] = if turn { (-PI, PI) } else { (range.0.max(bounds.0), range.1.min(bounds.1)) };
+        }
+        differs.then_some(drawn)
     }
 
     /// The first reward that was no finite number, and where.
@@ -104,6 +144,10 @@ impl Task for FormulaTask {
         &self.spec
     }
 
+    fn max_steps(&self) -> usize {
+        self.max_steps
+    }
+
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
         for (value, &(low, high)) in x.iter_mut().zip(&self.start) {
             *value = rng.random_range(low..=high);
@@ -142,12 +186,16 @@ impl Task for FormulaTask {
         self.fold(&mut next);
         condition.holds(&next)
     }
+
+    fn draw(&self, rng: &mut Rng) -> Option<Arc<dyn Task>> {
+        self.drawn(rng).map(|task| Arc::new(task) as Arc<dyn Task>)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindyna_core::{Channel, Precision};
+    use sindyna_core::{Precision, Seed};
 
     fn spec() -> Spec {
         let state = vec![Channel::new("th", "rad", Kind::Angle, 1.0), Channel::new("w", "rad/s", Kind::RateOf(0), 1.0)];
@@ -161,13 +209,11 @@ mod tests {
             precision: Precision::F64,
             noise: 0.0,
             dt: 0.1,
-            max_steps: 10,
-            solved_at: None,
         }
     }
 
     fn task(reward: &str, terminated: Option<&str>) -> Result<FormulaTask, Error> {
-        FormulaTask::new(spec(), vec![(0.0, 0.0); 2], reward, terminated)
+        FormulaTask::new(spec(), 10, vec![(0.0, 0.0); 2], reward, terminated)
     }
 
     #[test]
@@ -184,6 +230,28 @@ mod tests {
         assert_eq!((plain.reward(&turned, &[0.0], &[0.0], &turned), plain.terminated(&turned)), (-turned[0], true));
         let folded = plain.with_folded_angles();
         assert!((folded.reward(&turned, &[0.0], &[0.0], &turned) + 0.5).abs() < 1e-12 && !folded.terminated(&turned));
+    }
+
+    #[test]
+    fn ranges_drawn_hold_the_true_ones_as_often_as_their_posterior_says() {
+        let mut rng = Seed::new(3).numpy();
+        let (runs, n) = (2_000, 5);
+        let mut below = 0;
+        for _ in 0..runs {
+            let samples: Vec<f64> = (0..n).map(|_| rng.random_range(1.0..3.0)).collect();
+            let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (v.min(l), v.max(h)));
+            let wider = 0.5 * (high - low) * ((n + 1) as f64 / (n - 1) as f64 - 1.0);
+            let estimated = FormulaTask::new(spec(), 10, vec![(low - wider, high + wider), (0.0, 0.0)], "-th", None);
+            let estimated = estimated.unwrap().with_estimated_starts(vec![Some(n), Some(n)]);
+            let drawn = estimated.drawn(&mut rng).unwrap();
+            assert!(drawn.start[0].0 <= low && high <= drawn.start[0].1, "what was seen is possible");
+            assert_eq!(drawn.start[1], (0.0, 0.0), "what never differs stays");
+            below += u32::from(drawn.start[0].1 - drawn.start[0].0 < 2.0);
+        }
+        // A width drawn from the posterior is below the true one every second time: both are as likely. Standard error 0.011.
+        let share = f64::from(below) / f64::from(runs);
+        assert!((share - 0.5).abs() < 0.04, "{share}");
+        assert!(task("-th", None).unwrap().drawn(&mut rng).is_none(), "known ranges are");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Environment, Sensors, Spec, Task};
+use sindyna_core::{Environment, Protocol, Sensors, Spec, Task};
 use sindyna_mujoco::{Library, Search, inverted_pendulum_of};
 
 use super::Problem;
@@ -27,6 +27,10 @@ impl OnMujoco {
 impl Problem for OnMujoco {
     fn spec(&self) -> &Spec {
         self.native.spec()
+    }
+
+    fn protocol(&self) -> Protocol {
+        self.native.protocol()
     }
 
     fn task(&self) -> Arc<dyn Task> {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dynamics, Environment, Sensors, Spec, Task};
+use sindyna_core::{Dynamics, Environment, Protocol, Sensors, Spec, Task};
 use sindyna_envs::System;
 
 use super::Problem;
@@ -28,6 +28,10 @@ impl Native {
 impl Problem for Native {
     fn spec(&self) -> &Spec {
         self.0.spec()
+    }
+
+    fn protocol(&self) -> Protocol {
+        self.0.protocol()
     }
 
     fn task(&self) -> Arc<dyn Task> {

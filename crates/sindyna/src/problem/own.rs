@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use sindyna_core::{
-    Diverged, Dynamics, EnvError, Environment, Held, Observe as _, Outcome, Rng, Scheme, Sensors, Simulated, Spec,
-    Task, VectorField,
+    Diverged, Dynamics, EnvError, Environment, Held, Observe as _, Outcome, Protocol, Rng, Scheme, Sensors, Simulated,
+    Spec, Task, VectorField,
 };
 
 use super::Problem;
@@ -37,6 +37,7 @@ pub struct OwnSystem {
     sensors: Sensors,
     make: Make,
     copies: usize,
+    solved_at: Option<f64>,
 }
 
 impl OwnSystem {
@@ -72,13 +73,23 @@ impl OwnSystem {
             name: task.spec().name.clone(),
             why: "an observation channel names no state".into(),
         })?;
-        Ok(Self { task: Arc::new(task), sensors, make, copies })
+        Ok(Self { task: Arc::new(task), sensors, make, copies, solved_at: None })
+    }
+
+    /// Solved from this mean return on.
+    #[must_use]
+    pub fn solved_at(self, mean_return: f64) -> Self {
+        Self { solved_at: Some(mean_return), ..self }
     }
 }
 
 impl Problem for OwnSystem {
     fn spec(&self) -> &Spec {
         self.task.spec()
+    }
+
+    fn protocol(&self) -> Protocol {
+        Protocol { max_steps: self.task.max_steps(), solved_at: self.solved_at }
     }
 
     fn task(&self) -> Arc<dyn Task> {
@@ -194,7 +205,7 @@ impl<P: Plant> Environment for Connected<P> {
         self.sensors.observe(&self.state, rng, &mut self.observation);
         self.steps += 1;
         let terminated = self.task.terminated(&self.state);
-        let truncated = self.steps >= self.task.spec().max_steps;
+        let truncated = self.steps >= self.task.max_steps();
         self.running = !(terminated || truncated);
         Ok(Outcome { reward, terminated, truncated })
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sindyna_core::{Dataset, Environment, Kind, Observe as _, Precision, Seed, Sensors, Spec, Task};
+use sindyna_core::{Dataset, Environment, Kind, Observe as _, Precision, Protocol, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogOptions};
 use sindyna_record::run::log_csv;
 use sindyna_sindy::Identified;
@@ -63,6 +63,12 @@ impl Recorded {
             return Err(refused(format!("its `dt` is {dt} s, a step of the log is {} s", log.spec.dt)));
         }
         let task = TaskFile::load(path, Some(log.spec.dt))?.with_precision(log.spec.precision);
+        if log.times.is_some() && source.models.is_none() {
+            return Err(refused(format!(
+                "the samples of {} are not evenly spaced: identify it first, and train with the model",
+                source.log.display()
+            )));
+        }
         let data = Arc::new(seen(&log, task.spec(), &*task.task(), &task.sensors())?);
         let models = match &source.models {
             None => None,
@@ -87,7 +93,7 @@ fn read(spec: &Spec, source: &LogSource, dt: Option<f64>) -> Result<Log, Error> 
         _ => None,
     });
     let mut options = LogOptions::new(names(&|_| true)).with_inputs(spec.control.iter().map(|c| c.name.clone()));
-    options.angles = names(&|kind| kind == Kind::Angle);
+    options.angles = Some(names(&|kind| kind == Kind::Angle));
     options.rates = Some(rates.collect());
     options.circles = Some(Vec::new());
     if let Some(Sampling { dt, precision }) = source.sampling {
@@ -120,9 +126,9 @@ fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Da
             };
             let u = rollout.controls.row(before).to_vec();
             if let Some((channel, value)) =
-                spec.control.iter().zip(&u).find(|(c, v)| **v < c.bounds.0 || **v > c.bounds.1)
+                spec.control.iter().zip(&u).find(|(c, v)| **v < c.prior.bounds.0 || **v > c.prior.bounds.1)
             {
-                let (low, high) = channel.bounds;
+                let (low, high) = channel.prior.bounds;
                 let name = &channel.name;
                 return Err(refused(format!(
                     "the log has {name} = {value}, its task file lets `{name}` go from {low} to {high}"
@@ -155,6 +161,10 @@ impl Problem for Recorded {
         self.task.spec()
     }
 
+    fn protocol(&self) -> Protocol {
+        self.task.protocol()
+    }
+
     fn task(&self) -> Arc<dyn Task> {
         self.task.task()
     }
@@ -185,7 +195,7 @@ impl Problem for Recorded {
 
     fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
         let mut files = self.task.files()?;
-        files.push((RECORDED_LOG, log_csv(&self.log.spec, &self.log.data)?));
+        files.push((RECORDED_LOG, log_csv(&self.log.spec, &self.log.data, self.log.times.as_deref())?));
         files.extend(self.models.as_ref().map(|(bytes, _)| (RECORDED_MODELS, bytes.clone())));
         Ok(files)
     }

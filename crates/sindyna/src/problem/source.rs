@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use sindyna_core::Spec;
+use sindyna_core::Task;
 use sindyna_envs::System;
 
 use super::Problem;
@@ -62,15 +62,15 @@ impl Source {
         }
     }
 
-    /// What is declared about it, and on which simulator it lives if nothing else is said.
-    pub(crate) fn spec(&self) -> Result<(Spec, SimulatorName), Error> {
+    /// The task, and on which simulator its system lives if nothing else is said.
+    pub(crate) fn task(&self) -> Result<(Arc<dyn Task>, SimulatorName), Error> {
         Ok(match self {
-            Self::Named(name) => (system(name)?.spec().clone(), SimulatorName::Native),
+            Self::Named(name) => (system(name)?.task(), SimulatorName::Native),
             Self::File(path) => {
                 let file = TaskFile::with_simulator(path)?;
-                (file.spec().clone(), simulator_of(&file))
+                (file.task(), simulator_of(&file))
             }
-            Self::Log(path, source) => (Recorded::load(path, source)?.spec().clone(), SimulatorName::None),
+            Self::Log(path, source) => (Recorded::load(path, source)?.task(), SimulatorName::None),
         })
     }
 

@@ -23,7 +23,6 @@ pub struct TaskBuilder {
     reward: Option<Reward>,
     ends: Option<Ends>,
     max_steps: usize,
-    solved_at: Option<f64>,
 }
 
 struct State {
@@ -39,6 +38,7 @@ pub struct OwnTask {
     starts: Vec<(f64, f64)>,
     reward: Reward,
     ends: Option<Ends>,
+    max_steps: usize,
 }
 
 impl TaskBuilder {
@@ -54,7 +54,6 @@ impl TaskBuilder {
             reward: None,
             ends: None,
             max_steps: 200,
-            solved_at: None,
         }
     }
 
@@ -108,12 +107,6 @@ impl TaskBuilder {
     #[must_use]
     pub fn max_steps(self, max_steps: usize) -> Self {
         Self { max_steps, ..self }
-    }
-
-    /// Solved from this mean return on.
-    #[must_use]
-    pub fn solved_at(self, mean_return: f64) -> Self {
-        Self { solved_at: Some(mean_return), ..self }
     }
 
     /// The task.
@@ -177,16 +170,18 @@ impl TaskBuilder {
             precision: Precision::F64,
             noise: 0.0,
             dt: self.dt,
-            max_steps: self.max_steps,
-            solved_at: self.solved_at,
         };
-        Ok(OwnTask { spec, starts: self.starts, reward, ends: self.ends })
+        Ok(OwnTask { spec, starts: self.starts, reward, ends: self.ends, max_steps: self.max_steps })
     }
 }
 
 impl Task for OwnTask {
     fn spec(&self) -> &Spec {
         &self.spec
+    }
+
+    fn max_steps(&self) -> usize {
+        self.max_steps
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Dataset, Dynamics, Environment, Sensors, Spec, Task};
+use sindyna_core::{Dataset, Dynamics, Environment, Protocol, Sensors, Spec, Task};
 
 use sindyna_sindy::Identified;
 
@@ -10,8 +10,11 @@ use crate::Error;
 
 /// A system with a task on it.
 pub trait Problem: Send + Sync {
-    /// Names, units and bounds of the channels, control interval, horizon.
+    /// Names, units and bounds of the channels, control interval.
     fn spec(&self) -> &Spec;
+
+    /// How policies are evaluated on it; no learner sees it.
+    fn protocol(&self) -> Protocol;
 
     /// Start states, reward and termination: all the agent may know.
     fn task(&self) -> Arc<dyn Task>;

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+use sindyna_control::Method;
 use sindyna_core::{Explorer, Precision, Spec};
 use sindyna_dyna::{Alternating, Rollouts, Swings, Uniform};
 use sindyna_rl::Isa;
@@ -48,6 +49,42 @@ named! {
         F32 = "f32",
         /// Double precision
         F64 = "f64",
+    }
+}
+
+named! {
+    /// Where the controller comes from, once the equations are identified.
+    #[derive(Default)]
+    ControllerName {
+        /// Soft actor-critic, trained in the equations
+        #[default]
+        Sac = "sac",
+        /// The linear-quadratic regulator of the state of rest that pays most
+        Lqr = "lqr",
+        /// Differential dynamic programming in receding horizon
+        Ilqr = "ilqr",
+        /// Model predictive path integral control
+        Mppi = "mppi",
+        /// The one of lqr, mppi and ilqr that earns most in the equations
+        Auto = "auto",
+    }
+}
+
+impl ControllerName {
+    /// The methods of planning that are tried; none where a policy is trained.
+    pub(crate) fn methods(&self) -> &'static [Method] {
+        match self {
+            Self::Sac => &[],
+            Self::Lqr => &[Method::Lqr],
+            Self::Ilqr => &[Method::Ilqr],
+            Self::Mppi => &[Method::Mppi],
+            Self::Auto => &Method::ALL,
+        }
+    }
+
+    /// Whether a policy is trained.
+    pub(crate) fn trains(&self) -> bool {
+        self.methods().is_empty()
     }
 }
 

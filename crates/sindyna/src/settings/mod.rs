@@ -8,8 +8,8 @@ mod train;
 
 pub(crate) use check::check_episodes;
 pub(crate) use choices::{
-    CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName, SimulatorName, SolverName,
-    TargetName,
+    ControllerName, CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
+    SimulatorName, SolverName, TargetName,
 };
 pub(crate) use identification::IdentificationConfig;
 pub(crate) use overrides::key;

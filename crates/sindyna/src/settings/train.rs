@@ -1,12 +1,15 @@
 //! `config.toml`: everything that is needed to run a run again.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Agent, Channel, Rng, Space, Spec};
+use sindyna_core::{Agent, Channel, Rng, Space, Spec, Task};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Isa, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, NoiseChoice};
 
-use super::{ExplorerName, IdentificationConfig, ImaginedRollouts, IsaName, PrecisionName, SimulatorName, overrides};
+use super::{
+    ControllerName, ExplorerName, IdentificationConfig, ImaginedRollouts, IsaName, PrecisionName, SimulatorName,
+    overrides,
+};
 use crate::Error;
 
 /// The settings of `sindyna train`, defaults filled in.
@@ -30,6 +33,9 @@ pub(crate) struct TrainConfig {
     #[serde(default)]
     pub(crate) noise: f64,
     pub(crate) seed: u64,
+    /// Where the controller comes from; not written while it is trained.
+    #[serde(default, skip_serializing_if = "ControllerName::trains")]
+    pub(crate) controller: ControllerName,
     /// Instructions of the updates, `portable`, `avx2` or `avx512`; none for the widest of whatever machine runs it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) isa: Option<IsaName>,
@@ -112,19 +118,20 @@ fn one_percent() -> f64 {
 }
 
 impl TrainConfig {
-    /// The defaults for the system `spec`: one rule for all, no knowledge of any single one.
-    pub(crate) fn defaults(spec: &Spec) -> Self {
-        let schedule = Schedule::new(spec);
+    /// The defaults for `task`: one rule for all, no knowledge of any single one.
+    pub(crate) fn defaults(task: &dyn Task) -> Self {
+        let schedule = Schedule::new(task.max_steps());
         let rule = &schedule.optimality;
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
             commit: env!("SINDYNA_COMMIT").into(),
-            task: spec.name.clone(),
+            task: task.spec().name.clone(),
             task_file: None,
             data: None,
             simulator: SimulatorName::Native,
             noise: 0.0,
             seed: 0,
+            controller: ControllerName::Sac,
             isa: None,
             warmup: Warmup {
                 rollouts: schedule.warmup_rollouts,
@@ -248,9 +255,9 @@ pub(crate) fn agent(settings: SacConfig, spec: &Spec, isa: Isa, rng: &mut Rng) -
 
 /// Observations scaled to about −1..1: by their declared bounds, else by their typical magnitude.
 fn scaling(spec: &Spec) -> Scaling {
-    let of = |c: &Channel| match c.bounds {
+    let of = |c: &Channel| match c.prior.bounds {
         (low, high) if c.is_bounded() => (0.5 * (low + high), 0.5 * (high - low)),
-        _ => (0.0, c.scale),
+        _ => (0.0, c.prior.scale),
     };
     let (center, scale) = spec.observation.iter().map(of).unzip();
     Scaling { center, scale }
@@ -261,7 +268,7 @@ mod tests {
     use super::*;
 
     fn defaults() -> TrainConfig {
-        TrainConfig::defaults(sindyna_envs::find("pendulum").expect("it is registered").spec())
+        TrainConfig::defaults(sindyna_envs::find("pendulum").expect("it is registered").task().as_ref())
     }
 
     #[test]

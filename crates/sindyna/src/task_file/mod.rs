@@ -4,6 +4,8 @@
 mod check;
 mod document;
 mod equations;
+#[cfg(test)]
+mod rewards;
 mod simulator;
 mod spec;
 
@@ -12,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context as _;
-use sindyna_core::{Dynamics, EnvError, Environment, Precision, Sensors, Simulated, Spec, Task};
+use sindyna_core::{Dynamics, EnvError, Environment, Precision, Protocol, Sensors, Simulated, Spec, Task};
 use sindyna_mujoco::MujocoEnvironment;
 
 use crate::Error;
@@ -34,6 +36,7 @@ pub(crate) struct TaskFile {
     text: String,
     path: PathBuf,
     dt: Option<f64>,
+    solved_at: Option<f64>,
 }
 
 impl TaskFile {
@@ -64,7 +67,15 @@ impl TaskFile {
         document.check()?;
         let (simulator, task) = Simulator::of(&document, path, dt)?;
         let sensors = Sensors::new(&task.spec).expect("every observation was made for a state");
-        Ok(Self { task: Arc::new(task), sensors, simulator, text, path: path.to_owned(), dt: document.dt })
+        Ok(Self {
+            task: Arc::new(task),
+            sensors,
+            simulator,
+            text,
+            path: path.to_owned(),
+            dt: document.dt,
+            solved_at: document.solved_at,
+        })
     }
 
     /// The same with noise on its sensors: `fraction` of every observation channel's scale.
@@ -103,6 +114,10 @@ fn wrong(path: &Path, e: anyhow::Error) -> Error {
 impl Problem for TaskFile {
     fn spec(&self) -> &Spec {
         &self.task.spec
+    }
+
+    fn protocol(&self) -> Protocol {
+        Protocol { max_steps: self.task.max_steps(), solved_at: self.solved_at }
     }
 
     fn task(&self) -> Arc<dyn Task> {

@@ -16,10 +16,13 @@ impl Document {
         let start = self.state.iter().zip(rest);
         let start = start.map(|(state, &rest)| state.start.map_or((rest, rest), |[low, high]| (low, high)));
         let formulas = (self.task.reward.as_str(), self.task.terminated.as_deref());
-        let task = FormulaTask::new(self.spec(dt)?, start.collect(), formulas.0, formulas.1).map_err(|e| match e {
-            Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
-            other => other.into(),
-        })?;
+        let task =
+            FormulaTask::new(self.spec(dt)?, self.max_steps, start.collect(), formulas.0, formulas.1).map_err(|e| {
+                match e {
+                    Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
+                    other => other.into(),
+                }
+            })?;
         task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0));
         match task.complaint() {
             None => Ok(task),
@@ -43,8 +46,6 @@ impl Document {
             precision: Precision::F64,
             noise: 0.0,
             dt,
-            max_steps: self.max_steps,
-            solved_at: self.solved_at,
         })
     }
 

@@ -4,7 +4,7 @@ use sindyna_core::{Bounded, Dataset, Policy, Seed, Simulated, Spec};
 use sindyna_dyna::evaluate;
 use sindyna_record::identification::PredictionTable;
 use sindyna_record::run::{EpisodeTable, Evaluation, Watched, labels_of};
-use sindyna_sindy::{Identifier, Model};
+use sindyna_sindy::{Identifier, Model, Recording};
 
 use crate::Error;
 use crate::problem::Problem;
@@ -58,14 +58,22 @@ pub(crate) fn episode(
     Some(table)
 }
 
-/// What `model` predicts for `data`; `None` where its states are not those of the data.
+/// `recordings` at `times` of their own, where there are such.
+pub(crate) fn timed(mut recordings: Vec<Recording>, times: Option<&[Vec<f64>]>) -> Vec<Recording> {
+    for (recording, times) in recordings.iter_mut().zip(times.unwrap_or_default()) {
+        recording.times.clone_from(times);
+    }
+    recordings
+}
+
+/// What `model` predicts for `data`, sampled at `times` where it is not evenly spaced; `None` where its states are not those of the data.
 pub(crate) fn predictions(
     identifier: &Identifier,
     model: &Model,
-    data: &Dataset,
+    (data, times): (&Dataset, Option<&[Vec<f64>]>),
     spec: &Spec,
 ) -> Option<PredictionTable> {
-    let recordings = identifier.recordings(data).ok()?;
+    let recordings = timed(identifier.recordings(data).ok()?, times);
     if recordings.iter().any(|r| r.states.ncols() != model.states().len()) {
         return None;
     }

@@ -4,6 +4,7 @@ mod evaluation;
 mod known;
 pub(crate) mod learner;
 mod plan;
+mod planned;
 mod reach;
 pub(crate) mod summary;
 
@@ -19,9 +20,10 @@ use sindyna_sindy::{Identified, Model};
 use crate::Error;
 use crate::problem::{Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
-pub(crate) use evaluation::{episode, evaluation, predictions, watched_evaluation};
+pub(crate) use evaluation::{episode, evaluation, predictions, timed, watched_evaluation};
 pub(crate) use known::{identified_bytes, identified_of};
-pub(crate) use plan::Plan;
+pub(crate) use plan::{Plan, agent_of};
+pub(crate) use planned::{Timed, planner};
 
 /// What is to be trained, and how. The same settings and seed give the same bits.
 ///
@@ -84,7 +86,7 @@ impl Training {
     /// Training for a problem that somebody else has, too.
     #[must_use]
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
-        let config = TrainConfig::defaults(problem.spec());
+        let config = TrainConfig::defaults(&*problem.task());
         Self { problem, config, recorded: None, evaluated: true }
     }
 

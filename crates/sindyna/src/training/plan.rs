@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use sindyna_control::Planners;
 use sindyna_core::{Agent, Explorer, Seed};
 use sindyna_dyna::Schedule;
 use sindyna_rl::Isa;
@@ -25,11 +26,11 @@ impl Plan {
     /// For `problem`; fits end soon after `stop` is set.
     pub(crate) fn new(config: &TrainConfig, problem: &dyn Problem, stop: Arc<AtomicBool>) -> Result<Self, Error> {
         let spec = problem.spec();
-        let mut weights = Seed::new(config.seed).stream("initial weights", 0);
+        let agent = agent_of(config, problem, stop.clone())?;
         Ok(Self {
             learner: Learner { identifier: config.identifier(spec)?, given: problem.identified().cloned(), stop },
             schedule: config.schedule(),
-            agent: config.agent(spec, &mut weights)?,
+            agent,
             isa: config.isa()?,
             explorer: match problem.log() {
                 Some(log) => Box::new(Replayed::new(Arc::new(log.clone()), None)),
@@ -37,4 +38,17 @@ impl Plan {
             },
         })
     }
+}
+
+/// Who gives the controller: it is trained, or it plans until `stop` is set.
+pub(crate) fn agent_of(
+    config: &TrainConfig,
+    problem: &dyn Problem,
+    stop: Arc<AtomicBool>,
+) -> Result<Box<dyn Agent>, Error> {
+    if config.controller.trains() {
+        let mut weights = Seed::new(config.seed).stream("initial weights", 0);
+        return config.agent(problem.spec(), &mut weights);
+    }
+    Ok(Box::new(Planners::new(config.controller.methods(), problem.task(), stop)?))
 }

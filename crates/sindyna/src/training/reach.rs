@@ -2,7 +2,10 @@
 
 use ndarray::Array2;
 use rayon::prelude::*;
-use sindyna_core::{Bounded, Dataset, Dynamics, Environment as _, Inverse, Kind, Mode, Policy, Seed, Simulated, Spec};
+use sindyna_core::{
+    Acting, Bounded, Dataset, Dynamics, Environment as _, Inverse, Kind, Memory as _, Mode, Policy, Seed, Simulated,
+    Spec,
+};
 use sindyna_record::run::{Coverage, StateRange};
 
 use crate::problem::Problem;
@@ -47,6 +50,7 @@ fn visited(problem: &dyn Problem, model: &dyn Dynamics, policy: &dyn Policy, epi
         return states;
     }
     states.push(system.state().to_vec());
+    let mut policy = Acting::begin(policy);
     loop {
         policy.act(system.observation(), Mode::Exploit, &mut rng, &mut action);
         let outcome = system.step(&action, &mut rng);

@@ -8,7 +8,7 @@ use super::reach::coverage;
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use sindyna_record::identification::Account;
-use sindyna_record::run::{Confirmation, Evaluation, Identification, Prediction, Summary, Training};
+use sindyna_record::run::{Confirmation, Evaluation, Identification, PlannerReturn, Prediction, Summary, Training};
 
 /// Probability of the interval in which the return is predicted to be.
 const LEVEL: f64 = 0.9;
@@ -21,7 +21,7 @@ pub(crate) fn of(
     learned: &Learned<Fitted>,
     evaluation: Option<Evaluation>,
 ) -> Summary {
-    let spec = problem.spec();
+    let (spec, threshold) = (problem.spec(), problem.protocol().solved_at);
     let coverage = problem.log().and_then(|log| {
         let (fitted, policy) = learned.model.as_ref().zip(learned.policy.as_ref())?;
         coverage(problem, &fitted.0.model, &**policy, log)
@@ -46,18 +46,22 @@ pub(crate) fn of(
             coefficients: account.equations.into_iter().map(|equation| equation.terms).collect(),
         }
     });
+    let planners = learned.planned.iter();
+    let planners =
+        planners.map(|(name, model_return)| PlannerReturn { name: (*name).into(), model_return: *model_return });
     Summary {
         format: 1,
         task: config.task.clone(),
         seed: config.seed,
         real_steps: learned.data.n_steps(),
         real_episodes: learned.data.n_rollouts(),
-        solved: evaluation.as_ref().zip(spec.solved_at).map(|(e, mark)| e.mean_return >= mark),
-        threshold: spec.solved_at,
+        solved: evaluation.as_ref().zip(threshold).map(|(e, mark)| e.mean_return >= mark),
+        threshold,
         evaluation,
         identification,
         training: Training {
-            algorithm: algorithm.into(),
+            algorithm: kept(learned).unwrap_or(algorithm).into(),
+            planners: planners.collect(),
             isa: isa.name().into(),
             updates: learned.updates,
             model_steps: learned.model_steps,
@@ -82,4 +86,10 @@ pub(crate) fn of(
         },
         interrupted: learned.interrupted,
     }
+}
+
+/// The planner that was kept, by name.
+fn kept(learned: &Learned<Fitted>) -> Option<&'static str> {
+    let policy = learned.policy.as_ref()?.to_bytes();
+    learned.planned.iter().map(|(name, _)| *name).find(|name| name.as_bytes() == policy)
 }

@@ -6,6 +6,7 @@ use serde::Serialize;
 use sindyna_core::{Channel, Kind, Precision, Spec};
 use sindyna_record::identification::Account;
 
+use crate::cli::reading::STDIN;
 use crate::settings::IdentificationConfig;
 
 /// `config.toml`: everything to run an identification again.
@@ -13,7 +14,10 @@ use crate::settings::IdentificationConfig;
 pub(super) struct Record {
     version: &'static str,
     commit: &'static str,
-    pub(super) log: String,
+    /// The logs, with commas between them.
+    log: String,
+    #[serde(skip)]
+    name: String,
     dt: f64,
     precision: &'static str,
     states: Vec<Named>,
@@ -41,7 +45,12 @@ struct Named {
 }
 
 impl Record {
-    pub(super) fn new(path: &Path, spec: &Spec, identification: IdentificationConfig) -> Self {
+    /// What its directory is called if nobody says so.
+    pub(super) fn name(&self) -> &str {
+        &self.name
+    }
+
+    pub(super) fn new(paths: &[&Path], spec: &Spec, identification: IdentificationConfig) -> Self {
         let error = |name: &str| {
             let mut shown = spec.observation.iter().zip(spec.noise_deviations());
             shown.find(|(o, deviation)| o.name == name && *deviation > 0.0).map(|(_, deviation)| deviation)
@@ -54,14 +63,16 @@ impl Record {
                 Kind::RateOf(i) => Some(spec.state[i].name.clone()),
                 _ => None,
             },
-            scale: channel.scale,
-            limits: (channel.bounds.0.is_finite() || channel.bounds.1.is_finite()).then_some(channel.bounds),
+            scale: channel.prior.scale,
+            limits: (channel.prior.bounds.0.is_finite() || channel.prior.bounds.1.is_finite())
+                .then_some(channel.prior.bounds),
             error: error(&channel.name),
         };
         Self {
             version: env!("CARGO_PKG_VERSION"),
             commit: env!("SINDYNA_COMMIT"),
-            log: path.display().to_string(),
+            log: paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
+            name: name_of(paths),
             dt: spec.dt,
             precision: match spec.precision {
                 Precision::F32 => "f32",
@@ -72,6 +83,14 @@ impl Record {
             identification,
         }
     }
+}
+
+/// What the directory of a model found in the logs at `paths` is called.
+fn name_of(paths: &[&Path]) -> String {
+    let stem =
+        |path: &&Path| Some(path.file_stem()?.to_string_lossy().into_owned()).filter(|_| *path != Path::new(STDIN));
+    let first = paths.first().and_then(stem).unwrap_or_else(|| "log".into());
+    if paths.len() > 1 { format!("{first}-and-{}-more", paths.len() - 1) } else { first }
 }
 
 /// `identify.json`.

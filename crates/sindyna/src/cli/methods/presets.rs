@@ -84,7 +84,7 @@ fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
         batch_size: sac.batch_size,
         replay_capacity: 1_000_000,
         branches: None,
-        checks: Checks { every, episodes: EPISODES, until: spec.solved_at },
+        checks: Checks { every, episodes: EPISODES, until: None },
     };
     Preset { schedule, sac, ensemble: None }
 }

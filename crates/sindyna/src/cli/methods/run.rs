@@ -149,15 +149,15 @@ impl Job {
             // Who may not go so far is looked at where the steps end.
             preset.schedule.checks.every = preset.schedule.checks.every.min(budget);
         }
-        if self.whole_budget {
-            preset.schedule.checks.until = None;
+        if !self.whole_budget {
+            preset.schedule.checks.until = self.system.protocol().solved_at;
         }
         Some(preset)
     }
 
     /// The settings of `sindyna train`, with those of the variant.
     fn inner_settings(&self) -> Result<TrainConfig, Failure> {
-        let defaults = TrainConfig { seed: self.seed, ..TrainConfig::defaults(self.system.spec()) };
+        let defaults = TrainConfig { seed: self.seed, ..TrainConfig::defaults(&*self.system.task()) };
         Ok(self.contender.settle(defaults)?)
     }
 
@@ -243,7 +243,7 @@ impl Job {
         self.judge(&*left.policy, outcome)?;
         // The last evaluation is for what a run ends with; what counts as solved is the first check that reaches the mark.
         let reaches = |point: &&Point| {
-            self.system.spec().solved_at.zip(mean(&point.returns)).is_some_and(|(mark, reached)| reached >= mark)
+            self.system.protocol().solved_at.zip(mean(&point.returns)).is_some_and(|(mark, reached)| reached >= mark)
         };
         outcome.solved_after = outcome.curve.iter().find(reaches).map(|check| check.real_steps);
         Ok(Ended::Whole)
@@ -309,7 +309,7 @@ impl Job {
         let mut envs = self.environments(EPISODES)?;
         outcome.returns = evaluate(&mut envs, policy, EPISODES, Seed::new(self.seed), "evaluation")?;
         let solved =
-            self.system.spec().solved_at.zip(mean(&outcome.returns)).is_some_and(|(mark, reached)| reached >= mark);
+            self.system.protocol().solved_at.zip(mean(&outcome.returns)).is_some_and(|(mark, reached)| reached >= mark);
         outcome.solved_after = solved.then_some(outcome.real_steps);
         Ok(())
     }

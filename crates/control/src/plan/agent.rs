@@ -1,0 +1,108 @@
+//! Planners where an agent is asked for.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use ndarray::{ArrayView2, ArrayViewMut2};
+use sindyna_core::{
+    Agent, AgentError, Batch, Bounded, Checkpoint, CheckpointError, Dynamics, Inverse, Mode, Policy, Rng, Task,
+    TrainedPolicy,
+};
+
+use super::policy::{Method, Planner};
+use crate::ControlError;
+
+/// An agent that has nothing to learn: it plans in whatever model there is, by one method or by each of several.
+pub struct Planners {
+    methods: Vec<Method>,
+    task: Arc<dyn Task>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Planners {
+    /// Planners for `task` by each of `methods`, which end soon after `stop` is set.
+    ///
+    /// # Errors
+    /// [`ControlError::Unseen`] if a state is not observed.
+    pub fn new(methods: &[Method], task: Arc<dyn Task>, stop: Arc<AtomicBool>) -> Result<Self, ControlError> {
+        Inverse::of(task.spec())?;
+        Ok(Self { methods: methods.to_vec(), task, stop })
+    }
+
+    /// The planner in `model`, within the declared bounds of its states.
+    ///
+    /// # Errors
+    /// [`ControlError::Unseen`] if a state is not observed.
+    pub fn planner(&self, method: Method, model: Arc<dyn Dynamics>) -> Result<Planner, ControlError> {
+        let bounded = Arc::new(Bounded::new(model, &self.task.spec().state));
+        Ok(Planner::new(method, bounded, self.task.clone())?.with_stop(self.stop.clone()))
+    }
+}
+
+impl Policy for Planners {
+    /// The first action there is: without a model nothing can be planned.
+    fn act_batch(&self, _: ArrayView2<'_, f64>, _: Mode, _: &mut Rng, mut actions: ArrayViewMut2<'_, f64>) {
+        actions.fill(0.0);
+    }
+}
+
+impl Checkpoint for Planners {
+    fn save(&self) -> Vec<u8> {
+        Vec::new()
+    }
+
+    fn restore(&mut self, _saved: &[u8]) -> Result<(), CheckpointError> {
+        Ok(())
+    }
+}
+
+impl Agent for Planners {
+    fn name(&self) -> &'static str {
+        match self.methods[..] {
+            [method] => method.name(),
+            _ => "auto",
+        }
+    }
+
+    fn learn(&mut self, _batch: &Batch, _rng: &mut Rng) -> Result<(), AgentError> {
+        Ok(())
+    }
+
+    fn plan(&self, model: &Arc<dyn Dynamics>) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
+        let each = self.methods.iter().filter_map(|&method| {
+            let planner = self.planner(method, model.clone()).ok()?;
+            Some((method.name(), Arc::new(planner) as Arc<dyn TrainedPolicy>))
+        });
+        each.collect()
+    }
+
+    fn policy(&self) -> Arc<dyn TrainedPolicy> {
+        Arc::new(Still)
+    }
+
+    fn read_policy(&self, _bytes: &[u8]) -> Result<Arc<dyn TrainedPolicy>, CheckpointError> {
+        Err(CheckpointError::new("a planner is made of its model"))
+    }
+}
+
+/// The policy of planners without a model.
+struct Still;
+
+impl Policy for Still {
+    fn act_batch(&self, _: ArrayView2<'_, f64>, _: Mode, _: &mut Rng, mut actions: ArrayViewMut2<'_, f64>) {
+        actions.fill(0.0);
+    }
+}
+
+impl TrainedPolicy for Still {
+    fn to_bytes(&self) -> Vec<u8> {
+        Vec::new()
+    }
+}
+
+impl TrainedPolicy for Planner {
+    /// The name of the method: the rest is the model's and the task's.
+    fn to_bytes(&self) -> Vec<u8> {
+        self.method().name().into()
+    }
+}

@@ -1,0 +1,258 @@
+//! A way through the rest of an episode: a plan, and a goal that is held from its end on.
+
+use rayon::prelude::*;
+
+use super::front::Front;
+use super::goal::Goal;
+use super::ilqr::{Plan, unused};
+use super::objective::Objective;
+use super::world::World;
+
+/// Widths of cells, in scales: the wider ones are sooner through.
+const CELLS: [f64; 3] = [0.25, 0.15, 0.1];
+
+/// Ways to each goal that are made smooth at a time, and how much farther from it than the nearest so far they may end.
+const NEAREST: usize = 2;
+const FARTHER: f64 = 1.2;
+
+/// Iterations of that.
+const ITERATIONS: usize = 20;
+
+/// Rounds that may bring nothing once a goal is reached, before no longer ways are tried.
+const PATIENCE: usize = 10;
+
+/// Distance of a goal at which it is reached: a hundredth of a scale.
+const ARRIVED: f64 = 1e-2;
+
+/// Parts of its time in which the same way is tried.
+const PARTS: [f64; 4] = [0.85, 0.93, 0.97, 0.985];
+
+/// Part of the return that is not worth a search.
+const NOTHING: f64 = 1e-3;
+
+/// Steps after a plan that are improved with it, and as many as it has.
+const BEYOND: usize = 30;
+
+/// Iterations by which the best is improved for its reward.
+const POLISH: usize = 40;
+
+/// What a control costs on the way to a goal, beside its distance at the end.
+const EFFORT: f64 = 1e-3;
+
+/// A plan, after which a goal is held; without a goal the last control is.
+#[derive(Debug, Clone)]
+pub(crate) struct Course {
+    pub(crate) plan: Option<Plan>,
+    /// Steps of the plan that were made.
+    pub(crate) made: usize,
+    pub(crate) goal: Option<usize>,
+}
+
+impl Course {
+    /// Only holding a goal: the one for which that earns most from x.
+    pub(crate) fn held(world: &World, goals: &[Goal], x: &[f64], steps: usize) -> Self {
+        let all = (0..goals.len()).map(|goal| Self { plan: None, made: 0, goal: Some(goal) });
+        let earned = all.map(|course| (course.earns(world, goals, x, steps).0, course));
+        let best = earned.reduce(|best, other| if other.0 > best.0 { other } else { best });
+        best.map_or(Self { plan: None, made: 0, goal: None }, |(_, course)| course)
+    }
+
+    /// What to do in x, so many steps from now.
+    pub(crate) fn control(&self, world: &World, goals: &[Goal], x: &[f64], later: usize) -> Vec<f64> {
+        let planned = self.plan.as_ref().filter(|plan| self.made + later < plan.u.len());
+        let mut u = match (planned, self.goal) {
+            (Some(plan), _) => {
+                let t = self.made + later;
+                let off: ndarray::Array1<f64> = x.iter().zip(&plan.x[t]).map(|(x, planned)| x - planned).collect();
+                plan.u[t].iter().zip(plan.gains[t].dot(&off)).map(|(u, du)| u + du).collect()
+            }
+            (None, Some(goal)) => goals[goal].control(world, x),
+            (None, None) => {
+                self.plan.as_ref().and_then(|plan| plan.u.last().cloned()).unwrap_or_else(|| world.middle())
+            }
+        };
+        world.clamp(&mut u);
+        u
+    }
+
+    /// Whether it holds its goal after `steps` steps from x, or ends the episode; also where there is no goal at all.
+    pub(crate) fn arrives(&self, goals: &[Goal], world: &World, x: &[f64], steps: usize) -> bool {
+        let last = self.run(world, goals, x, steps).2;
+        goals.is_empty() || last.is_none_or(|last| goals.iter().any(|goal| goal.distance(&last) < ARRIVED))
+    }
+
+    /// What it earns from x in the next `steps` steps, and the controls of it.
+    pub(crate) fn earns(&self, world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>) {
+        let (earned, controls, _) = self.run(world, goals, x, steps);
+        (earned, controls)
+    }
+
+    /// The same, and the state at the end; none where the episode ends before.
+    fn run(&self, world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>, Option<Vec<f64>>) {
+        let (mut rng, mut earned, mut controls) = (unused(), 0.0, Vec::with_capacity(steps));
+        let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
+        let mut action = vec![0.0; world.spec().action_space.action_dim()];
+        for t in 0..steps {
+            let mut u = self.control(world, goals, &x, t);
+            world.settle(&mut u, &mut action);
+            let Some(stepped) = world.step(&x, &u, &mut rng, &mut next) else {
+                return (f64::NEG_INFINITY, controls, None);
+            };
+            earned += stepped.reward;
+            controls.push(u);
+            std::mem::swap(&mut x, &mut next);
+            if stepped.ended {
+                return (earned, controls, None);
+            }
+        }
+        (earned, controls, Some(x))
+    }
+
+    /// The best course from x over the next `steps` steps that is found: ways to each goal among all that the controls can do, shortest first, until
+    /// longer ones earn no more; made smooth and judged by what they earn.
+    pub(crate) fn search(world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
+        let none = Self { plan: None, made: 0, goal: None };
+        let mut best = Found { earned: f64::NEG_INFINITY, course: none, arrived: false };
+        let plain = (0..goals.len()).map(Some).chain([None]).map(|goal| Try { goal, controls: Vec::new() });
+        best.better(world, goals, x, steps, plain.collect());
+        if is_enough(goals, best.earned, steps) {
+            return (best.course, best.earned);
+        }
+        for width in CELLS {
+            if !best.arrived {
+                best.look(world, goals, x, steps, width);
+            }
+        }
+        best.shorten(world, goals, x, steps);
+        best.course.polished(world, goals, x, steps, best.earned, POLISH)
+    }
+
+    /// The same improved for its reward over the next `steps` steps, if that earns more; and what it earns.
+    pub(crate) fn polished(
+        self,
+        world: &World,
+        goals: &[Goal],
+        x: &[f64],
+        steps: usize,
+        earned: f64,
+        iterations: usize,
+    ) -> (Self, f64) {
+        let objective = Objective { reward: 1.0, effort: 0.0, end: None };
+        let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
+        let (_, controls) = self.earns(world, goals, x, steps.min(2 * planned + BEYOND));
+        let better = Plan::of(world, &objective, x, controls).map(|plan| {
+            let plan = plan.improved(world, &objective, iterations);
+            let course = Self { plan: Some(plan), made: 0, goal: self.goal };
+            (course.earns(world, goals, x, steps).0, course)
+        });
+        match better {
+            Some((more, course)) if more > earned => (course, more),
+            _ => (self, earned),
+        }
+    }
+}
+
+/// The best course so far.
+struct Found {
+    earned: f64,
+    course: Course,
+    /// Whether it ends at its goal.
+    arrived: bool,
+}
+
+/// Whether nothing is to be gained beside `earned`: the best place is near.
+pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
+    // What an end pays is not known before it was reached.
+    let stays = goals.first().filter(|_| goals.iter().all(|goal| !goal.ends));
+    let most = stays.map_or(f64::INFINITY, |goal| goal.pay * steps as f64);
+    most.is_finite() && earned >= most - NOTHING * most.abs()
+}
+
+impl Found {
+    /// Looks at all ways through cells so many scales wide.
+    fn look(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
+        let mut front = Front::new(world, goals, x, width);
+        let mut reached = vec![f64::INFINITY; goals.len()];
+        let mut without = 0;
+        while without < PATIENCE && front.length() < steps && front.advance() {
+            let mut tries = Vec::new();
+            for (goal, (place, reached)) in goals.iter().zip(&mut reached).enumerate() {
+                for (distance, controls) in front.nearest(place, NEAREST, FARTHER * *reached) {
+                    *reached = reached.min(distance);
+                    tries.push(Try { goal: Some(goal), controls });
+                }
+            }
+            tries.extend(front.richest(true).map(|controls| Try { goal: None, controls }));
+            let gained = self.better(world, goals, x, steps, tries);
+            without = if gained || !self.arrived { 0 } else { without + 1 };
+        }
+        if !self.arrived {
+            let tries = front.richest(false).map(|controls| Try { goal: None, controls });
+            self.better(world, goals, x, steps, tries.into_iter().collect());
+        }
+    }
+
+    /// Takes the best of `tries` if it earns more; whether it does.
+    fn better(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize, tries: Vec<Try>) -> bool {
+        let made = |one: &Try| {
+            let course = one.made(world, goals, x)?;
+            let (earned, _, last) = course.run(world, goals, x, steps);
+            let arrived = match (course.goal, last) {
+                (Some(goal), Some(last)) => goals[goal].distance(&last) < ARRIVED,
+                // An end that was looked for.
+                (None, None) => course.plan.is_some(),
+                _ => false,
+            };
+            Some(Self { earned, course, arrived })
+        };
+        let found: Vec<Self> = tries.par_iter().filter_map(made).collect();
+        let mut gained = false;
+        for found in found {
+            if found.earned > self.earned {
+                (*self, gained) = (found, true);
+            }
+        }
+        gained
+    }
+}
+
+impl Found {
+    /// Goes the same way faster, as long as that earns more.
+    fn shorten(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize) {
+        let mut part = 0;
+        while let Some(plan) = &self.course.plan
+            && self.arrived
+            && self.course.goal.is_some()
+            && part < PARTS.len()
+        {
+            let length = (PARTS[part] * plan.u.len() as f64) as usize;
+            if length == 0 {
+                return;
+            }
+            let faster = |t: usize| plan.u[t * plan.u.len() / length].clone();
+            let one = Try { goal: self.course.goal, controls: (0..length).map(faster).collect() };
+            part = if self.better(world, goals, x, steps, vec![one]) { 0 } else { part + 1 };
+        }
+    }
+}
+
+/// A way to be tried.
+struct Try {
+    goal: Option<usize>,
+    /// What leads near it.
+    controls: Vec<Vec<f64>>,
+}
+
+impl Try {
+    fn made(&self, world: &World, goals: &[Goal], x: &[f64]) -> Option<Course> {
+        let Self { goal, controls } = self;
+        if controls.is_empty() {
+            return Some(Course { plan: None, made: 0, goal: *goal });
+        }
+        let end = goal.map(|goal| (&goals[goal], 1.0));
+        let objective = Objective { reward: 0.0, effort: EFFORT, end };
+        let plan = Plan::of(world, &objective, x, controls.clone())?;
+        let plan = if goal.is_some() { plan.improved(world, &objective, ITERATIONS) } else { plan };
+        Some(Course { plan: Some(plan), made: 0, goal: *goal })
+    }
+}

@@ -1,0 +1,15 @@
+//! Planners: policies that look for the best controls in a model, step by step.
+
+mod agent;
+mod course;
+mod front;
+mod goal;
+mod ilqr;
+mod mppi;
+mod objective;
+mod policy;
+mod small;
+mod world;
+
+pub use agent::Planners;
+pub use policy::{Method, Planner};

@@ -1,0 +1,134 @@
+//! What a plan is to make small, and its second-order expansion.
+
+use ndarray::{Array1, Array2, s};
+use sindyna_core::Rng;
+
+use super::goal::Goal;
+use super::small::without_negative;
+use super::world::{Stepped, World};
+
+/// Step of differences of the reward, in scales: wide enough to look over small kinks.
+const STEP: f64 = 1e-3;
+
+/// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + `end`·(x_T − x*)ᵀP(x_T − x*).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Objective<'a> {
+    pub(crate) reward: f64,
+    pub(crate) effort: f64,
+    pub(crate) end: Option<(&'a Goal, f64)>,
+}
+
+/// x⁺ ≈ A x + B u and the cost of a step to second order.
+pub(crate) struct Expansion {
+    pub(crate) a: Array2<f64>,
+    pub(crate) b: Array2<f64>,
+    pub(crate) lx: Array1<f64>,
+    pub(crate) lu: Array1<f64>,
+    pub(crate) lxx: Array2<f64>,
+    pub(crate) lux: Array2<f64>,
+    pub(crate) luu: Array2<f64>,
+}
+
+impl Objective<'_> {
+    pub(crate) fn of_step(&self, world: &World, stepped: Stepped, u: &[f64]) -> f64 {
+        let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / world.half(j)).powi(2)).sum();
+        let reward = if self.reward > 0.0 { self.reward * stepped.reward } else { 0.0 };
+        self.effort * effort - reward
+    }
+
+    pub(crate) fn of_end(&self, x: &[f64]) -> f64 {
+        self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
+    }
+
+    /// Gradient (n) and Hessian (n, n) at the end.
+    pub(crate) fn expand_end(&self, x: &[f64]) -> (Array1<f64>, Array2<f64>) {
+        match self.end {
+            None => (Array1::zeros(x.len()), Array2::zeros((x.len(), x.len()))),
+            Some((goal, weight)) => {
+                let slope = goal.value.dot(&goal.error(x)) * (2.0 * weight);
+                (slope, &goal.value * (2.0 * weight))
+            }
+        }
+    }
+
+    /// The step from x under u to `next`.
+    pub(crate) fn expand(
+        &self,
+        world: &World,
+        (x, u, next): (&[f64], &[f64], &[f64]),
+        rng: &mut Rng,
+    ) -> Option<Expansion> {
+        let (n, k) = world.dims();
+        let (a, b) = world.linearize(x, u, rng).ok()?;
+        let (mut slope, mut bend) = (Array1::zeros(n + k), Array2::zeros((n + k, n + k)));
+        if self.reward > 0.0 {
+            let (g, h) = of_reward(world, (x, u, next));
+            // z = (x; u; x⁺), of which the last is A x + B u.
+            let mut through = Array2::zeros((2 * n + k, n + k));
+            (0..n + k).for_each(|i| through[[i, i]] = 1.0);
+            through.slice_mut(s![n + k.., ..n]).assign(&a);
+            through.slice_mut(s![n + k.., n..]).assign(&b);
+            slope = through.t().dot(&g) * -self.reward;
+            bend = without_negative(&(through.t().dot(&h).dot(&through) * -self.reward));
+        }
+        for (j, u) in u.iter().enumerate() {
+            let weight = 2.0 * self.effort / (world.half(j) * world.half(j));
+            slope[n + j] += weight * u;
+            bend[[n + j, n + j]] += weight;
+        }
+        Some(Expansion {
+            a,
+            b,
+            lx: slope.slice(s![..n]).to_owned(),
+            lu: slope.slice(s![n..]).to_owned(),
+            lxx: bend.slice(s![..n, ..n]).to_owned(),
+            lux: bend.slice(s![n.., ..n]).to_owned(),
+            luu: bend.slice(s![n.., n..]).to_owned(),
+        })
+    }
+}
+
+/// Gradient and Hessian of r over z = (x; u; x⁺), by central differences. Values of z on which r does not depend cost two evaluations each.
+fn of_reward(world: &World, (x, u, next): (&[f64], &[f64], &[f64])) -> (Array1<f64>, Array2<f64>) {
+    let (n, k) = world.dims();
+    let size = 2 * n + k;
+    let mut z = [x, u, next].concat();
+    let reward = |z: &[f64]| world.reward(&z[..n], &z[n..n + k], &z[n + k..]);
+    let step = |i: usize| {
+        STEP * match i {
+            i if i < n => world.scales[i],
+            i if i < n + k => world.half(i - n),
+            i => world.scales[i - n - k],
+        }
+    };
+    let middle = reward(&z);
+    let (mut g, mut h) = (Array1::zeros(size), Array2::zeros((size, size)));
+    let mut active = Vec::new();
+    for i in 0..size {
+        let (at, d) = (z[i], step(i));
+        z[i] = at + d;
+        let above = reward(&z);
+        z[i] = at - d;
+        let below = reward(&z);
+        z[i] = at;
+        if above - middle == 0.0 && below - middle == 0.0 {
+            continue;
+        }
+        g[i] = (above - below) / (2.0 * d);
+        h[[i, i]] = (above - 2.0 * middle + below) / (d * d);
+        active.push((i, at, d));
+    }
+    for (p, &(i, zi, di)) in active.iter().enumerate() {
+        for &(j, zj, dj) in &active[..p] {
+            let mut at = |si: f64, sj: f64| {
+                (z[i], z[j]) = (zi + si * di, zj + sj * dj);
+                let value = reward(&z);
+                (z[i], z[j]) = (zi, zj);
+                value
+            };
+            let mixed = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * di * dj);
+            (h[[i, j]], h[[j, i]]) = (mixed, mixed);
+        }
+    }
+    (g, h)
+}

@@ -1,0 +1,223 @@
+//! A planner as a policy.
+
+use std::fmt;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use ndarray::{ArrayView2, ArrayViewMut2};
+use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Task};
+
+use super::course::{Course, is_enough};
+use super::goal::Goal;
+use super::mppi::Sampled;
+use super::world::World;
+use crate::ControlError;
+
+/// Steps that are looked ahead when an episode is longer.
+const HORIZON: usize = 1_000;
+
+/// Steps of a plan that is sampled.
+const SAMPLED: usize = 100;
+
+/// Part of what was expected by which a plan may fall short before another is looked for.
+const SHORT: f64 = 0.05;
+
+/// Steps after which a plan that was improved is improved again.
+const EVERY: usize = 10;
+
+/// Steps after which another way is looked for, if none leads to a goal.
+const LOST: usize = 200;
+
+/// Iterations of such an improvement.
+const AGAIN: usize = 3;
+
+/// How a [`Planner`] plans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Hold the state of rest that pays most by its linear-quadratic regulator: no plan at all.
+    Lqr,
+    /// Differential dynamic programming over the rest of the episode, in receding horizon, with regulators near the goal.
+    Ilqr,
+    /// Model predictive path integral control: random changes of the plan, weighed by what they earn.
+    Mppi,
+}
+
+impl Method {
+    /// All of them, the quickest first.
+    pub const ALL: [Self; 3] = [Self::Lqr, Self::Mppi, Self::Ilqr];
+
+    /// `lqr`, `ilqr` or `mppi`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Lqr => "lqr",
+            Self::Ilqr => "ilqr",
+            Self::Mppi => "mppi",
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A policy that plans in a model, true or learned, for a task. What it needs to know follows from these: where it pays to stay (states of rest and
+/// their rewards), how far states move, which of them controls change.
+///
+/// It acts alike in both modes and draws no number of the generator it is given.
+pub struct Planner {
+    world: World,
+    inverse: Inverse,
+    method: Method,
+}
+
+impl Planner {
+    /// A planner in `dynamics` over the states of `task`.
+    ///
+    /// # Errors
+    /// [`ControlError::Unseen`] if a state is not observed.
+    pub fn new(method: Method, dynamics: Arc<dyn Dynamics>, task: Arc<dyn Task>) -> Result<Self, ControlError> {
+        let inverse = Inverse::of(task.spec())?;
+        Ok(Self { world: World::new(dynamics, task), inverse, method })
+    }
+
+    /// The same that ends its plans soon after `stop` is set: its actions are of no use then.
+    #[must_use]
+    pub fn with_stop(self, stop: Arc<AtomicBool>) -> Self {
+        Self { world: self.world.with_stop(stop), ..self }
+    }
+
+    /// How it plans.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.method
+    }
+}
+
+impl Policy for Planner {
+    fn act_batch(
+        &self,
+        observations: ArrayView2<'_, f64>,
+        mode: Mode,
+        rng: &mut Rng,
+        mut actions: ArrayViewMut2<'_, f64>,
+    ) {
+        for (o, mut action) in observations.rows().into_iter().zip(actions.rows_mut()) {
+            let mut first = vec![0.0; action.len()];
+            Episode::new(self).act(&o.to_vec(), mode, rng, &mut first);
+            action.iter_mut().zip(first).for_each(|(a, first)| *a = first);
+        }
+    }
+
+    fn begin(&self) -> Option<Box<dyn Memory + '_>> {
+        Some(Box::new(Episode::new(self)))
+    }
+}
+
+/// A planner in the middle of an episode.
+struct Episode<'a> {
+    planner: &'a Planner,
+    /// The state as of the last step.
+    x: Vec<f64>,
+    steps: usize,
+    goals: Vec<Goal>,
+    course: Option<Course>,
+    sampled: Option<Sampled>,
+    /// What the course earns from here on, as it was planned.
+    expected: f64,
+}
+
+impl<'a> Episode<'a> {
+    fn new(planner: &'a Planner) -> Self {
+        let x = vec![0.0; planner.world.dims().0];
+        Self { planner, x, steps: 0, goals: Vec::new(), course: None, sampled: None, expected: f64::NAN }
+    }
+
+    /// The control of differential dynamic programming, in receding horizon: the course so far, moved on, improved now and then, and left where another
+    /// earns more.
+    fn planned(&mut self, left: usize) -> Vec<f64> {
+        let (world, ahead) = (&self.planner.world, left.clamp(1, HORIZON));
+        let goals = &self.goals;
+        let mut course = self.course.take();
+        if let Some(course) = &mut course {
+            course.made += 1;
+        }
+        let due = self.steps.is_multiple_of(EVERY);
+        // From another state a way may be found.
+        let lost = self.steps.is_multiple_of(LOST)
+            && !is_enough(goals, self.expected, ahead)
+            && course.as_ref().is_some_and(|c| !c.arrives(goals, world, &self.x, ahead));
+        if lost {
+            course = None;
+        }
+        let course = match course {
+            None => {
+                let (course, earned) = Course::search(world, goals, &self.x, ahead);
+                self.expected = earned;
+                course
+            }
+            Some(course) if !due => course,
+            Some(course) => {
+                let mut earned = course.earns(world, goals, &self.x, ahead).0;
+                let mut best = course;
+                let held = Course::held(world, goals, &self.x, ahead);
+                let of_held = held.earns(world, goals, &self.x, ahead).0;
+                if of_held > earned {
+                    (best, earned) = (held, of_held);
+                }
+                let missing = self.expected - earned;
+                if missing > SHORT * self.expected.abs().max(earned.abs()) {
+                    let (found, of_found) = Course::search(world, goals, &self.x, ahead);
+                    if of_found > earned {
+                        (best, earned) = (found, of_found);
+                    }
+                } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
+                    (best, earned) = best.polished(world, goals, &self.x, ahead, earned, AGAIN);
+                }
+                self.expected = earned;
+                best
+            }
+        };
+        let u = course.control(world, goals, &self.x, 0);
+        self.course = Some(course);
+        u
+    }
+}
+
+impl Memory for Episode<'_> {
+    fn act(&mut self, observation: &[f64], _mode: Mode, _rng: &mut Rng, action: &mut [f64]) {
+        let Planner { world, inverse, method } = self.planner;
+        if world.stopped() {
+            world.settle(&mut world.middle(), action);
+            return;
+        }
+        let before = self.x.clone();
+        inverse.state(observation, &before, &mut self.x);
+        if self.steps == 0 {
+            self.goals = Goal::find(world, &self.x);
+        }
+        let left = world.task.max_steps().saturating_sub(self.steps).max(1);
+        let mut u = match method {
+            Method::Lqr => {
+                let course = self.course.get_or_insert_with(|| Course::held(world, &self.goals, &self.x, left));
+                course.control(world, &self.goals, &self.x, 0)
+            }
+            Method::Ilqr => self.planned(left),
+            Method::Mppi => {
+                let horizon = SAMPLED.min(world.task.max_steps());
+                let sampled = self.sampled.get_or_insert_with(|| Sampled::new(world, horizon));
+                sampled.act(world, &self.goals, &self.x, left)
+            }
+        };
+        world.settle(&mut u, action);
+        // What is yet expected is without the step that is made now.
+        if self.course.is_some() {
+            let mut next = vec![0.0; self.x.len()];
+            let stepped = world.step(&self.x, &u, &mut super::ilqr::unused(), &mut next);
+            self.expected -= stepped.map_or(0.0, |stepped| stepped.reward);
+        }
+        self.steps += 1;
+    }
+}

@@ -1,0 +1,93 @@
+//! States that are angles, told by their names and by how they turn.
+
+use std::f64::consts::{PI, TAU};
+
+use crate::recording::Recording;
+use crate::table::Column;
+use crate::{Note, roles, units};
+
+/// The states, whose columns are `states`, that turn as only angles do: beyond a whole turn, or from one end of it to the other at
+/// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are.
+pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[&Column]) -> Vec<(usize, Note)> {
+    let torque =
+        inputs.iter().any(|c| roles::is_torque(&c.name) || ["Nm", "N m", "N\u{b7}m", "N*m"].contains(&c.unit.as_str()));
+    let may_be = |c: &Column| match c.unit.as_str() {
+        "" => roles::is_angle(&c.name) || (torque && roles::is_position(&c.name)),
+        unit => units::is_angle(unit),
+    };
+    let turning = |(i, column): (usize, &Column)| {
+        let folds = folds(recordings, i, TAU);
+        let turns = span(recordings, i) / TAU;
+        let note = Note::Angle { state: column.name.clone(), turns: (!folds).then_some(turns) };
+        (may_be(column) && (folds || turns > 1.0 + 1e-6)).then_some((i, note))
+    };
+    states.iter().enumerate().filter_map(turning).collect()
+}
+
+/// What speaks for degrees, of the angle of state `i` without a unit: it jumps by 360, or goes farther than machines turn.
+pub(crate) fn suspected(recordings: &[Recording], i: usize, column: &Column) -> Option<Note> {
+    /// Radians of more turns than most logs have.
+    const FAR: f64 = 60.0;
+    let reach = recordings.iter().flat_map(|r| r.states.column(i).to_vec()).fold(0.0, |m: f64, v| m.max(v.abs()));
+    let suspect = column.unit.is_empty() && (folds(recordings, i, 360.0) || reach > FAR);
+    suspect.then(|| Note::Degrees { state: column.name.clone(), reach })
+}
+
+fn span(recordings: &[Recording], i: usize) -> f64 {
+    let values = recordings.iter().flat_map(|r| r.states.column(i).to_vec());
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    high - low
+}
+
+/// Whether state `i` stays within one `turn` and jumps by about that, with no other step near half of it.
+fn folds(recordings: &[Recording], i: usize, turn: f64) -> bool {
+    let mut jumps = 0;
+    for recording in recordings {
+        let column = recording.states.column(i);
+        for (a, b) in column.iter().zip(column.iter().skip(1)) {
+            let step = (b - a).abs() / turn * TAU;
+            if step > PI {
+                jumps += 1;
+            }
+            if (0.5 * PI..1.5 * PI).contains(&step) {
+                return false;
+            }
+        }
+    }
+    jumps > 0 && span(recordings, i) <= turn * (1.0 + 1e-6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    fn recording(x: impl Fn(f64) -> f64) -> [Recording; 1] {
+        [Recording { states: Array2::from_shape_fn((100, 1), |(i, _)| x(0.1 * i as f64)), ..Recording::default() }]
+    }
+
+    fn column(name: &str, unit: &str) -> Column {
+        Column { name: name.into(), unit: unit.into() }
+    }
+
+    #[test]
+    fn what_turns_is_an_angle_and_what_swings_is_as_it_was_declared() {
+        let check = |x: fn(f64) -> f64, state: Column, input: Column, expected: Option<&str>| {
+            let found = recognised(&recording(x), std::slice::from_ref(&state), &[&input]);
+            let told = found.first().map(|(_, note)| note.to_string());
+            assert_eq!(told.is_some(), expected.is_some(), "{state:?} {told:?}");
+            assert!(told.is_none_or(|told| told.contains(expected.unwrap_or_default())));
+        };
+        let none = || column("x", "");
+        check(|t| -2.0 * t, column("position", ""), column("torque", ""), Some("3.2 turns"));
+        check(|t| -2.0 * t, column("position", ""), column("force", ""), None);
+        check(|t| -2.0 * t, column("position", "mm"), column("torque", ""), None);
+        check(|t| 2.0 * t, column("a", "rad"), none(), Some("turns"));
+        check(|t| t.sin(), column("th", "rad"), none(), None);
+        check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("th", ""), none(), Some("folded"));
+        let folded = recording(|t| (100.0 * t) % 360.0);
+        assert!(suspected(&folded, 0, &column("th", "")).unwrap().to_string().contains("degrees"));
+        assert_eq!(suspected(&folded, 0, &column("th", "rad")), None);
+        assert_eq!(suspected(&recording(|t| -3.0 * t), 0, &column("th", "")), None);
+    }
+}

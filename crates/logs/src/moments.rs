@@ -1,0 +1,66 @@
+//! The time stamps of a log, in seconds: their column and unit, rows that are there twice, gaps.
+
+use crate::columns::refuse_unit;
+use crate::recording::{Digits, Recording, Source};
+use crate::time::{unit_in_header, unit_in_values};
+use crate::{Clock, LogError, LogOptions, Note, TIME, TimeUnit, UnitBy, clock, states};
+
+/// `recordings` with times in seconds, parted at gaps, and to how many seconds the stamps were rounded; untouched where stamps are
+/// not looked at. What was decided is added to `notes`; states number `folded` are angles.
+///
+/// # Errors
+/// [`LogError`] if there are no stamps and some are needed, or they do not run forward.
+pub(crate) fn told(
+    mut recordings: Vec<Recording>,
+    sources: &[Source<'_>],
+    digits: &Digits,
+    options: &LogOptions,
+    folded: &[usize],
+    notes: &mut Vec<Note>,
+) -> Result<(Vec<Recording>, f64), LogError> {
+    let without = sources.iter().find(|s| s.columns.time.is_none());
+    match (options.clock, without) {
+        (Clock::Given(dt), without) => {
+            notes.extend(without.is_none().then_some(Note::TimeIgnored { dt }));
+            return Ok((recordings, 0.0));
+        }
+        (Clock::Stamps, Some(source)) => return Err(LogError::NoTime { path: source.path().to_owned() }),
+        (Clock::Resampled(_), Some(_)) => return Err(LogError::NoTimeToResample),
+        (Clock::Stamps | Clock::Resampled(_), None) => {}
+    }
+    notes.extend(clock::forward(&mut recordings, sources)?);
+    let (unit, by) = unit(&recordings, sources, digits, options, folded)?;
+    let column = sources[0].time_name().to_owned();
+    if column != TIME || unit != TimeUnit::Seconds || by == UnitBy::Epoch {
+        notes.push(Note::Time { column, unit, by });
+    }
+    let seconds: Vec<Recording> = recordings.iter().map(|r| r.with_times_scaled(unit.seconds())).collect();
+    let (parts, gaps) = clock::without_gaps(&seconds, options.gap);
+    notes.extend(gaps);
+    let rounding = 10_f64.powi(-i32::try_from(digits.time_decimals).unwrap_or(i32::MAX)) * unit.seconds();
+    Ok((parts, rounding))
+}
+
+/// The unit of the stamps, and what tells it.
+fn unit(
+    recordings: &[Recording],
+    sources: &[Source<'_>],
+    digits: &Digits,
+    options: &LogOptions,
+    folded: &[usize],
+) -> Result<(TimeUnit, UnitBy), LogError> {
+    let header = sources[0].columns.time.map(|column| &sources[0].table.columns()[column]);
+    if let Some(column) = header {
+        let told = unit_in_header(column);
+        if told.is_none() && !column.unit.is_empty() {
+            return Err(refuse_unit(sources[0].table, column, "s, ms, us, ns, min or h"));
+        }
+        if let Some(unit) = told {
+            return Ok((unit, UnitBy::Header));
+        }
+    }
+    // Changes of states over gaps and turns say nothing of their rates.
+    let (mut parts, _) = clock::without_gaps(recordings, None);
+    states::unwrap(&mut parts, folded, &options.states);
+    Ok(unit_in_values(&parts, digits.origin))
+}

@@ -1,0 +1,183 @@
+//! What the names of columns say of their roles.
+
+use std::collections::HashSet;
+
+use crate::Suggestion;
+
+/// What a name says of a column.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+enum Role {
+    Position,
+    Rate,
+    Input,
+}
+
+/// Words that tell a role; of a name of several, the first that is one of them.
+const WORDS: [(Role, &[&str]); 3] = [
+    (
+        Role::Position,
+        &[
+            "x",
+            "y",
+            "z",
+            "q",
+            "th",
+            "theta",
+            "phi",
+            "psi",
+            "alpha",
+            "beta",
+            "angle",
+            "angles",
+            "position",
+            "pos",
+            "height",
+            "level",
+            "displacement",
+            "cos",
+            "sin",
+            "costh",
+            "sinth",
+            "yaw",
+            "pitch",
+            "roll",
+            "\u{3b8}",
+            "\u{3c6}",
+            "\u{3c8}",
+            "\u{3b1}",
+            "\u{3b2}",
+        ],
+    ),
+    (
+        Role::Rate,
+        &[
+            "v",
+            "w",
+            "vel",
+            "velocity",
+            "velocities",
+            "speed",
+            "omega",
+            "\u{3c9}",
+            "dq",
+            "dth",
+            "dtheta",
+            "dphi",
+            "dx",
+            "dy",
+            "dz",
+            "vx",
+            "vy",
+            "vz",
+            "qd",
+            "thd",
+            "xd",
+            "rate",
+            "rates",
+            "dot",
+        ],
+    ),
+    (
+        Role::Input,
+        &[
+            "u", "f", "a", "action", "control", "force", "input", "torque", "tau", "\u{3c4}", "command", "voltage",
+            "current", "effort", "throttle", "steering", "pwm",
+        ],
+    ),
+];
+
+/// Words that tell how a value came about, not what it is.
+const HOW: [&str; 12] =
+    ["meas", "measured", "filt", "filtered", "raw", "act", "actual", "joint", "motor", "state", "angular", "cart"];
+
+/// Letters and digits of a name, in small letters.
+fn words(name: &str) -> Vec<String> {
+    let lower = name.to_lowercase();
+    let mut words: Vec<String> = vec![String::new()];
+    let mut digits = false;
+    for c in lower.chars() {
+        let digit = c.is_ascii_digit();
+        if !c.is_alphanumeric() || digit != digits {
+            words.push(String::new());
+        }
+        if c.is_alphanumeric() {
+            words.last_mut().into_iter().for_each(|w| w.push(c));
+        }
+        digits = digit;
+    }
+    words.retain(|w| !w.is_empty());
+    words
+}
+
+/// What a name says: a rate if any of its words does (`theta_dot`), else what the first word says that says anything.
+fn role(name: &str) -> Option<Role> {
+    let told = |word: &String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(role, _)| *role);
+    let roles: Vec<Role> = words(name).iter().filter_map(told).collect();
+    roles.iter().find(|role| **role == Role::Rate).or(roles.first()).copied()
+}
+
+/// Whether `name` is that of a position.
+pub(crate) fn is_position(name: &str) -> bool {
+    role(name) == Some(Role::Position)
+}
+
+/// Whether `name` is that of a torque, which turns what it acts on.
+pub(crate) fn is_torque(name: &str) -> bool {
+    words(name).iter().any(|word| ["torque", "tau", "\u{3c4}", "moment"].contains(&word.as_str()))
+}
+
+/// Whether `name` is that of an angle.
+pub(crate) fn is_angle(name: &str) -> bool {
+    const ANGLES: [&str; 16] = [
+        "th", "theta", "phi", "psi", "angle", "angles", "yaw", "pitch", "roll", "heading", "\u{3b8}", "\u{3c6}",
+        "\u{3c8}", "alpha", "beta", "azimuth",
+    ];
+    role(name) != Some(Role::Rate) && words(name).iter().any(|word| ANGLES.contains(&word.as_str()))
+}
+
+/// The states and inputs among `columns`, if every name tells its role and no two tell the same; `inputs` are known.
+pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>, Vec<String>)> {
+    let mut seen = HashSet::new();
+    let (mut states, mut done) = (Vec::new(), inputs.to_vec());
+    for name in columns {
+        let role = role(name)?;
+        let what: Vec<String> = words(name).into_iter().filter(|word| !HOW.contains(&word.as_str())).collect();
+        if !seen.insert((role, what)) {
+            return None;
+        }
+        match role {
+            _ if inputs.contains(name) => {}
+            Role::Input if inputs.is_empty() => done.push(name.clone()),
+            Role::Input => return None,
+            Role::Position | Role::Rate => states.push(name.clone()),
+        }
+    }
+    (!states.is_empty()).then_some((states, done))
+}
+
+/// Which of `columns` are likely to be what.
+pub(crate) fn suggested(columns: &[String], has_time: bool) -> Suggestion {
+    let (inputs, states) =
+        columns.iter().filter(|n| *n != "reward").cloned().partition(|name| role(name) == Some(Role::Input));
+    Suggestion { states, inputs, has_time }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_tell_everything_are_believed_and_others_are_not() {
+        let check = |columns: &[&str], expected: Option<(&[&str], &[&str])>| {
+            let owned = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+            assert_eq!(told(&owned(columns), &[]), expected.map(|(s, i)| (owned(s), owned(i))), "{columns:?}");
+        };
+        check(&["position", "velocity", "torque"], Some((&["position", "velocity"], &["torque"])));
+        check(&["q1", "q2", "dq1", "dq2", "tau1", "tau2"], Some((&["q1", "q2", "dq1", "dq2"], &["tau1", "tau2"])));
+        check(&["u", "y"], Some((&["y"], &["u"])));
+        check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
+        check(&["x", "v", "u", "reward"], None);
+        check(&["u"], None);
+        assert_eq!(told(&["x".into(), "v".into(), "u".into()], &["v".into()]), None);
+    }
+}

@@ -1,0 +1,238 @@
+//! Which column holds the time, and in which unit.
+
+use std::fmt;
+
+use crate::rates;
+use crate::recording::Recording;
+use crate::table::{Column, Table};
+
+/// A unit of time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum TimeUnit {
+    /// s
+    Seconds,
+    /// ms
+    Milliseconds,
+    /// µs
+    Microseconds,
+    /// ns
+    Nanoseconds,
+    /// min
+    Minutes,
+    /// h
+    Hours,
+}
+
+/// The units that are told by powers of a thousand, longest first.
+const DECIMAL: [TimeUnit; 4] =
+    [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
+
+impl TimeUnit {
+    /// The unit that `text` names: `s`, `ms`, `us`, `ns`, `min`, `h`, or a word for one.
+    #[must_use]
+    pub fn named(text: &str) -> Option<Self> {
+        Some(match text.trim().to_lowercase().as_str() {
+            "s" | "sec" | "secs" | "second" | "seconds" => Self::Seconds,
+            "ms" | "msec" | "msecs" | "millis" | "millisecond" | "milliseconds" => Self::Milliseconds,
+            "us" | "\u{b5}s" | "\u{3bc}s" | "usec" | "usecs" | "micros" | "microsecond" | "microseconds" => {
+                Self::Microseconds
+            }
+            "ns" | "nsec" | "nsecs" | "nanos" | "nanosecond" | "nanoseconds" => Self::Nanoseconds,
+            "min" | "mins" | "minute" | "minutes" => Self::Minutes,
+            "h" | "hr" | "hrs" | "hour" | "hours" => Self::Hours,
+            _ => return None,
+        })
+    }
+
+    /// How many seconds it is.
+    #[must_use]
+    pub fn seconds(self) -> f64 {
+        match self {
+            Self::Seconds => 1.0,
+            Self::Milliseconds => 1e-3,
+            Self::Microseconds => 1e-6,
+            Self::Nanoseconds => 1e-9,
+            Self::Minutes => 60.0,
+            Self::Hours => 3600.0,
+        }
+    }
+}
+
+impl fmt::Display for TimeUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Seconds => "seconds",
+            Self::Milliseconds => "milliseconds",
+            Self::Microseconds => "microseconds",
+            Self::Nanoseconds => "nanoseconds",
+            Self::Minutes => "minutes",
+            Self::Hours => "hours",
+        })
+    }
+}
+
+/// What tells the unit of time stamps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum UnitBy {
+    /// The user, or the header, in the name of the column or behind it.
+    Header,
+    /// A state that is the rate of another in this unit and in no other.
+    Rates,
+    /// Stamps that count from 1970, as those of our days do.
+    Epoch,
+    /// Whole numbers that are far apart or uneven, as those of a counter are.
+    Counter,
+    /// Nothing: stamps are in seconds unless something says otherwise.
+    Default,
+}
+
+/// The column of `table` that holds the time, by its name; none of those in `taken`.
+pub(crate) fn column(table: &Table, taken: &[&str]) -> Option<usize> {
+    let columns = table.columns();
+    let free = |c: &Column| !taken.contains(&c.name.as_str());
+    let plain = columns.iter().position(|c| c.name == crate::TIME && free(c));
+    plain.or_else(|| columns.iter().position(|c| free(c) && is_time(&c.name)))
+}
+
+/// The words of a name, in small letters.
+fn words(name: &str) -> impl Iterator<Item = String> {
+    let lower = name.to_lowercase();
+    let words: Vec<String> = lower.split(|c: char| !c.is_alphanumeric()).map(str::to_owned).collect();
+    words.into_iter().filter(|w| !w.is_empty())
+}
+
+/// Whether a column called `name` holds time stamps.
+pub(crate) fn is_time(name: &str) -> bool {
+    const TIMES: [&str; 15] = [
+        "t",
+        "time",
+        "times",
+        "timestamp",
+        "timestamps",
+        "stamp",
+        "clock",
+        "elapsed",
+        "seconds",
+        "secs",
+        "sec",
+        "millis",
+        "micros",
+        "milliseconds",
+        "microseconds",
+    ];
+    const BESIDE: [&str; 9] = ["header", "unix", "epoch", "ros", "sim", "wall", "system", "log", "since"];
+    let all: Vec<String> = words(name).collect();
+    all.iter().any(|w| TIMES.contains(&w.as_str()))
+        && all
+            .iter()
+            .all(|w| TIMES.contains(&w.as_str()) || BESIDE.contains(&w.as_str()) || TimeUnit::named(w).is_some())
+}
+
+/// The unit that the header of the time `column` tells.
+pub(crate) fn unit_in_header(column: &Column) -> Option<TimeUnit> {
+    TimeUnit::named(&column.unit).or_else(|| {
+        let last = words(&column.name).last()?;
+        TimeUnit::named(&last)
+    })
+}
+
+/// The unit of the stamps of `recordings`, which count from `origin`, and what tells it.
+pub(crate) fn unit_in_values(recordings: &[Recording], origin: f64) -> (TimeUnit, UnitBy) {
+    if let Some(unit) = unit_by_rates(recordings) {
+        return (unit, UnitBy::Rates);
+    }
+    // Seconds since 1970, in 2001 to 2100.
+    let ours = 1e9..4.1e9;
+    if let Some(unit) = DECIMAL.into_iter().find(|unit| ours.contains(&(origin * unit.seconds()))) {
+        return (unit, UnitBy::Epoch);
+    }
+    let mut steps: Vec<f64> = recordings.iter().flat_map(Recording::steps).collect();
+    steps.sort_by(f64::total_cmp);
+    let whole = origin.fract() == 0.0 && steps.iter().all(|s| s.fract() == 0.0);
+    let Some(&step) = steps.get(steps.len() / 2).filter(|_| whole) else { return (TimeUnit::Seconds, UnitBy::Default) };
+    let jitters = steps.iter().any(|s| (s - step).abs() == 1.0);
+    // Counters of the next smaller unit: a step of a second or more is one of the unit after that.
+    match step {
+        s if s < 10.0 && !jitters => (TimeUnit::Seconds, UnitBy::Default),
+        s if s < 1e3 => (TimeUnit::Milliseconds, UnitBy::Counter),
+        s if s < 1e6 => (TimeUnit::Microseconds, UnitBy::Counter),
+        _ => (TimeUnit::Nanoseconds, UnitBy::Counter),
+    }
+}
+
+/// The one decimal unit in which a state is the rate of another.
+fn unit_by_rates(recordings: &[Recording]) -> Option<TimeUnit> {
+    let shows = |unit: &&TimeUnit| {
+        let scaled: Vec<Recording> = recordings.iter().map(|r| r.with_times_scaled(unit.seconds())).collect();
+        !rates::recognised(&scaled).is_empty()
+    };
+    let found: Vec<&TimeUnit> = DECIMAL.iter().filter(shows).collect();
+    if let [only] = found[..] { Some(*only) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    #[test]
+    fn names_of_times_are_known_and_others_are_not() {
+        for name in [
+            "t",
+            "time",
+            "Time",
+            "timestamp",
+            "time_ms",
+            "%time",
+            "elapsed time",
+            "seconds",
+            "t_s",
+            "stamp.sec",
+            "unix_time",
+        ] {
+            assert!(is_time(name), "{name}");
+        }
+        for name in ["th", "torque", "s", "ms", "timer_state", "x", "time_to_go", "", "min"] {
+            assert!(!is_time(name), "{name}");
+        }
+        let unit = |name: &str, unit: &str| unit_in_header(&Column { name: name.into(), unit: unit.into() });
+        assert_eq!(unit("time_ms", ""), Some(TimeUnit::Milliseconds));
+        assert_eq!(unit("t", "\u{b5}s"), Some(TimeUnit::Microseconds));
+        assert_eq!(unit("timestamp", ""), None);
+        assert_eq!(unit("seconds", ""), Some(TimeUnit::Seconds));
+    }
+
+    /// Stamps of 60 samples, and columns of them.
+    fn recording(n: usize, stamp: impl Fn(usize) -> f64, x: impl Fn(usize, usize) -> f64) -> Recording {
+        Recording {
+            lines: (2..62).collect(),
+            times: (0..60).map(stamp).collect(),
+            states: Array2::from_shape_fn((60, n), |(i, j)| x(i, j)),
+            inputs: Array2::zeros((60, 0)),
+            ..Recording::default()
+        }
+    }
+
+    #[test]
+    fn units_are_told_by_rates_epochs_and_counters() {
+        let check = |origin: f64, stamp: fn(usize) -> f64, expected| {
+            assert_eq!(unit_in_values(&[recording(1, stamp, |i, _| (i as f64).sin())], origin), expected);
+        };
+        check(0.0, |i| 0.05 * i as f64, (TimeUnit::Seconds, UnitBy::Default));
+        check(0.0, |i| 4.0 * i as f64, (TimeUnit::Seconds, UnitBy::Default));
+        check(0.0, |i| 10.0 * i as f64, (TimeUnit::Milliseconds, UnitBy::Counter));
+        check(17.0, |i| (3.34 * i as f64).floor(), (TimeUnit::Milliseconds, UnitBy::Counter));
+        check(5.0, |i| 5000.0 * i as f64, (TimeUnit::Microseconds, UnitBy::Counter));
+        check(5.0, |i| 5e6 * i as f64, (TimeUnit::Nanoseconds, UnitBy::Counter));
+        check(1.76e9, |i| 0.01 * i as f64, (TimeUnit::Seconds, UnitBy::Epoch));
+        check(1.76e18, |i| 1e7 * i as f64, (TimeUnit::Nanoseconds, UnitBy::Epoch));
+        // An oscillation of 4 rad/s sampled every 5 ms, with its rate: 5 is no step in seconds.
+        let x = |i: usize, j: usize| [(0.02 * i as f64).sin(), 4.0 * (0.02 * i as f64).cos()][j];
+        assert_eq!(
+            unit_in_values(&[recording(2, |i| 5.0 * i as f64, x)], 0.0),
+            (TimeUnit::Milliseconds, UnitBy::Rates)
+        );
+    }
+}
