@@ -152,7 +152,7 @@ pub(crate) fn unit_in_values(recordings: &[Recording], origin: f64) -> (TimeUnit
     steps.sort_by(f64::total_cmp);
     let whole = origin.fract() == 0.0 && steps.iter().all(|s| s.fract() == 0.0);
     let Some(&step) = steps.get(steps.len() / 2).filter(|_| whole) else { return (TimeUnit::Seconds, UnitBy::Default) };
-    let jitters = steps.iter().any(|s| (s - step).abs() == 1.0);
+    let jitters = steps.iter().any(|s| (s - step).abs() as i64 == 1);
     // Counters of the next smaller unit: a step of a second or more is one of the unit after that.
     match step {
         s if s < 10.0 && !jitters => (TimeUnit::Seconds, UnitBy::Default),
