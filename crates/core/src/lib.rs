@@ -46,6 +46,7 @@ mod simulated;
 mod spec;
 mod support;
 mod task;
+mod whitened;
 
 pub use bounds::Bounded;
 pub use checkpoint::{Checkpoint, CheckpointError, decode, encode};

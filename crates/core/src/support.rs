@@ -3,7 +3,8 @@
 use rand::RngExt as _;
 
 use crate::region::turns_freely;
-use crate::{Channel, Dataset, Rng, Spec};
+use crate::whitened::Whitened;
+use crate::{Channel, Dataset, Inverse, Rng, Spec};
 
 /// What the data say of one state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,19 +18,23 @@ enum Extent {
 }
 
 /// The support of the data in state space: the range of each state, widened by half of it at both ends, in whose half width distances from the
-/// data are measured.
+/// data are measured; and within it the whitened coordinates of the data, in which what lies across them is far.
 ///
 /// Equations may hold far beyond it, but nobody has seen it. States with declared bounds are never outside, nor are angles that are seen only through
 /// their cosine and sine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Support {
     extents: Vec<Extent>,
+    whitened: Whitened,
+    /// The largest whitened distance of a sample or a start state.
+    reach: f64,
 }
 
 /// Half widths of the support at which a model is not followed any further: equations that blow up are ended before they overflow.
 const EDGE: f64 = 30.0;
 
-/// Half width of the support, in half widths of the range of the data: a few steps seldom go to both sides.
+/// Half width of the support, in half widths of the range of the data, and whitened distance to which it goes, in that of the farthest sample: a few steps
+/// seldom go to both sides.
 const AROUND: f64 = 2.0;
 
 /// Smallest half width as a part of the centre's magnitude, for states that stood still.
@@ -59,7 +64,40 @@ impl Support {
                 }
             }
         };
-        Self { extents: spec.state.iter().enumerate().map(extent).collect() }
+        let samples = samples(spec, data);
+        // One turn of an angle is all there is, wherever the data are in it.
+        let turning = |channel| turns_freely(spec, channel).then_some(std::f64::consts::PI / 3.0_f64.sqrt());
+        let whitened = Whitened::of(&samples, &spec.state.iter().map(turning).collect::<Vec<_>>());
+        let mut support = Self { extents: spec.state.iter().enumerate().map(extent).collect(), whitened, reach: 0.0 };
+        support.reach = samples.iter().chain(starts).map(|x| support.distance(x)).fold(0.0, f64::max);
+        support
+    }
+
+    /// Standard deviation of each state (n) over the data.
+    #[must_use]
+    pub fn deviations(&self) -> &[f64] {
+        self.whitened.deviations()
+    }
+
+    /// Distance of `x` (n) from the middle of the data in their whitened coordinates; angles that are seen only through their cosine and sine are nowhere far.
+    #[must_use]
+    pub fn distance(&self, x: &[f64]) -> f64 {
+        let is_turning = |extent: &Extent| matches!(extent, Extent::Turning);
+        let in_turn: Vec<f64> =
+            x.iter().zip(&self.extents).map(|(x, extent)| if is_turning(extent) { 0.0 } else { *x }).collect();
+        self.whitened.distance(&in_turn)
+    }
+
+    /// How far `x` (n) is across the data: its whitened distance beyond twice that of the farthest sample, in units of that; 0 nearer.
+    #[must_use]
+    pub fn across(&self, x: &[f64]) -> f64 {
+        if self.reach > 0.0 { (self.distance(x) / (AROUND * self.reach) - 1.0).max(0.0) } else { 0.0 }
+    }
+
+    /// The length of the `difference` (n) of two states in whitened coordinates: 1 is a standard deviation of the data.
+    #[must_use]
+    pub fn length(&self, difference: impl Iterator<Item = f64>) -> f64 {
+        self.whitened.length(difference)
     }
 
     /// How far `x` (n) is outside of the support, in its half widths: 0 inside.
@@ -108,6 +146,21 @@ impl Support {
             Extent::Seen { center, half } => (center, half),
         })
     }
+}
+
+/// The states (n each) of `data`; none where they follow from no observation.
+fn samples(spec: &Spec, data: &Dataset) -> Vec<Vec<f64>> {
+    let Ok(inverse) = Inverse::of(spec) else { return Vec::new() };
+    let mut samples = Vec::new();
+    for rollout in data.rollouts() {
+        let mut x = vec![0.0; spec.state_dim()];
+        for o in rollout.observations.rows() {
+            let near = x.clone();
+            inverse.state(&o.to_vec(), &near, &mut x);
+            samples.push(x.clone());
+        }
+    }
+    samples
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::collect::CollectError;
 use crate::cycle::Loop;
 use crate::predict::Prediction;
 use crate::real::Confirmation;
+use crate::trust::Trust;
 use crate::{Schedule, ScheduleError};
 
 /// Dyna-style learning inside a learned model: warm-up, fit, imagine, improve, and a real rollout now and then.
@@ -46,6 +47,8 @@ pub struct Learned<M> {
     pub data: Dataset,
     /// The model fitted last; none for learners that make none.
     pub model: Option<Arc<M>>,
+    /// Where the model is believed.
+    pub trust: Option<Arc<Trust>>,
     /// The policy that was best in the model; of those that were tried on the real system the one that kept its promise, or that earned most if none
     /// did; none if training never came to a trial.
     pub policy: Option<Arc<dyn TrainedPolicy>>,

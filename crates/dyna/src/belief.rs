@@ -6,6 +6,7 @@ use rand_distr::{ChiSquared, Distribution as _};
 use sindyna_core::{Dataset, Dynamics, Knowledge, Rng, Sensors, Support, Task};
 
 use crate::explore::uniform_action;
+use crate::trust::Trust;
 
 /// Models drawn from a posterior: every imagined system follows one of them.
 const DRAWS: usize = 32;
@@ -25,14 +26,13 @@ const CAPPED: f64 = 0.05;
 pub(crate) struct Stakes {
     /// The value of being paid the worst reward for ever, or nothing if that is better for no one: min(0, min r) / (1 − γ).
     pub(crate) worst_value: f64,
-    /// What a step infinitely far from the data costs.
-    pub(crate) penalty: f64,
     /// The highest return there can be, where that is known: many steps are paid the highest reward there is, so that none pays more, and an
     /// episode in which all of them do is the best.
     pub(crate) ceiling: Option<f64>,
 }
 
 impl Stakes {
+    /// What rewards there are, and what a step infinitely far from the data costs.
     fn of(
         model: &dyn Dynamics,
         task: &dyn Task,
@@ -40,7 +40,7 @@ impl Stakes {
         data: &Dataset,
         discount: f64,
         rng: &mut Rng,
-    ) -> Self {
+    ) -> (Self, f64) {
         let spec = task.spec();
         let (mut x, mut next) = (vec![0.0; spec.state_dim()], vec![0.0; spec.state_dim()]);
         let (mut action, mut u) = (vec![0.0; spec.action_space.action_dim()], vec![0.0; spec.control_dim()]);
@@ -70,11 +70,11 @@ impl Stakes {
         let (least, most) = (at(0.0), at(1.0));
         let capped = rewards.iter().filter(|r| **r >= most).count() as f64 >= CAPPED * rewards.len() as f64;
         let spread = at(0.95) - at(0.05);
-        Self {
+        let stakes = Self {
             worst_value: least.min(0.0) / (1.0 - discount).max(f64::EPSILON),
-            penalty: PENALTY * if spread > 0.0 { spread } else { most.abs().max(least.abs()) },
             ceiling: (capped && most > 0.0).then_some(most * task.max_steps() as f64),
-        }
+        };
+        (stakes, PENALTY * if spread > 0.0 { spread } else { most.abs().max(least.abs()) })
     }
 }
 
@@ -92,7 +92,7 @@ pub(crate) struct Belief<'a> {
     /// Systems as likely as each other; at least one.
     systems: Arc<[Possible<'a>]>,
     pub(crate) task: &'a dyn Task,
-    pub(crate) support: Arc<Support>,
+    pub(crate) trust: Arc<Trust>,
     pub(crate) stakes: Stakes,
 }
 
@@ -116,6 +116,7 @@ impl<'a> Belief<'a> {
             None => sensors.clone(),
         };
         let is_certain = models.len() == 1;
+        let rivals = models.clone();
         let mut possible = |model| {
             let sensors = if is_certain { estimated.clone() } else { as_uncertain(&estimated, data, rng) };
             Possible { model, sensors: Arc::new(sensors), task: Arc::new(task) }
@@ -130,8 +131,9 @@ impl<'a> Belief<'a> {
             systems = drawn.into_iter().enumerate().map(with_task).collect();
         }
         let support = support(&systems, data, rng);
-        let stakes = Stakes::of(&*model, task, &support, data, discount, rng);
-        Self { systems: systems.into(), task, support: Arc::new(support), stakes }
+        let (stakes, penalty) = Stakes::of(&*model, task, &support, data, discount, rng);
+        let trust = Trust::new(support, rivals, penalty);
+        Self { systems: systems.into(), task, trust: Arc::new(trust), stakes }
     }
 
     /// The system that number `i` of those imagined is.

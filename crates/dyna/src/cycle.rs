@@ -363,6 +363,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Learned {
             interrupted: self.course.phase != Phase::Done,
             model: knowledge.map(|k| k.model),
+            trust: self.imagination.map(|imagination| imagination.belief.trust),
             data: progress.real.data,
             policy,
             model_return,

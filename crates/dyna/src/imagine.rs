@@ -14,6 +14,7 @@ use crate::Schedule;
 use crate::base::Progress;
 use crate::belief::{Belief, Possible};
 use crate::lockstep::{Lane, Lockstep};
+use crate::trust::Judged;
 
 /// A learned model with a task.
 type Inner<'a> = Simulated<Bounded<Arc<dyn Dynamics>>, Arc<dyn Task + 'a>, Arc<Sensors>>;
@@ -67,7 +68,7 @@ impl<'a> Imagined<'a> {
         const TRIES: usize = 100;
         let mut x = vec![0.0; self.inner.spec().state_dim()];
         for _ in 0..TRIES {
-            self.belief.support.draw(rng, &mut x);
+            self.belief.trust.draw(rng, &mut x);
             if !self.inner.task().terminated(&x) {
                 return self.reset_to(&x, rng);
             }
@@ -109,23 +110,19 @@ impl Environment for Imagined<'_> {
         self.left = false;
         self.before.copy_from_slice(self.inner.state());
         let outcome = self.inner.step(action, rng)?;
-        let (support, stakes) = (&self.belief.support, self.belief.stakes);
-        if support.contains(self.inner.state()) {
-            let excess = support.excess(self.inner.state());
-            let away = excess / (1.0 + excess);
-            let charge = stakes.penalty * away;
+        if let Judged::Followed { away, charge } = self.belief.trust.judge(self.inner.state()) {
             self.charged += charge;
             self.away += away;
             self.steps += 1.0;
             return Ok(Outcome { reward: outcome.reward - charge, ..outcome });
         }
         let mut border = self.inner.state().to_vec();
-        support.clamp(&mut border);
+        self.belief.trust.clamp(&mut border);
         let reward = self.inner.task().reward(&self.before, action, self.inner.control(), &border);
         self.inner.reset_to(&border, rng);
         // Where the task itself ends, the task says what that costs.
         self.left = !self.inner.task().terminated(&border);
-        let reward = if self.left { reward + stakes.worst_value } else { reward };
+        let reward = if self.left { reward + self.belief.stakes.worst_value } else { reward };
         Ok(Outcome { reward, terminated: true, truncated: false })
     }
 }

@@ -22,6 +22,7 @@ mod real;
 mod schedule;
 mod surprise;
 mod tried;
+mod trust;
 
 pub use algorithm::{Dyna, DynaError, Learned};
 pub use cycle::{Loop, Phase};
@@ -32,3 +33,4 @@ pub use optimality::Optimality;
 pub use predict::Prediction;
 pub use real::Confirmation;
 pub use schedule::{Refit, Rollouts, Schedule, ScheduleError};
+pub use trust::Trust;

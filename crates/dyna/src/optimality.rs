@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::trust::Trust;
+
 /// A policy is optimal in the model when
 /// - `settled` trials in a row came within `tolerance` of the best so far, the last of them was not the best of all, and the best is better than what one
 ///   action held all the time earns: the policy has learned something, learns no more, and stays where the model was compared with the system; or
@@ -46,9 +48,6 @@ impl Default for Optimality {
         }
     }
 }
-
-/// Mean distance from the data, as e / (1 + e) with e in half widths of their support, from which a policy is far: a tenth of the time far outside.
-const FAR: f64 = 0.1;
 
 /// Standard errors by which means may differ by chance.
 const CHANCE: f64 = 2.0;
@@ -150,7 +149,7 @@ impl Trials {
 
     /// Whether the best policy goes far from the data.
     pub(crate) fn is_far(&self) -> bool {
-        self.far > FAR
+        Trust::is_far(self.far)
     }
 
     /// Whether `rule` calls the best policy optimal.

@@ -1,0 +1,149 @@
+//! Where a model is believed.
+
+use std::sync::Arc;
+
+use sindyna_core::{Dynamics, Rng, Seed, Support};
+
+/// Where a learned model is believed: near the data that it was compared with, and where the models that the data allow agree.
+///
+/// All that depends on it asks here: what a step far from the data is charged, where a rollout ends because nobody follows the model any further, when a policy
+/// works too far from the data for its promise to be taken, where rollouts begin that need not begin where episodes do, and what data to collect next.
+pub struct Trust {
+    support: Support,
+    /// Models as likely as each other.
+    models: Vec<Arc<dyn Dynamics>>,
+    /// What a step infinitely far from the data costs.
+    penalty: f64,
+}
+
+/// What is made of a step in the model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Judged {
+    /// It ended where the model is followed: how far from the data, 0 for not at all and 1 for infinitely, and what that costs.
+    Followed { away: f64, charge: f64 },
+    /// It went where nobody follows the model.
+    Beyond,
+}
+
+/// Mean distance from the data (`away`) from which a policy is far: a tenth of the time far outside.
+const FAR: f64 = 0.1;
+
+impl Trust {
+    /// Trust in `models`, as likely as each other, that were compared with a system on `support`; a step infinitely far from it costs `penalty`.
+    pub(crate) fn new(support: Support, models: Vec<Arc<dyn Dynamics>>, penalty: f64) -> Self {
+        Self { support, models, penalty }
+    }
+
+    /// Where the data were.
+    #[must_use]
+    pub fn support(&self) -> &Support {
+        &self.support
+    }
+
+    /// How much the models disagree on where the control `u` (k) leads from the state `x` (n): the root mean square distance of their next states from the
+    /// mean of these, in whitened coordinates of the data. 0 for a model without rivals, infinite where one of them diverges.
+    #[must_use]
+    pub fn disagreement(&self, x: &[f64], u: &[f64]) -> f64 {
+        // Learned equations draw nothing.
+        let (mut rng, mut next) = (Seed::new(0).stream("disagreement", 0), vec![0.0; x.len()]);
+        let mut ends = Vec::with_capacity(self.models.len());
+        for model in &self.models {
+            if model.step(x, u, &mut rng, &mut next).is_err() {
+                return f64::INFINITY;
+            }
+            ends.push(next.clone());
+        }
+        let count = ends.len().max(1) as f64;
+        let mean: Vec<f64> = (0..x.len()).map(|i| ends.iter().map(|e| e[i]).sum::<f64>() / count).collect();
+        let length = |e: &Vec<f64>| self.support.length(e.iter().zip(&mean).map(|(e, mean)| e - mean));
+        (ends.iter().map(|e| length(e).powi(2)).sum::<f64>() / count).sqrt()
+    }
+
+    /// What is made of a step to `next` (n).
+    pub(crate) fn judge(&self, next: &[f64]) -> Judged {
+        if !self.support.contains(next) {
+            return Judged::Beyond;
+        }
+        let excess = self.support.excess(next);
+        let away = excess / (1.0 + excess);
+        Judged::Followed { away, charge: self.penalty * away }
+    }
+
+    /// Moves `x` (n) to the nearest place to which the models are followed.
+    pub(crate) fn clamp(&self, x: &mut [f64]) {
+        self.support.clamp(x);
+    }
+
+    /// Draws a state to begin a rollout in, anywhere in and around the data.
+    pub(crate) fn draw(&self, rng: &mut Rng, x: &mut [f64]) {
+        self.support.draw(rng, x);
+    }
+
+    /// Whether a policy whose steps were so far `away` on average works where the model was hardly compared with the system.
+    pub(crate) fn is_far(away: f64) -> bool {
+        away > FAR
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyna_core::{Channel, Dataset, Diverged, Kind, Precision, Space, Spec};
+
+    /// x' = x + gain u.
+    struct Push(f64);
+
+    impl Dynamics for Push {
+        fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+            next[0] = x[0] + self.0 * u[0];
+            Diverged::check(next)
+        }
+    }
+
+    /// Data from −2 to 2, with the deviation √2, so that the support is ±4.
+    fn trust(gains: &[f64]) -> Trust {
+        let x = Channel::new("x", "m", Kind::Plain, 1.0);
+        let spec = Spec {
+            name: "push".into(),
+            state: vec![x.clone()],
+            observation: vec![x.clone()],
+            control: vec![x],
+            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
+            precision: Precision::F64,
+            noise: 0.0,
+            dt: 0.1,
+        };
+        let mut data = Dataset::new(1, 1, 1, 0.1);
+        data.begin(&[-2.0]).expect("finite");
+        for x in [-1.0, 0.0, 1.0, 2.0] {
+            data.push(&[1.0], &[1.0], 0.0, &[x]).expect("finite");
+        }
+        let models = gains.iter().map(|gain| Arc::new(Push(*gain)) as Arc<dyn Dynamics>).collect();
+        Trust::new(Support::of(&spec, &data, &[]), models, 8.0)
+    }
+
+    #[test]
+    fn steps_are_charged_by_their_distance_until_nobody_follows() {
+        let trust = trust(&[1.0]);
+        assert_eq!(trust.judge(&[4.0]), Judged::Followed { away: 0.0, charge: 0.0 });
+        assert_eq!(trust.judge(&[8.0]), Judged::Followed { away: 0.5, charge: 4.0 });
+        assert_eq!(trust.judge(&[121.0]), Judged::Beyond);
+        let mut far = [121.0];
+        trust.clamp(&mut far);
+        assert!(matches!(trust.judge(&far), Judged::Followed { .. }));
+        assert!(Trust::is_far(0.5) && !Trust::is_far(0.0));
+    }
+
+    #[test]
+    fn models_disagree_by_what_they_say_differently() {
+        assert!(trust(&[1.0]).disagreement(&[0.0], &[1.0]) < f64::EPSILON);
+        let two = trust(&[0.9, 1.1]);
+        assert!(two.disagreement(&[0.0], &[0.0]) < f64::EPSILON, "without a push both say the same");
+        let (small, large) = (two.disagreement(&[0.0], &[0.5]), two.disagreement(&[0.0], &[1.0]));
+        assert!(
+            (large - 0.1 / 2.0_f64.sqrt()).abs() < 1e-12 && (large - 2.0 * small).abs() < 1e-12,
+            "{small}, {large}"
+        );
+        assert!(trust(&[1.0, f64::NAN]).disagreement(&[0.0], &[1.0]).is_infinite());
+    }
+}
