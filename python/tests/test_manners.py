@@ -150,6 +150,8 @@ def test_copies_and_pickles_predict_the_same():
 
 def interrupted_after(delay, call):
     """Seconds from Ctrl-C to the KeyboardInterrupt."""
+    # A process in the background inherits that Ctrl-C is ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     sent = []
 
     def press():

@@ -137,7 +137,10 @@ impl Equation {
     /// Whether nothing speaks against the equation but others that explain the data down to rounding too.
     #[must_use]
     pub fn has_rivals(&self) -> bool {
-        self.doubt.is_none() && !self.ties.is_empty() && self.residual.is_some_and(|r| r <= FLOOR_FACTOR * self.floor)
+        let others = |doubt: &str| doubt == told(Doubt::OtherTerms);
+        self.doubt.as_deref().is_none_or(others)
+            && !self.ties.is_empty()
+            && self.residual.is_some_and(|r| r <= FLOOR_FACTOR * self.floor)
     }
 }
 

@@ -5,9 +5,6 @@ use ndarray::Array2;
 
 use super::Segment;
 
-/// Samples that decide on noise and smoothness, at most: more change no digit that matters.
-const SAMPLES: usize = 1000;
-
 /// Units in which the numbers of a chain are neither large nor small: time in sampling intervals.
 #[derive(Debug, Clone)]
 pub(super) struct Scale {
@@ -67,7 +64,7 @@ impl Innovations {
 
 /// An integrated Wiener process whose first derivatives, those of the states of a chain, are measured with noise.
 pub(super) trait Process {
-    /// The innovations of the first [`SAMPLES`] samples, for `noise` of each state of the chain and an intensity of the process.
+    /// The innovations of all samples, for `noise` of each state of the chain and an intensity of the process.
     fn likelihood(&self, noise: &[f64], intensity: f64) -> Innovations;
 
     /// Per segment, values and derivatives of the chain (T + 1, chain), likewise.
@@ -259,9 +256,6 @@ impl<const D: usize> Process for Wiener<'_, D> {
         let mut sums = Innovations::default();
         let mut gains = Gains::none();
         for (segment, start) in self.segments.iter().zip(&self.starts) {
-            if sums.count as usize > SAMPLES * self.chain.len() {
-                break;
-            }
             self.gains(segment, noise, intensity, &mut gains);
             if gains.broken {
                 return Innovations { squares: f64::INFINITY, ..sums };

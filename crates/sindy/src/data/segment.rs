@@ -55,6 +55,9 @@ const STRETCH: usize = 100;
 /// Stretches of `segments` with `steps` steps together, spread evenly over all of them; all if there are no more.
 pub(crate) fn sample_of(segments: &[Segment], steps: usize) -> Vec<Segment> {
     let total: usize = segments.iter().map(Segment::len).sum();
+    if total <= steps {
+        return segments.to_vec();
+    }
     let count = (steps / STRETCH).max(1);
     let length = (steps / count).min(total);
     let mut taken = Vec::new();

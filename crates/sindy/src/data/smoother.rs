@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 
-use super::Segment;
 use super::differences::by_differences;
 use super::filter::{LONGEST, Process, Scale, process};
+use super::{Segment, sample_of};
 
 /// Smoothed channels.
 #[derive(Debug, Clone)]
@@ -44,8 +44,9 @@ struct Chain {
 }
 
 impl<'a> Smoother<'a> {
-    /// By maximum likelihood, for noise of every state of at least `floor` (n). `rates` holds, per state, the state that is its rate.
+    /// By maximum likelihood of some of the samples, for noise of every state of at least `floor` (n). `rates` holds, per state, the state that is its rate.
     pub(crate) fn new(segments: &'a [Segment], rates: &[Option<usize>], floor: &[f64]) -> Self {
+        let told = sample_of(segments, SAMPLES);
         let n = rates.len();
         let is_rate = |i: usize| rates.contains(&Some(i));
         let mut done = vec![false; n];
@@ -67,7 +68,7 @@ impl<'a> Smoother<'a> {
                 2 => &[process::<3>, process::<4>, process::<6>],
                 _ => &[process::<4>, process::<5>, process::<7>],
             };
-            chains.extend(Chain::likeliest(segments, states, orders, floor));
+            chains.extend(Chain::likeliest(&told, states, orders, floor));
         }
         Self { segments, chains }
     }
@@ -93,6 +94,9 @@ impl<'a> Smoother<'a> {
         signals
     }
 }
+
+/// Steps that decide on noise and smoothness, at most: more change no digit that matters.
+const SAMPLES: usize = 1000;
 
 /// Searches along each parameter of a chain.
 const TURNS: usize = 3;

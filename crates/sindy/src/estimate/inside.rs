@@ -8,7 +8,7 @@ use crate::data::Signals;
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
-const SIMPLE: usize = 6;
+const SIMPLE: usize = 4;
 
 /// Terms beside one with parameters inside, at most, in equations that are looked for from nothing.
 const OTHERS: usize = 8;

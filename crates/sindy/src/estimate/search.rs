@@ -6,7 +6,7 @@ use ndarray::Array2;
 
 use super::account::Estimate;
 use super::constraints::Constraints;
-use super::hypothesis::{BUDGET, Hypothesis, Start};
+use super::hypothesis::{Hypothesis, Start};
 use super::propose::{Proposal, Regression};
 use super::strays::{Kept, Rejecting};
 use super::white::is_white;
@@ -75,7 +75,7 @@ const NOTHING: f64 = 1e-9;
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
-    let (found, kept) = searched(problem, stepping)?;
+    let Accounted { best, found, kept } = searched(problem, stepping)?;
     if found.leaves_nothing {
         return Some(found);
     }
@@ -84,18 +84,28 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     if shares.iter().all(|s| *s == 0.0) {
         return Some(found);
     }
-    // At least half of what a search may spend is left for the second one.
-    let spent = &Cell::new(problem.spent.get().min(BUDGET / 2));
-    let problem = &Problem { spent, segments: &weighted, ..*problem };
-    let paid = kept.price + weighted.iter().map(Segment::log_variances).sum::<f64>();
-    let growing = searched(problem, stepping).filter(|(g, _)| g.score + paid < found.score);
-    let with_shares = |(g, _): (Estimate, Kept)| Estimate { growing: shares, astray: kept.astray + g.astray, ..g };
+    // The search goes on from what was found; samples that count differently may tell other terms.
+    let problem = &Problem { segments: &weighted, ..*problem };
+    let paid = weighted.iter().map(Segment::log_variances).sum::<f64>();
+    let signals = problem.smoother().signals(problem.floor);
+    let begun = Problem { noise: &signals.sigma, ..*problem }.fitted(&best, &signals);
+    let begun = begun.filter(|begun| begun.score + paid < best.score);
+    let growing = begun.and_then(|begun| accounted(problem, Some(begun), stepping));
+    let growing = growing.filter(|g| g.found.score + kept.price + paid < found.score);
+    let with_shares = |g: Accounted| Estimate { growing: shares, astray: kept.astray + g.found.astray, ..g.found };
     Some(growing.map_or(found, with_shares))
+}
+
+/// What a search found, told in full, and the data without strays that it is fitted to.
+struct Accounted {
+    best: Hypothesis,
+    found: Estimate,
+    kept: Kept,
 }
 
 /// The equations with the best score, and the data without strays that they are fitted to. Where there are many samples, terms are looked for in a part
 /// of these, and judged with all of them.
-fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<(Estimate, Kept)> {
+fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     if problem.samples() <= 2.0 * SAMPLE as f64 {
         return accounted(problem, None, stepping);
     }
@@ -106,16 +116,18 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<(Estimate, Kept
     problem.charge(spent.get().min(budget));
     let all = Problem { noise: &signals.sigma, ..*problem };
     let begun = found.and_then(|part| all.fitted(&part.searched.best, &signals));
-    let (mut found, kept) = accounted(problem, begun, stepping)?;
-    found.complete &= spent.get() <= budget;
-    Some((found, kept))
+    let mut all = accounted(problem, begun, stepping)?;
+    all.found.complete &= spent.get() <= budget;
+    Some(all)
 }
 
 /// The same, from `begun` or, without it, from nothing; terms are looked for in all samples.
-fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<(Estimate, Kept)> {
+fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Accounted> {
     let Rejecting { searched, signals, kept } = problem.rejecting(begun, stepping)?;
+    let best = searched.best.clone();
     let found = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem }.account(searched, &signals);
-    Some((Estimate { score: found.score + kept.price, astray: kept.astray, ..found }, kept))
+    let found = Estimate { score: found.score + kept.price, astray: kept.astray, ..found };
+    Some(Accounted { best, found, kept })
 }
 
 /// Part of the budget for that.

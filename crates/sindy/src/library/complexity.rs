@@ -8,7 +8,7 @@ use crate::expr::{Expr, Function};
 /// Powers count their degree and the sine or cosine of an angle its frequency, all times two. A power of an angle is
 /// dearer than its sine by one, because an equation of motion must not change when the angle goes round once
 /// (θ̇² sin θ, not θ̇² θ). Waves of lengths are rarer, and those of rates and controls hardly ever mean anything. A modulus
-/// counts nothing, so that v·|v| costs what v² does, and a positive part what its argument does; other functions count one factor.
+/// counts one, so that v² is meant where v·|v| is the same, and a positive part what its argument does; other functions count one factor.
 pub(crate) fn complexity(expr: &Expr, roles: &[Role]) -> u32 {
     match expr {
         Expr::Constant(_) => 2,
@@ -22,7 +22,8 @@ pub(crate) fn complexity(expr: &Expr, roles: &[Role]) -> u32 {
         },
         Expr::Power(a, n) => complexity(a, roles).saturating_mul(n.unsigned_abs()),
         Expr::Call(Function::Sin | Function::Cos, argument) => wave(argument, roles),
-        Expr::Call(Function::Abs | Function::PositivePart, argument) => complexity(argument, roles),
+        Expr::Call(Function::Abs, argument) => 1 + complexity(argument, roles),
+        Expr::Call(Function::PositivePart, argument) => complexity(argument, roles),
         Expr::Call(_, argument) => 2 + complexity(argument, roles),
         Expr::Neg(a) => complexity(a, roles),
         Expr::Add(a, b) | Expr::Sub(a, b) => complexity(a, roles) + complexity(b, roles),
