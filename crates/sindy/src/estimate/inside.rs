@@ -1,10 +1,13 @@
 //! Equations with terms that have parameters inside.
 
+use ndarray::{Array2, Axis, concatenate, s};
+
 use super::hypothesis::{Hypothesis, Inside};
-use super::propose::{Effort, Proposal, THOROUGHLY};
+use super::propose::{Effort, Proposal, Regression, THOROUGHLY};
 use super::search::{NEAR, Problem, TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
+use crate::design::Path;
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
@@ -30,6 +33,10 @@ const FAMILIES: usize = 3;
 
 /// What is spent on ranking candidates along the measured path, after which the best families are looked at thoroughly.
 const RANKING: Effort = Effort { budget: 500, starts: 1 };
+
+/// Times that a candidate is linearised again, at most, and the change of its parameters below which it is not.
+const REFINED: usize = 4;
+const STAYS: f64 = 0.01;
 
 /// Change of the logarithm of a parameter that is believed of one linearisation.
 const BELIEVED: f64 = 1.0;
@@ -144,9 +151,7 @@ impl Problem<'_> {
                 }
                 Some(_) => {}
                 None => {
-                    let slopes: Vec<Term> = (0..shape.len())
-                        .filter_map(|k| Some(Term { expr: shape.slope(k)?, shape: None, ..self.terms[j].clone() }))
-                        .collect();
+                    let slopes = self.slopes(j, &shape.start());
                     let first = terms.len();
                     terms.extend(slopes);
                     candidates.push(Candidate { term: j, slopes: (first..terms.len()).collect() });
@@ -154,6 +159,13 @@ impl Problem<'_> {
             }
         }
         (terms, candidates)
+    }
+
+    /// The derivatives of the term `j` by the parameters inside it where these are as `fitted`, as terms.
+    fn slopes(&self, j: usize, fitted: &[f64]) -> Vec<Term> {
+        let Some(shape) = &self.terms[j].shape else { return Vec::new() };
+        let slope = |k: usize| Some(Term { expr: shape.slope(k, fitted)?, shape: None, ..self.terms[j].clone() });
+        (0..shape.len()).filter_map(slope).collect()
     }
 
     /// Whether equation `i` may have the term `j`, which has parameters inside: no term of the same variables is forbidden, which it might be next to.
@@ -210,11 +222,18 @@ impl Problem<'_> {
             }
         }
         let (score, support, xi) = best;
-        self.proposed(candidate, support, xi, score)
+        self.proposed((candidate, &self.start_of(candidate)), support, xi, score)
     }
 
-    /// The proposal of the terms `support`, of which `candidate` is the last, with coefficients that are followed by those of its slopes.
-    fn proposed(&self, candidate: &Candidate, support: Vec<usize>, xi: Vec<f64>, score: f64) -> Option<Proposal> {
+    /// The proposal of the terms `support`, of which `candidate` is the last, linearised where its parameters are `at`, with coefficients that are followed
+    /// by those of its slopes.
+    fn proposed(
+        &self,
+        (candidate, at): (&Candidate, &[f64]),
+        support: Vec<usize>,
+        xi: Vec<f64>,
+        score: f64,
+    ) -> Option<Proposal> {
         let (coefficients, changes) = xi.split_at(support.len());
         let own = coefficients.last().copied()?;
         if !score.is_finite() || own == 0.0 || xi.iter().any(|c| !c.is_finite()) {
@@ -222,9 +241,9 @@ impl Problem<'_> {
         }
         let mut inside: Vec<Inside> = Vec::new();
         if let Some(shape) = self.terms[candidate.term].shape.as_ref().filter(|_| !changes.is_empty()) {
-            let moved = |(v, change): (f64, &f64)| v + (change / own).clamp(-BELIEVED, BELIEVED);
-            let fitted: Vec<f64> = shape.start().into_iter().zip(changes).map(moved).collect();
-            let fitted = if shape.is_within(&fitted) { fitted } else { shape.start() };
+            let moved = |(v, change): (&f64, &f64)| v + (change / own).clamp(-BELIEVED, BELIEVED);
+            let fitted: Vec<f64> = at.iter().zip(changes).map(moved).collect();
+            let fitted = if shape.is_within(&fitted) { fitted } else { at.to_vec() };
             inside.push((candidate.term, fitted));
         }
         let mut told: Vec<(usize, f64)> = support.into_iter().zip(coefficients.iter().copied()).collect();
@@ -278,20 +297,84 @@ impl Problem<'_> {
                 promising.push((candidate, own));
             }
         }
-        let mut proposals = Vec::new();
-        for (candidate, own) in promising {
-            let n_inside = 1 + candidate.slopes.len();
-            let others = self.subsets(i, (own.trailing(n_inside), least), plain.clone(), None, (OTHERS, THOROUGHLY));
-            for times in TIMES {
-                let chosen = others.best(times, |support| self.penalty(support));
-                let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
-                let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
-                let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
-                let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
-                let (score, xi) = self.scored_columns((own, least), &columns, &support);
-                proposals.extend(self.proposed(candidate, support, xi, score));
+        let rows = Rows { i, theta: &theta, path: &path, plain: &plain, sigma: &signals.sigma, errors: &errors };
+        promising.into_iter().flat_map(|(candidate, own)| self.refined(&rows, candidate, own)).collect()
+    }
+
+    /// Proposals with `candidate`, whose columns at its start, the plain terms and the rate `triangle` has: at each price of a term the best others, linearised
+    /// again where they tell the parameters to be, until these stay.
+    fn refined(&self, rows: &Rows<'_>, candidate: &Candidate, triangle: &Triangle) -> Vec<Proposal> {
+        let Rows { i, plain, sigma, .. } = rows;
+        let (n_inside, least) = (1 + candidate.slopes.len(), self.least(*i..=*i, sigma));
+        let subsets = |triangle: &Triangle| {
+            self.subsets(*i, (triangle.trailing(n_inside), least), plain.to_vec(), None, (OTHERS, THOROUGHLY))
+        };
+        let best = |triangle: &Triangle, others: &Regression, times: f64, at: &[f64]| {
+            let chosen = others.best(times, |support| self.penalty(support));
+            let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
+            let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
+            let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
+            let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
+            let (score, xi) = self.scored_columns((triangle, least), &columns, &support);
+            self.proposed((candidate, at), support, xi, score)
+        };
+        let start = self.start_of(candidate);
+        let first = subsets(triangle);
+        let mut proposals: Vec<Proposal> = Vec::new();
+        for times in TIMES {
+            let Some(mut proposal) = best(triangle, &first, times, &start) else { continue };
+            let (mut at, mut kept) = (start.clone(), proposal.clone());
+            for _ in 0..REFINED {
+                let Some((_, fitted)) = proposal.inside.first().cloned() else { break };
+                if fitted.iter().zip(&at).all(|(new, old)| (new - old).abs() < STAYS) || !self.may_spend() {
+                    break;
+                }
+                at = fitted;
+                let Some(triangle) = self.linearised_at(rows, candidate, &at) else { break };
+                let Some(next) = best(&triangle, &subsets(&triangle), times, &at) else { break };
+                proposal = next;
+                if proposal.score < kept.score {
+                    kept.clone_from(&proposal);
+                }
+            }
+            if !proposals.contains(&kept) {
+                proposals.push(kept);
             }
         }
         proposals
     }
+
+    /// Where fits of the parameters inside `candidate` start.
+    fn start_of(&self, candidate: &Candidate) -> Vec<f64> {
+        self.terms[candidate.term].shape.as_ref().map_or_else(Vec::new, Shape::start)
+    }
+
+    /// The triangle of `candidate` with parameters as `fitted`, its slopes there, the plain terms, and the rate.
+    fn linearised_at(&self, rows: &Rows<'_>, candidate: &Candidate, fitted: &[f64]) -> Option<Triangle> {
+        let Rows { i, theta, path, plain, sigma, errors } = rows;
+        let term = &self.terms[candidate.term];
+        let mut inside = vec![Term { expr: term.shape.as_ref()?.at(fitted), shape: None, ..term.clone() }];
+        inside.extend(self.slopes(candidate.term, fitted));
+        let columns = self.averaged(&inside, path);
+        let with = |(theta, own): (&Array2<f64>, &Array2<f64>)| {
+            concatenate![Axis(1), theta.slice(s![.., ..self.n_plain]), own.view()]
+        };
+        let theta: Vec<Array2<f64>> = theta.iter().zip(&columns).map(with).collect();
+        let choice: Vec<usize> = (self.n_plain..self.n_plain + inside.len()).chain(plain.iter().copied()).collect();
+        Some(self.rows(&theta, &choice, *i, sigma, errors)?.0)
+    }
+}
+
+/// What the regressions of one equation along a path are made of.
+struct Rows<'a> {
+    i: usize,
+    /// Averages of the terms over each step (T, F), the plain ones first, per segment.
+    theta: &'a [Array2<f64>],
+    path: &'a Path<'a>,
+    /// Plain terms that the equation may have.
+    plain: &'a [usize],
+    /// Standard deviations of the noise (n).
+    sigma: &'a [f64],
+    /// Those of the rates by errors of the path (T, n), per segment.
+    errors: &'a [Array2<f64>],
 }

@@ -97,11 +97,10 @@ impl Shape {
         own.zip(other).is_some_and(|((a, b), (c, d))| a == d && b == c)
     }
 
-    /// The derivative of the term by what is fitted, number `k`, at the start.
-    pub(crate) fn slope(&self, k: usize) -> Option<Expr> {
+    /// The derivative of the term by what is `fitted`, number `k`, there.
+    pub(crate) fn slope(&self, k: usize, fitted: &[f64]) -> Option<Expr> {
         let by = self.over(FIRST).derivative(FIRST + k)?;
-        let start = self.start();
-        Some(by.replaced(&|i| i.checked_sub(FIRST).map(|k| Expr::Constant(start[k]))))
+        Some(by.replaced(&|i| i.checked_sub(FIRST).map(|k| Expr::Constant(fitted[k]))))
     }
 
     /// The standard error of parameter `k`, if that of what was fitted is `error`.
