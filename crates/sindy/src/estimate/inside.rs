@@ -1,20 +1,14 @@
 //! Equations with terms that have parameters inside.
 
-use ndarray::{Array2, Axis, concatenate, s};
-
 use super::hypothesis::{Hypothesis, Inside};
-use super::propose::{Effort, Proposal, Regression, THOROUGHLY};
-use super::search::{NEAR, Problem, TIMES, measured};
+use super::propose::Proposal;
+use super::search::{NEAR, Problem};
 use crate::Triangle;
 use crate::data::Signals;
-use crate::design::Path;
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
 const SIMPLE: usize = 4;
-
-/// Terms beside one with parameters inside, at most, in equations that are looked for from nothing.
-const OTHERS: usize = 8;
 
 /// Operations for a number of a small regression.
 const SOLVED: usize = 20;
@@ -29,26 +23,19 @@ const SHARE: f64 = 0.4;
 const TERMS: usize = 2;
 
 /// Families proposed at a time.
-const FAMILIES: usize = 3;
-
-/// What is spent on ranking candidates along the measured path, after which the best families are looked at thoroughly.
-const RANKING: Effort = Effort { budget: 500, starts: 1 };
-
-/// Times that a candidate is linearised again, at most, and the change of its parameters below which it is not.
-const REFINED: usize = 4;
-const STAYS: f64 = 0.01;
+pub(super) const FAMILIES: usize = 3;
 
 /// Change of the logarithm of a parameter that is believed of one linearisation.
 const BELIEVED: f64 = 1.0;
 
 /// A term with parameters inside, and the derivatives of the term by these, as terms.
-struct Candidate {
-    term: usize,
-    slopes: Vec<usize>,
+pub(super) struct Candidate {
+    pub(super) term: usize,
+    pub(super) slopes: Vec<usize>,
 }
 
 impl Candidate {
-    fn columns(&self) -> impl Iterator<Item = usize> {
+    pub(super) fn columns(&self) -> impl Iterator<Item = usize> {
         std::iter::once(self.term).chain(self.slopes.iter().copied())
     }
 }
@@ -135,7 +122,7 @@ impl Problem<'_> {
     }
 
     /// The terms of the problem with derivatives of those with parameters inside, and which of them may be added to equation `i`.
-    fn candidates_inside(&self, supports: &[Vec<usize>], i: usize) -> (Vec<Term>, Vec<Candidate>) {
+    pub(super) fn candidates_inside(&self, supports: &[Vec<usize>], i: usize) -> (Vec<Term>, Vec<Candidate>) {
         let mut terms = self.terms.to_vec();
         let used = self.free(supports);
         let mut candidates = Vec::new();
@@ -162,7 +149,7 @@ impl Problem<'_> {
     }
 
     /// The derivatives of the term `j` by the parameters inside it where these are as `fitted`, as terms.
-    fn slopes(&self, j: usize, fitted: &[f64]) -> Vec<Term> {
+    pub(super) fn slopes(&self, j: usize, fitted: &[f64]) -> Vec<Term> {
         let Some(shape) = &self.terms[j].shape else { return Vec::new() };
         let slope = |k: usize| Some(Term { expr: shape.slope(k, fitted)?, shape: None, ..self.terms[j].clone() });
         (0..shape.len()).filter_map(slope).collect()
@@ -179,7 +166,7 @@ impl Problem<'_> {
     }
 
     /// The score of the terms `support`, whose columns are `columns`, and their coefficients.
-    fn scored_columns(
+    pub(super) fn scored_columns(
         &self,
         (triangle, least): (&Triangle, f64),
         columns: &[usize],
@@ -227,7 +214,7 @@ impl Problem<'_> {
 
     /// The proposal of the terms `support`, of which `candidate` is the last, linearised where its parameters are `at`, with coefficients that are followed
     /// by those of its slopes.
-    fn proposed(
+    pub(super) fn proposed(
         &self,
         (candidate, at): (&Candidate, &[f64]),
         support: Vec<usize>,
@@ -251,130 +238,4 @@ impl Problem<'_> {
         let (support, coefficients) = told.into_iter().unzip();
         Some(Proposal { support, coefficients, inside, score, residual: 0.0 })
     }
-
-    /// Proposals for equation `i` along the measured path; only of terms in other equations, if `shared`, or only of others.
-    fn measured_inside(&self, best: &Hypothesis, signals: &Signals, i: usize, shared: bool) -> Vec<Proposal> {
-        let (mut terms, mut candidates) = self.candidates_inside(&best.supports, i);
-        candidates.retain(|c| c.slopes.is_empty() == shared);
-        if candidates.is_empty() {
-            return Vec::new();
-        }
-        for (j, fitted) in &best.inside {
-            if let Some(shape) = &self.terms[*j].shape {
-                terms[*j].expr = shape.at(fitted);
-            }
-        }
-        let path = measured(signals, best.flow.stepping());
-        let theta = self.averaged(&terms, &path);
-        let plain = self.choice(i);
-        let all: Vec<usize> = plain.iter().copied().chain(candidates.iter().flat_map(Candidate::columns)).collect();
-        let errors = self.errors(&signals.sigma, None);
-        let Some((triangle, _)) = self.rows(&theta, &all, i, &signals.sigma, &errors) else { return Vec::new() };
-        let without =
-            triangle.combined(&(0..plain.len()).chain([all.len()]).map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
-        let least = self.least(i..=i, &signals.sigma);
-        let without = self.subsets(i, (without, least), plain.clone(), None, (OTHERS + 1, RANKING));
-        let bar = without.best(1.0, |support| self.penalty(support)).score;
-        let mut first = plain.len();
-        let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
-        for candidate in &candidates {
-            let inside = first..=first + candidate.slopes.len();
-            first = inside.end() + 1;
-            let columns = inside.chain(0..plain.len()).chain([all.len()]);
-            let own = triangle.combined(&columns.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
-            let others = own.trailing(1 + candidate.slopes.len());
-            let roughly = self.subsets(i, (others, least), plain.clone(), None, (OTHERS, RANKING));
-            let inside = self.penalty(&[candidate.term]);
-            ranked.push((roughly.best(1.0, |support| self.penalty(support)).score + inside, candidate, own));
-        }
-        // Of no use is what explains no more than the other terms do.
-        ranked.retain(|r| r.0 < bar);
-        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut promising: Vec<(&Candidate, &Triangle)> = Vec::new();
-        for (_, candidate, own) in &ranked {
-            let known = promising.iter().any(|(other, _)| self.are_alike(&[candidate.term], &[other.term]));
-            if !known && promising.len() < FAMILIES {
-                promising.push((candidate, own));
-            }
-        }
-        let rows = Rows { i, theta: &theta, path: &path, plain: &plain, sigma: &signals.sigma, errors: &errors };
-        promising.into_iter().flat_map(|(candidate, own)| self.refined(&rows, candidate, own)).collect()
-    }
-
-    /// Proposals with `candidate`, whose columns at its start, the plain terms and the rate `triangle` has: at each price of a term the best others, linearised
-    /// again where they tell the parameters to be, until these stay.
-    fn refined(&self, rows: &Rows<'_>, candidate: &Candidate, triangle: &Triangle) -> Vec<Proposal> {
-        let Rows { i, plain, sigma, .. } = rows;
-        let (n_inside, least) = (1 + candidate.slopes.len(), self.least(*i..=*i, sigma));
-        let subsets = |triangle: &Triangle| {
-            self.subsets(*i, (triangle.trailing(n_inside), least), plain.to_vec(), None, (OTHERS, THOROUGHLY))
-        };
-        let best = |triangle: &Triangle, others: &Regression, times: f64, at: &[f64]| {
-            let chosen = others.best(times, |support| self.penalty(support));
-            let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
-            let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
-            let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
-            let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
-            let (score, xi) = self.scored_columns((triangle, least), &columns, &support);
-            self.proposed((candidate, at), support, xi, score)
-        };
-        let start = self.start_of(candidate);
-        let first = subsets(triangle);
-        let mut proposals: Vec<Proposal> = Vec::new();
-        for times in TIMES {
-            let Some(mut proposal) = best(triangle, &first, times, &start) else { continue };
-            let (mut at, mut kept) = (start.clone(), proposal.clone());
-            for _ in 0..REFINED {
-                let Some((_, fitted)) = proposal.inside.first().cloned() else { break };
-                if fitted.iter().zip(&at).all(|(new, old)| (new - old).abs() < STAYS) || !self.may_spend() {
-                    break;
-                }
-                at = fitted;
-                let Some(triangle) = self.linearised_at(rows, candidate, &at) else { break };
-                let Some(next) = best(&triangle, &subsets(&triangle), times, &at) else { break };
-                proposal = next;
-                if proposal.score < kept.score {
-                    kept.clone_from(&proposal);
-                }
-            }
-            if !proposals.contains(&kept) {
-                proposals.push(kept);
-            }
-        }
-        proposals
-    }
-
-    /// Where fits of the parameters inside `candidate` start.
-    fn start_of(&self, candidate: &Candidate) -> Vec<f64> {
-        self.terms[candidate.term].shape.as_ref().map_or_else(Vec::new, Shape::start)
-    }
-
-    /// The triangle of `candidate` with parameters as `fitted`, its slopes there, the plain terms, and the rate.
-    fn linearised_at(&self, rows: &Rows<'_>, candidate: &Candidate, fitted: &[f64]) -> Option<Triangle> {
-        let Rows { i, theta, path, plain, sigma, errors } = rows;
-        let term = &self.terms[candidate.term];
-        let mut inside = vec![Term { expr: term.shape.as_ref()?.at(fitted), shape: None, ..term.clone() }];
-        inside.extend(self.slopes(candidate.term, fitted));
-        let columns = self.averaged(&inside, path);
-        let with = |(theta, own): (&Array2<f64>, &Array2<f64>)| {
-            concatenate![Axis(1), theta.slice(s![.., ..self.n_plain]), own.view()]
-        };
-        let theta: Vec<Array2<f64>> = theta.iter().zip(&columns).map(with).collect();
-        let choice: Vec<usize> = (self.n_plain..self.n_plain + inside.len()).chain(plain.iter().copied()).collect();
-        Some(self.rows(&theta, &choice, *i, sigma, errors)?.0)
-    }
-}
-
-/// What the regressions of one equation along a path are made of.
-struct Rows<'a> {
-    i: usize,
-    /// Averages of the terms over each step (T, F), the plain ones first, per segment.
-    theta: &'a [Array2<f64>],
-    path: &'a Path<'a>,
-    /// Plain terms that the equation may have.
-    plain: &'a [usize],
-    /// Standard deviations of the noise (n).
-    sigma: &'a [f64],
-    /// Those of the rates by errors of the path (T, n), per segment.
-    errors: &'a [Array2<f64>],
 }

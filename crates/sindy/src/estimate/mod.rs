@@ -9,6 +9,7 @@ mod constraints;
 mod hypothesis;
 mod implicit;
 mod inside;
+mod measured;
 mod mechanics;
 mod mirror;
 mod near;
