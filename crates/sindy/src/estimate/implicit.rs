@@ -3,7 +3,8 @@
 use super::constraints::Constraints;
 use super::hypothesis::Hypothesis;
 use super::propose::{Proposal, Regression};
-use super::search::{FAR, Problem, ROUNDS, TIMES, followed, measured};
+use super::rounds::ROUNDS;
+use super::search::{FAR, Problem, TIMES, followed, measured};
 use crate::data::Signals;
 
 /// Factors of an own derivative that are tried at each price of a term.
@@ -22,7 +23,7 @@ impl Problem<'_> {
         for i in (0..self.rates.len()).filter(free) {
             let mut tried: Vec<Vec<usize>> = vec![best.supports[i].clone()];
             for round in 0..ROUNDS {
-                if self.leaves_nothing(best) {
+                if self.leaves_nothing(best) || !self.may_spend() {
                     return taken;
                 }
                 // Of an equation that leaves noise alone only a shorter one is better.

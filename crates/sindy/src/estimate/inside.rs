@@ -53,22 +53,25 @@ impl Problem<'_> {
     }
 
     fn search_inside_within(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
-        let unsettled =
-            |i: &usize| self.rates[*i].is_none() && (found.supports[*i].len() > SIMPLE || !self.is_noise(found, *i));
-        let unsettled: Vec<usize> = (0..self.rates.len()).filter(unsettled).collect();
-        if unsettled.is_empty() || self.n_plain == self.terms.len() {
+        let unsettled = |h: &Hypothesis, i: usize| h.supports[i].len() > SIMPLE || !self.is_noise(h, i);
+        let of = |i: &usize| self.rates[*i].is_none() && unsettled(found, *i);
+        let equations: Vec<usize> = (0..self.rates.len()).filter(of).collect();
+        if equations.is_empty() || self.n_plain == self.terms.len() {
             return None;
         }
         let mut best = found.clone();
-        let again: Vec<usize> = if unsettled.len() > 1 { unsettled.clone() } else { Vec::new() };
-        for (at, &i) in unsettled.iter().chain(&again).enumerate() {
-            if !self.may_spend() || (at > 0 && self.is_settled(&best)) {
+        let again: Vec<usize> = if equations.len() > 1 { equations.clone() } else { Vec::new() };
+        for (at, &i) in equations.iter().chain(&again).enumerate() {
+            if !unsettled(&best, i) {
+                continue;
+            }
+            if !self.may_spend() {
                 break;
             }
             let mut tried = vec![best.supports[i].clone()];
             for round in 0..TERMS {
                 // Once others have been found, with their parameters.
-                let shared = at >= unsettled.len();
+                let shared = at >= equations.len();
                 let mut proposals =
                     if round == 0 { self.measured_inside(&best, signals, i, shared) } else { Vec::new() };
                 proposals.extend(self.propose_inside(&best, i));
@@ -86,17 +89,17 @@ impl Problem<'_> {
     /// `along`, with all states and the coefficients of the other equations free.
     pub(super) fn propose_inside(&self, along: &Hypothesis, i: usize) -> Vec<Proposal> {
         let (terms, candidates) = self.candidates_inside(&along.supports, i);
-        let own = &along.supports[i];
+        let (own, least) = (&along.supports[i], self.least_near(along));
         let mut found: Vec<Proposal> = Vec::new();
         for batch in candidates.chunks(BATCH) {
             let choice: Vec<usize> = own.iter().copied().chain(batch.iter().flat_map(Candidate::columns)).collect();
             let Some(triangle) = self.triangle_near(&terms, along, i, &choice) else { continue };
-            let base = self.scored_columns(&triangle, &(0..own.len()).collect::<Vec<_>>(), own).0;
+            let base = self.scored_columns((&triangle, least), &(0..own.len()).collect::<Vec<_>>(), own).0;
             let mut first = own.len();
             for candidate in batch {
                 let columns: Vec<usize> = (first..=first + candidate.slopes.len()).collect();
                 first += columns.len();
-                let proposal = self.with_fewer(&triangle, (own, candidate), columns, i);
+                let proposal = self.with_fewer((&triangle, least), (own, candidate), columns, i);
                 found.extend(proposal.filter(|p| p.score <= base + NEAR));
             }
         }
@@ -164,21 +167,26 @@ impl Problem<'_> {
     }
 
     /// The score of the terms `support`, whose columns are `columns`, and their coefficients.
-    fn scored_columns(&self, triangle: &Triangle, columns: &[usize], support: &[usize]) -> (f64, Vec<f64>) {
+    fn scored_columns(
+        &self,
+        (triangle, least): (&Triangle, f64),
+        columns: &[usize],
+        support: &[usize],
+    ) -> (f64, Vec<f64>) {
         let target = triangle.n_columns() - 1;
         let rows = triangle.n_rows() as f64;
         self.charge((SOLVED * target * columns.len() * columns.len()) as u64);
         let xi = triangle.solve_unit(columns, target);
         let left = triangle.residual_norm(columns, &xi, target).powi(2);
         let free = (rows - columns.len() as f64).max(1.0);
-        (rows * (left / free).max(f64::MIN_POSITIVE).ln() + self.penalty(support), xi)
+        (rows * (left / free).max(least).max(f64::MIN_POSITIVE).ln() + self.penalty(support), xi)
     }
 
     /// The best of the sets of terms `own`, the first columns of `triangle`, that has `candidate`, which has the columns `inside`: one term
     /// after the other is left out, the one that is missed least.
     fn with_fewer(
         &self,
-        triangle: &Triangle,
+        triangle: (&Triangle, f64),
         (own, candidate): (&[usize], &Candidate),
         inside: Vec<usize>,
         i: usize,
@@ -245,7 +253,8 @@ impl Problem<'_> {
         let Some((triangle, _)) = self.rows(&theta, &all, i, &signals.sigma, &errors) else { return Vec::new() };
         let without =
             triangle.combined(&(0..plain.len()).chain([all.len()]).map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
-        let without = self.subsets(i, without, plain.clone(), None, (OTHERS + 1, RANKING));
+        let least = self.least(i..=i, &signals.sigma);
+        let without = self.subsets(i, (without, least), plain.clone(), None, (OTHERS + 1, RANKING));
         let bar = without.best(1.0, |support| self.penalty(support)).score;
         let mut first = plain.len();
         let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
@@ -255,7 +264,7 @@ impl Problem<'_> {
             let columns = inside.chain(0..plain.len()).chain([all.len()]);
             let own = triangle.combined(&columns.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
             let others = own.trailing(1 + candidate.slopes.len());
-            let roughly = self.subsets(i, others, plain.clone(), None, (OTHERS, RANKING));
+            let roughly = self.subsets(i, (others, least), plain.clone(), None, (OTHERS, RANKING));
             let inside = self.penalty(&[candidate.term]);
             ranked.push((roughly.best(1.0, |support| self.penalty(support)).score + inside, candidate, own));
         }
@@ -272,14 +281,14 @@ impl Problem<'_> {
         let mut proposals = Vec::new();
         for (candidate, own) in promising {
             let n_inside = 1 + candidate.slopes.len();
-            let others = self.subsets(i, own.trailing(n_inside), plain.clone(), None, (OTHERS, THOROUGHLY));
+            let others = self.subsets(i, (own.trailing(n_inside), least), plain.clone(), None, (OTHERS, THOROUGHLY));
             for times in TIMES {
                 let chosen = others.best(times, |support| self.penalty(support));
                 let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
                 let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
                 let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
                 let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
-                let (score, xi) = self.scored_columns(own, &columns, &support);
+                let (score, xi) = self.scored_columns((own, least), &columns, &support);
                 proposals.extend(self.proposed(candidate, support, xi, score));
             }
         }

@@ -15,6 +15,7 @@ mod near;
 mod posterior;
 mod propose;
 mod prune;
+mod rounds;
 mod scheme;
 mod search;
 mod strays;

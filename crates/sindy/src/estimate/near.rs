@@ -26,7 +26,12 @@ impl Problem<'_> {
         let mut choice = if own { self.symmetric(i, &along.supports) } else { self.choice(i) };
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
         let triangle = self.triangle_near(self.terms, along, i, &choice)?;
-        Some(self.subsets(i, triangle, choice, None, (most, THOROUGHLY)))
+        Some(self.subsets(i, (triangle, self.least_near(along)), choice, None, (most, THOROUGHLY)))
+    }
+
+    /// The smallest mean square of what rows near `along` leave that is believed.
+    pub(super) fn least_near(&self, along: &Hypothesis) -> f64 {
+        self.least(0..=self.rates.len() - 1, &along.fit.sigma)
     }
 
     /// The triangle of the terms `choice` of equation `i`, of `terms`, which begin with those of the problem, and what they should explain;

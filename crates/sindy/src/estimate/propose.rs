@@ -102,16 +102,23 @@ impl Problem<'_> {
         (most, effort): (usize, Effort),
     ) -> Regression {
         match self.rows(theta, &choice, i, sigma, errors) {
-            Some((triangle, own)) => self.subsets(i, triangle, choice, own, (most, effort)),
+            Some((triangle, own)) => self.subsets(i, (triangle, self.least(i..=i, sigma)), choice, own, (most, effort)),
             None => Regression::none(),
         }
     }
 
-    /// The best subsets of the terms `choice` of equation `i`, the first columns of `triangle`, for the column after them.
+    /// The smallest mean square of what rows of the states `of` leave, whitened with `sigma` (n), that is believed: that of the smallest errors believed.
+    pub(super) fn least(&self, of: std::ops::RangeInclusive<usize>, sigma: &[f64]) -> f64 {
+        let squares: Vec<f64> = of.map(|i| (self.floor[i] / sigma[i]).powi(2).min(1.0)).collect();
+        squares.iter().sum::<f64>() / squares.len().max(1) as f64
+    }
+
+    /// The best subsets of the terms `choice` of equation `i`, the first columns of `triangle`, for the column after them; a mean square below
+    /// `least` counts as that.
     pub(super) fn subsets(
         &self,
         i: usize,
-        triangle: Triangle,
+        (triangle, least): (Triangle, f64),
         mut choice: Vec<usize>,
         own: Option<f64>,
         (most, effort): (usize, Effort),
@@ -135,7 +142,8 @@ impl Problem<'_> {
         let enough = |best_of_size: &Subset| {
             let own = best_of_size.support.iter().map(|&c| choice[n_required + c]);
             let support: Vec<usize> = choice[..n_required].iter().copied().chain(own).collect();
-            let score = rows * best_of_size.rss.max(f64::MIN_POSITIVE).ln() + self.penalty(&support);
+            let left = (best_of_size.rss / rows).max(least).max(f64::MIN_POSITIVE);
+            let score = rows * left.ln() + self.penalty(&support);
             since = if score < best { 0 } else { since + 1 };
             best = best.min(score);
             since > PATIENCE || support.len() >= most
@@ -145,7 +153,7 @@ impl Problem<'_> {
         let found = solver.candidates(&others, of, &complexity, self.watch.asks(), enough);
         self.charge(found.work);
         let constraints = self.constraints.get(i).cloned().unwrap_or_default();
-        Regression { found, triangle, choice, n_required, own, constraints }
+        Regression { found, triangle, least, choice, n_required, own, constraints }
     }
 
     /// Terms equation `i` may have. Its own derivative explains itself; derivatives of states that are rates couple equations of motion, which
@@ -244,6 +252,8 @@ pub(super) struct Regression {
     /// The best subsets of each size, by columns.
     found: Candidates,
     triangle: Triangle,
+    /// The smallest mean square of what is left that is believed.
+    least: f64,
     /// The term of each column of the triangle.
     choice: Vec<usize>,
     /// How many of these, the first ones, are required; what was found is a choice of the others.
@@ -270,7 +280,7 @@ impl Regression {
     /// Of an equation that is not fitted.
     pub(super) fn none() -> Self {
         let (found, triangle, constraints) = (Candidates::default(), Triangle::new(1), Constraints::default());
-        Self { found, triangle, choice: Vec::new(), n_required: 0, own: None, constraints }
+        Self { found, triangle, least: 0.0, choice: Vec::new(), n_required: 0, own: None, constraints }
     }
 
     /// The terms with the best score when every term costs `times` what `penalty` says.
@@ -305,7 +315,7 @@ impl Regression {
         let possible = |s: &&Subset| s.rss.is_finite() && self.has_signs(s);
         self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(possible).map(move |subset| {
             let free = (rows - subset.support.len() as f64).max(1.0);
-            let likelihood = rows * (subset.rss / free).max(f64::MIN_POSITIVE).ln();
+            let likelihood = rows * (subset.rss / free).max(self.least).max(f64::MIN_POSITIVE).ln();
             (likelihood + times * penalty(&self.terms(subset)), subset)
         })
     }

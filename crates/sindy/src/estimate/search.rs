@@ -46,12 +46,6 @@ pub(crate) struct Problem<'a> {
     pub(crate) watch: &'a Watch<'a>,
 }
 
-/// Rounds of proposals, at most.
-pub(super) const ROUNDS: usize = 6;
-
-/// Noise larger than this many times what the smoothness of the signals tells is no noise.
-const LARGER: f64 = 1.25;
-
 /// Passes of exchanges, at most.
 const PASSES: usize = 4;
 
@@ -106,7 +100,7 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<(Estimate, Kept
         return accounted(problem, None, stepping);
     }
     let (sample, spent) = (sample_of(problem.segments, SAMPLE), Cell::new(0));
-    let budget = (IN_SAMPLE * problem.budget as f64) as u64;
+    let budget = (IN_SAMPLE * (problem.budget - problem.spent.get().min(problem.budget)) as f64) as u64;
     let signals = problem.smoother().signals(problem.floor);
     let found = Problem { segments: &sample, spent: &spent, budget, ..*problem }.rejecting(None, stepping);
     problem.charge(spent.get().min(budget));
@@ -237,9 +231,7 @@ impl Problem<'_> {
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
     pub(super) fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
         let begun = begun.map(|begun| self.as_simulated(begun));
-        // Before many terms make up for one that is missing.
-        let inside = begun.as_ref().filter(|b| !self.is_settled(b)).and_then(|b| self.search_inside(b, signals));
-        let begun = inside.or(begun);
+        let begun = begun.map(|begun| if self.is_settled(&begun) { begun } else { self.gone_on(begun, signals) });
         let mut best = match begun {
             Some(begun) if self.is_settled(&begun) => begun,
             _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
@@ -250,62 +242,6 @@ impl Problem<'_> {
         }
         self.mirror(&mut best);
         Some(self.exchanged(best))
-    }
-
-    /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.
-    fn rounds(
-        &self,
-        signals: &Signals,
-        mut proposed: Vec<Regression>,
-        mut best: Option<Hypothesis>,
-        stepping: Stepping,
-    ) -> Option<Hypothesis> {
-        let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
-        let simulated = best.as_ref().map(|b| b.flow.stepping()).filter(|s| !matches!(s, Stepping::Continuous { .. }));
-        let stepping = simulated.unwrap_or(stepping);
-        for round in 0..ROUNDS {
-            let mut along: Option<Hypothesis> = None;
-            for times in TIMES {
-                let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
-                let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
-                    proposals.map(|p| (p.support, p.coefficients)).unzip();
-                if tried.contains(&supports) {
-                    continue;
-                }
-                tried.push(supports.clone());
-                let xi = xi.concat();
-                let from = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
-                // First with states that follow the data more than the equations, which may be wrong.
-                let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
-                if best.as_ref().is_some_and(|b| loose.score > b.score + FAR) {
-                    continue;
-                }
-                let strict = self.hypothesis(supports, stepping, loose.start(), 2..4);
-                let better = strict.filter(|s| best.as_ref().is_none_or(|b| s.score < b.score));
-                if let Some(strict) = better {
-                    if self.leaves_nothing(&strict) {
-                        return self.search_inside(&strict, signals).or(Some(strict));
-                    }
-                    let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
-                    along = Some(if near { strict.clone() } else { loose });
-                    best = Some(strict);
-                } else if best.is_none() {
-                    along = Some(loose);
-                }
-            }
-            // Before many terms make up for one that is missing.
-            let inside = best.as_ref().filter(|_| round == 0).and_then(|b| self.search_inside(b, signals));
-            if let Some(inside) = inside {
-                if self.is_settled(&inside) {
-                    return Some(inside);
-                }
-                along = Some(inside.clone());
-                best = Some(inside);
-            }
-            let Some(along) = along else { break };
-            proposed = self.propose_near(&along, &|_| usize::MAX);
-        }
-        best
     }
 
     /// `base` with other terms in equation `i`, fitted anew.

@@ -1,0 +1,95 @@
+//! Rounds of proposals, each along the path of what the last one found.
+
+use super::hypothesis::{Hypothesis, Start};
+use super::propose::Regression;
+use super::search::{FAR, Problem, TIMES};
+use crate::data::Signals;
+use crate::motion::Stepping;
+
+/// Rounds of proposals, at most.
+pub(super) const ROUNDS: usize = 6;
+
+/// Noise larger than this many times what the smoothness of the signals tells is no noise.
+const LARGER: f64 = 1.25;
+
+impl Problem<'_> {
+    /// The best of `begun`, which leaves more than noise, of other terms near it, and of one more with parameters inside: this before many terms make up
+    /// for one that is missing.
+    pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
+        let proposed = self.propose_near(&begun, &|_| usize::MAX);
+        let near = TIMES.iter().filter_map(|times| {
+            let proposals = proposed.iter().map(|r| r.best(*times, |support| self.penalty(support)));
+            let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
+                proposals.map(|p| (p.support, p.coefficients)).unzip();
+            let from = Start { xi: &xi.concat(), ..begun.start() };
+            let loose = self.hypothesis(supports, begun.flow.stepping(), from, 0..2)?;
+            self.hypothesis(loose.supports.clone(), loose.flow.stepping(), loose.start(), 2..4)
+        });
+        let all = near.chain(self.search_inside(&begun, signals));
+        let best = all.min_by(|a, b| a.score.total_cmp(&b.score)).filter(|h| h.score < begun.score);
+        best.unwrap_or(begun)
+    }
+
+    /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.
+    pub(super) fn rounds(
+        &self,
+        signals: &Signals,
+        mut proposed: Vec<Regression>,
+        mut best: Option<Hypothesis>,
+        stepping: Stepping,
+    ) -> Option<Hypothesis> {
+        let mut tried: Vec<Vec<Vec<usize>>> = Vec::new();
+        let simulated = best.as_ref().map(|b| b.flow.stepping()).filter(|s| !matches!(s, Stepping::Continuous { .. }));
+        let stepping = simulated.unwrap_or(stepping);
+        // The best that has no term with parameters inside from before.
+        let mut fresh: Option<Hypothesis> = None;
+        for round in 0..ROUNDS {
+            let mut along: Option<Hypothesis> = None;
+            for times in TIMES {
+                let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
+                let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
+                    proposals.map(|p| (p.support, p.coefficients)).unzip();
+                if tried.contains(&supports) {
+                    continue;
+                }
+                tried.push(supports.clone());
+                let xi = xi.concat();
+                let from = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+                // First with states that follow the data more than the equations, which may be wrong.
+                let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
+                let bar = if round == 0 { &fresh } else { &best };
+                if bar.as_ref().is_some_and(|b| loose.score > b.score + FAR) {
+                    continue;
+                }
+                let strict = self.hypothesis(supports, stepping, loose.start(), 2..4);
+                let improves = |s: &&Hypothesis, b: &Option<Hypothesis>| b.as_ref().is_none_or(|b| s.score < b.score);
+                if let Some(strict) = strict.as_ref().filter(|s| round == 0 && improves(s, &fresh)) {
+                    fresh = Some(strict.clone());
+                }
+                let better = strict.as_ref().filter(|s| improves(s, &best)).cloned();
+                if let Some(strict) = better {
+                    if self.leaves_nothing(&strict) {
+                        return self.search_inside(&strict, signals).or(Some(strict));
+                    }
+                    let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
+                    along = Some(if near { strict.clone() } else { loose });
+                    best = Some(strict);
+                } else if best.is_none() {
+                    along = Some(loose);
+                }
+            }
+            // Before many terms make up for one that is missing.
+            let inside = fresh.take().and_then(|f| self.search_inside(&f, signals));
+            if let Some(inside) = inside.filter(|i| best.as_ref().is_none_or(|b| i.score < b.score)) {
+                if self.is_settled(&inside) {
+                    return Some(inside);
+                }
+                along = Some(inside.clone());
+                best = Some(inside);
+            }
+            let Some(along) = along else { break };
+            proposed = self.propose_near(&along, &|_| usize::MAX);
+        }
+        best
+    }
+}
