@@ -10,6 +10,7 @@ use sindyna_core::{
 
 use crate::collect::CollectError;
 use crate::cycle::Loop;
+use crate::gap::Gap;
 use crate::predict::Prediction;
 use crate::real::Confirmation;
 use crate::trust::Trust;
@@ -56,6 +57,8 @@ pub struct Learned<M> {
     pub model_return: Option<f64>,
     /// What it will earn on the real system.
     pub prediction: Option<Prediction>,
+    /// What to collect next, where the interval of the prediction is wide.
+    pub gap: Option<Gap>,
     /// What each planner earned in the model, by name; none where the agent learns.
     pub planned: Vec<(&'static str, f64)>,
     /// Its real episode, where there was one.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use rand_distr::{ChiSquared, Distribution as _};
-use sindyna_core::{Dataset, Dynamics, Knowledge, Rng, Sensors, Support, Task};
+use sindyna_core::{Channel, Dataset, Dynamics, Kind, Knowledge, Rng, Sensors, Spec, Support, Task};
 
 use crate::explore::uniform_action;
 use crate::trust::Trust;
@@ -132,7 +132,8 @@ impl<'a> Belief<'a> {
         }
         let support = support(&systems, data, rng);
         let (stakes, penalty) = Stakes::of(&*model, task, &support, data, discount, rng);
-        let trust = Trust::new(support, rivals, penalty);
+        let noise = knowledge.sensor_noise.as_ref().map(|noise| of_states(task.spec(), noise));
+        let trust = Trust::new(support, (model, rivals), noise, penalty);
         Self { systems: systems.into(), task, trust: Arc::new(trust), stakes }
     }
 
@@ -160,6 +161,16 @@ fn as_uncertain(estimated: &Sensors, data: &Dataset, rng: &mut Rng) -> Sensors {
     let deviations: Vec<f64> =
         estimated.deviations().iter().map(|d| d * (samples / distribution.sample(rng)).sqrt()).collect();
     estimated.clone().with_noise(&deviations)
+}
+
+/// The standard deviation of each state of `spec` as it is seen, of those of the observations in `noise`; that of an angle is that of its cosine and its sine, and
+/// what is not seen has none.
+fn of_states(spec: &Spec, noise: &[f64]) -> Vec<f64> {
+    let of_state = |(i, state): (usize, &Channel)| {
+        let shows = |o: &Channel| o.name == state.name || o.kind == Kind::CosOf(i) || o.kind == Kind::SinOf(i);
+        spec.observation.iter().zip(noise).filter(|(o, _)| shows(o)).map(|(_, noise)| *noise).fold(0.0, f64::max)
+    };
+    spec.state.iter().enumerate().map(of_state).collect()
 }
 
 /// Start states from which it is told where episodes begin.

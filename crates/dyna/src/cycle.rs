@@ -16,6 +16,8 @@ use crate::algorithm::{Dyna, DynaError, Learned};
 use crate::base::{Base, Fitted};
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount};
+use crate::curious::Curious;
+use crate::gap::Gap;
 use crate::imagine::Imagination;
 use crate::optimality::Trials;
 use crate::predict::Prediction;
@@ -47,6 +49,9 @@ pub enum Phase {
 
 /// Steps to which data are doubled, as long as something speaks against the model.
 const ENOUGH: usize = 2_000;
+
+/// First real steps of which half are enough to ask by what to collect.
+const HALVED: usize = 40;
 
 /// Models in which a planner has a real episode, at most.
 const REPLANNED: u64 = 5;
@@ -93,6 +98,8 @@ pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
     /// The policy to be handed over of those that were on the real system.
     tried: Option<(Best, Confirmation)>,
     prediction: Option<Prediction>,
+    /// What to collect next, where the prediction is wide.
+    gap: Option<Gap>,
     /// What each planner earned in the model; none where the agent learns.
     planned: Vec<(&'static str, f64)>,
 }
@@ -121,6 +128,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             best: None,
             tried: None,
             prediction: None,
+            gap: None,
             planned: Vec::new(),
         }
     }
@@ -146,25 +154,25 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Phase, DynaError> {
-        let real = &mut self.base.progress.real;
         self.course.phase = match self.course.phase {
             Phase::WarmUp => {
-                let Schedule { warmup_rollouts, rollout_len, .. } = *self.parts.schedule;
-                for _ in 0..warmup_rollouts {
-                    real.collect(env, Actor::Explorer(explorer), Amount::Steps(rollout_len), interrupted)?;
+                let steps = Amount::Steps(self.first_steps());
+                for _ in 0..self.parts.schedule.warmup_rollouts {
+                    let real = &mut self.base.progress.real;
+                    real.collect(env, Actor::Explorer(explorer), steps, interrupted)?;
                 }
                 self.collected(observer)?
             }
             Phase::Fit => self.fit(observer)?,
             Phase::CollectMore => {
-                let amount = Amount::Steps(real.data.n_steps());
-                real.collect(env, Actor::Explorer(explorer), amount, interrupted)?;
+                self.collect_more(env, explorer, interrupted)?;
                 self.collected(observer)?
             }
             Phase::Improve => self.improve(observer, interrupted)?,
             Phase::Confirm => self.confirm(env, observer, interrupted)?,
             Phase::Explore => {
                 let actor = Actor::policy(&*self.base.agent, Mode::Explore);
+                let real = &mut self.base.progress.real;
                 real.collect(env, actor, Amount::Episode(self.parts.task.max_steps()), interrupted)?;
                 self.collected(observer)?
             }
@@ -172,6 +180,40 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             Phase::Done => Phase::Done,
         };
         Ok(self.course.phase)
+    }
+
+    /// First real steps: a loop that learns what to ask has half of them made by the explorer, if that is enough to ask anything by.
+    fn first_steps(&self) -> usize {
+        let Schedule { rollout_len, curious, .. } = *self.parts.schedule;
+        if curious && self.asks() && rollout_len >= HALVED { rollout_len / 2 } else { rollout_len }
+    }
+
+    /// First real steps that were not made yet.
+    fn first_steps_left(&self) -> usize {
+        let Schedule { warmup_rollouts, rollout_len, .. } = *self.parts.schedule;
+        (warmup_rollouts * rollout_len).saturating_sub(self.base.data().n_steps())
+    }
+
+    /// Collects real steps that tell the models apart which the data allow; by the `explorer` where there is one model.
+    fn collect_more(
+        &mut self,
+        env: &mut dyn Environment,
+        explorer: &mut dyn Explorer,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<(), DynaError> {
+        let steps = self.base.data().n_steps();
+        let left = self.first_steps_left();
+        let amount = Amount::Steps(if left > 0 { left } else { steps });
+        let belief = if self.parts.schedule.curious { self.belief(self.course.turns, steps) } else { None };
+        let real = &mut self.base.progress.real;
+        match (belief, Inverse::of(self.parts.task.spec())) {
+            (Some(belief), Ok(inverse)) if belief.trust.has_rivals() => {
+                let mut curious = Curious::new(belief.task, &belief.trust, &inverse);
+                real.collect(env, Actor::Explorer(&mut curious), amount, interrupted)?;
+            }
+            _ => real.collect(env, Actor::Explorer(explorer), amount, interrupted)?,
+        }
+        Ok(())
     }
 
     /// Real data came in: they are learned from, and the model is fitted anew or imagination begun anew.
@@ -192,11 +234,14 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         }
         if fits {
             self.course.fitted = self.base.data().n_rollouts();
-            match self.base.fit()? {
-                Fitted::Model => {}
-                Fitted::Nothing if refitted => {}
-                Fitted::Nothing => return Ok(Phase::Done),
-                Fitted::Stopped => return Ok(Phase::Fit),
+            match self.base.fit() {
+                Ok(Fitted::Model) => {}
+                Ok(Fitted::Nothing) if refitted => {}
+                Ok(Fitted::Nothing) => return Ok(Phase::Done),
+                Ok(Fitted::Stopped) => return Ok(Phase::Fit),
+                // Half of the first steps may be too few.
+                Err(_) if self.first_steps_left() > 0 => return Ok(Phase::CollectMore),
+                Err(error) => return Err(error.into()),
             }
             let data = self.base.data();
             if let Some(model) = self.base.model() {
@@ -205,12 +250,15 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             }
             self.base.forget_older_models();
         }
+        if self.first_steps_left() > 0 && self.asks() {
+            return Ok(Phase::CollectMore);
+        }
         let in_review = std::mem::take(&mut self.course.in_review);
         if !in_review && self.wants_more() {
             return Ok(Phase::CollectMore);
         }
         self.course.believed = self.base.data().n_steps();
-        let Some(belief) = self.belief(self.course.turns) else { return Ok(Phase::Done) };
+        let Some(belief) = self.belief(self.course.turns, self.course.believed) else { return Ok(Phase::Done) };
         let stands = in_review && self.stands(&belief)?;
         if in_review && !stands && self.wants_more() {
             return Ok(Phase::CollectMore);
@@ -248,10 +296,10 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(())
     }
 
-    /// What imagination number `turn` goes by; `None` without a model.
-    fn belief(&self, turn: u64) -> Option<Belief<'a>> {
+    /// What imagination number `turn` goes by, after so many real steps; `None` without a model.
+    fn belief(&self, turn: u64, steps: usize) -> Option<Belief<'a>> {
         let Dyna { task, sensors, schedule, seed, .. } = *self.parts;
-        let data = self.base.data().first(self.course.believed);
+        let data = self.base.data().first(steps);
         let mut rng = seed.stream("belief", turn);
         Some(Belief::of(self.base.knowledge.as_ref()?, task, sensors, &data, schedule.discount, &mut rng))
     }
@@ -269,13 +317,29 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
     /// Whether to collect as much data again before a policy is learned: something speaks against the model, and it has not yet predicted data that it was
     /// not fitted to as well as its own.
     fn wants_more(&self) -> bool {
+        self.certainty() == Certainty::Doubted && !self.course.is_tested && self.may_double()
+    }
+
+    /// Whether a run asks the real system for what it needs.
+    fn asks(&self) -> bool {
         let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
-        let asks = imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts;
+        imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts
+    }
+
+    /// Whether the real system may be asked for as many steps as there are.
+    fn may_double(&self) -> bool {
         let steps = self.base.data().n_steps();
-        asks && self.certainty() == Certainty::Doubted
-            && !self.course.is_tested
-            && 2 * steps <= ENOUGH
-            && self.may_ask(steps)
+        self.asks() && 2 * steps <= ENOUGH && self.may_ask(steps)
+    }
+
+    /// Whether imagination goes by models that may disagree.
+    fn has_rivals(&self) -> bool {
+        self.imagination.as_ref().is_some_and(|imagination| imagination.belief.trust.has_rivals())
+    }
+
+    /// Whether to collect data before a policy has a real episode that the models do not agree on: it could not confirm anything.
+    fn wants_to_know(&self) -> bool {
+        self.parts.schedule.curious && self.has_rivals() && self.may_double() && self.is_wide()
     }
 
     /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with
@@ -286,6 +350,14 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             Rollouts::Count(_) => true,
             Rollouts::Auto => self.certainty() < Certainty::Exact || self.course.trials.is_far(),
         }
+    }
+
+    /// Whether the interval in which the return is predicted is wide beside what is at stake.
+    fn is_wide(&self) -> bool {
+        let (Some(prediction), Some(best)) = (&self.prediction, &self.best) else { return false };
+        // Returns near 0 are no measure of what matters.
+        let scale = best.model_return.abs().max(self.course.trials.difference());
+        prediction.is_wide(self.tried.as_ref().map_or(scale, |(_, confirmation)| confirmation.scale))
     }
 
     fn confirm(
@@ -353,6 +425,11 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if let (Some(prediction), Some((_, confirmation))) = (&mut self.prediction, &self.tried) {
             prediction.misfit = confirmation.misfit();
         }
+        if let (true, Some(Imagination { belief, .. }), Some(best)) =
+            (self.has_rivals() && self.is_wide(), &self.imagination, &self.best)
+        {
+            self.gap = Gap::of(belief, &*best.policy, self.parts.seed).map_err(DynaError::Trial)?;
+        }
         Ok(Phase::Done)
     }
 
@@ -368,6 +445,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             policy,
             model_return,
             prediction: self.prediction,
+            gap: self.gap,
             planned: self.planned,
             confirmation: self.tried.map(|(_, confirmation)| confirmation),
             optimal_in_model: self.course.optimal,

@@ -141,6 +141,16 @@ impl<'a> Trial<'a> {
         self.0.reset_to(x, rng);
     }
 
+    /// The state that it is in (n).
+    pub(crate) fn state(&self) -> &[f64] {
+        self.0.inner.state()
+    }
+
+    /// The control of the last step (k).
+    pub(crate) fn control(&self) -> &[f64] {
+        self.0.inner.control()
+    }
+
     /// Mean of e / (1 + e) over the steps since the last reset.
     pub(crate) fn far(&self) -> f64 {
         self.0.away / self.0.steps.max(1.0)

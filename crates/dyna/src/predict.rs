@@ -20,6 +20,12 @@ const EPISODES_OF_ONE: usize = 200;
 /// One in so many of these for a policy that plans, which takes its time for every step.
 const PLANNED: usize = 20;
 
+/// Probability of the interval that is called wide.
+const LEVEL: f64 = 0.9;
+
+/// Width of such an interval as a part of the returns' magnitude: what keeps a promise from being believed, as a standard deviation, to both sides.
+const WIDE: f64 = 0.2;
+
 /// Means drawn, of which an interval's ends are quantiles.
 const MEANS: usize = 2_000;
 
@@ -79,6 +85,12 @@ impl Prediction {
         let within = self.returns.iter().map(|r| variance(r) / r.len() as f64).sum::<f64>() / means.len() as f64;
         let between = variance(&means);
         if between > within { (1.0 - within / between).sqrt() } else { 0.0 }
+    }
+
+    /// Whether the interval is wide beside returns of the magnitude `scale`: more data would tell more.
+    pub(crate) fn is_wide(&self, scale: f64) -> bool {
+        let (low, high) = self.interval(LEVEL, EPISODES);
+        high - low > WIDE * scale
     }
 
     /// The interval that holds the mean return of `episodes` real episodes with probability `level`: over the models, over start

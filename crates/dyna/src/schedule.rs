@@ -30,6 +30,9 @@ pub struct Schedule {
     pub warmup_rollouts: usize,
     /// R: real steps of each of them.
     pub rollout_len: usize,
+    /// Whether a run that asks the real system by itself ([`Rollouts::Auto`]) chooses what to collect by what the models that the data allow disagree on: the second half of
+    /// the first steps, and all that it collects later. Else the explorer does.
+    pub curious: bool,
     /// N: imagined rollouts per real one.
     pub imagined_rollouts: Rollouts,
     /// Whether the model is fitted anew after every real rollout.
@@ -63,6 +66,7 @@ impl Schedule {
         Self {
             warmup_rollouts: 1,
             rollout_len: 10,
+            curious: true,
             imagined_rollouts: Rollouts::Auto,
             refit: Refit::AfterRollouts,
             worlds: 32,

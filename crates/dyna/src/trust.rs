@@ -12,9 +12,42 @@ pub struct Trust {
     support: Support,
     /// Models as likely as each other.
     models: Vec<Arc<dyn Dynamics>>,
+    /// The likeliest of them.
+    model: Arc<dyn Dynamics>,
+    /// Standard deviation to which the next of each state is measured.
+    precision: Vec<f64>,
     /// What a step infinitely far from the data costs.
     penalty: f64,
 }
+
+/// What steps tell of which of the models is right: Σ Aᵀ A (models × models), by rows.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Evidence(Vec<f64>);
+
+impl Evidence {
+    /// ln det(I + Σ Aᵀ A / M): what is known of which of M models is right.
+    pub(crate) fn known(&self) -> f64 {
+        let m = (self.0.len() as f64).sqrt() as usize;
+        let mut factor = vec![0.0; m * m];
+        let mut known = 0.0;
+        for i in 0..m {
+            for j in 0..=i {
+                let before: f64 = (0..j).map(|k| factor[i * m + k] * factor[j * m + k]).sum();
+                let value = self.0[i * m + j] / m as f64 + if i == j { 1.0 } else { 0.0 } - before;
+                factor[i * m + j] =
+                    if i == j { value.max(f64::MIN_POSITIVE).sqrt() } else { value / factor[j * m + j] };
+            }
+            known += 2.0 * factor[i * m + i].ln();
+        }
+        known
+    }
+}
+
+/// Models that are told apart, at most.
+const TOLD_APART: usize = 16;
+
+/// What no sensor measures better: a part of the standard deviation of a state over the data.
+const FINE: f64 = 1e-4;
 
 /// What is made of a step in the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,8 +63,55 @@ const FAR: f64 = 0.1;
 
 impl Trust {
     /// Trust in `models`, as likely as each other, that were compared with a system on `support`; a step infinitely far from it costs `penalty`.
-    pub(crate) fn new(support: Support, models: Vec<Arc<dyn Dynamics>>, penalty: f64) -> Self {
-        Self { support, models, penalty }
+    pub(crate) fn new(
+        support: Support,
+        (model, models): (Arc<dyn Dynamics>, Vec<Arc<dyn Dynamics>>),
+        noise: Option<Vec<f64>>,
+        penalty: f64,
+    ) -> Self {
+        // The state before was measured as well.
+        let deviations = support.deviations();
+        let precision = deviations.iter().enumerate().map(|(i, d)| {
+            let noise = noise.as_ref().map_or(0.0, |noise| noise[i]);
+            (2.0_f64.sqrt() * noise).max(FINE * d)
+        });
+        let precision = precision.collect();
+        Self { support, model, models, precision, penalty }
+    }
+
+    /// Nothing was seen yet.
+    pub(crate) fn no_evidence(&self) -> Evidence {
+        let m = self.models.len().min(TOLD_APART);
+        Evidence(vec![0.0; m * m])
+    }
+
+    /// Adds what a step with the control `u` (k) from the state `x` (n) tells to `evidence`; where it leads in the likeliest model, or nothing if it goes where nobody
+    /// follows the models.
+    pub(crate) fn observe(&self, x: &[f64], u: &[f64], evidence: &mut Evidence) -> Option<Vec<f64>> {
+        let (n, m) = (x.len(), self.models.len().min(TOLD_APART));
+        let mut rng = Seed::new(0).stream("disagreement", 0);
+        let mut ends = vec![0.0; n * m];
+        for (end, model) in ends.chunks_mut(n).zip(&self.models) {
+            model.step(x, u, &mut rng, end).ok()?;
+        }
+        for i in 0..n {
+            let mean = (0..m).map(|k| ends[k * n + i]).sum::<f64>() / m as f64;
+            (0..m).for_each(|k| ends[k * n + i] = (ends[k * n + i] - mean) / self.precision[i]);
+        }
+        for a in 0..m {
+            for b in 0..m {
+                evidence.0[a * m + b] +=
+                    ends[a * n..(a + 1) * n].iter().zip(&ends[b * n..(b + 1) * n]).map(|(a, b)| a * b).sum::<f64>();
+            }
+        }
+        let mut next = vec![0.0; n];
+        self.model.step(x, u, &mut rng, &mut next).ok()?;
+        self.support.contains(&next).then_some(next)
+    }
+
+    /// Whether there are models to be told apart.
+    pub(crate) fn has_rivals(&self) -> bool {
+        self.models.len() > 1
     }
 
     /// Where the data were.
@@ -118,8 +198,9 @@ mod tests {
         for x in [-1.0, 0.0, 1.0, 2.0] {
             data.push(&[1.0], &[1.0], 0.0, &[x]).expect("finite");
         }
-        let models = gains.iter().map(|gain| Arc::new(Push(*gain)) as Arc<dyn Dynamics>).collect();
-        Trust::new(Support::of(&spec, &data, &[]), models, 8.0)
+        let models = gains.iter().map(|gain| Arc::new(Push(*gain)) as Arc<dyn Dynamics>);
+        let models: Vec<_> = models.collect();
+        Trust::new(Support::of(&spec, &data, &[]), (models[0].clone(), models), None, 8.0)
     }
 
     #[test]

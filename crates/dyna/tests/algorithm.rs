@@ -5,7 +5,7 @@ mod common;
 use std::cell::Cell;
 use std::sync::Arc;
 
-use common::{Doubting, EXACT, Given, Line, Push, Silent, Student, auto, schedule};
+use common::{Doubting, EXACT, Given, Line, Push, Silent, Student, Undecided, auto, schedule};
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
     Certainty, Checkpoint, Dataset, DynamicsLearner, FitError, Knowledge, Memory, Mode, NoModel, Policy, Rng, Seed,
@@ -333,6 +333,30 @@ fn doubts_are_met_with_as_much_data_again_and_an_episode_that_confirms() {
     // The model predicts the new data as well as the first ones: no more are collected, though it is still doubted.
     assert!((60..=80).contains(&steps), "30, 60, and an episode of 20 at most: {steps}");
     assert!(learned.confirmation.expect("it was not believed at once").is_kept());
+}
+
+#[test]
+fn half_of_the_first_steps_are_chosen_by_what_the_models_disagree_on() {
+    let schedule = Schedule { warmup_rollouts: 1, rollout_len: 200, max_real_steps: Some(200), ..auto() };
+    let pushes = |schedule: &Schedule| -> Vec<f64> {
+        let learned = run(&Undecided(vec![0.8, 1.2]), schedule, Student::default(), &|| false);
+        assert_eq!(learned.data.n_steps(), 200, "as many as without");
+        learned.data.transitions(0).map(|t| t.action[0]).collect()
+    };
+    let (chosen, explored) = (pushes(&schedule), pushes(&Schedule { curious: false, ..schedule.clone() }));
+    assert_eq!(chosen[..100], explored[..100], "the explorer's");
+    assert!(chosen[100..].iter().zip(&explored[100..]).all(|(a, b)| a != b));
+}
+
+#[test]
+fn where_models_disagree_on_the_return_the_run_says_what_to_collect() {
+    let schedule = Schedule { max_real_steps: Some(30), ..auto() };
+    let gap = |gains: &[f64]| run(&Undecided(gains.to_vec()), &schedule, Student::default(), &|| false).gap;
+    let gap_of_unlike = gap(&[0.2, 1.9]).expect("the interval is wide");
+    assert!(gap_of_unlike.share > 0.1 && gap_of_unlike.states.len() == 1 && gap_of_unlike.controls.len() == 1);
+    let (low, high) = gap_of_unlike.controls[0];
+    assert!(low <= high && low.abs().max(high.abs()) > 0.01, "models disagree where there is a push: {low} to {high}");
+    assert_eq!(gap(&[1.0]), None, "models that are all the same");
 }
 
 #[test]

@@ -55,6 +55,9 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         self.course.optimal = self.course.trials.optimal(rule) && !self.was_luck()?;
         if self.course.optimal || self.base.progress.updates >= rule.max_updates {
             let asked = self.is_doubted() && self.best.is_some() && self.may_ask(self.parts.task.max_steps());
+            if asked && self.wants_to_know() {
+                return Ok(Phase::CollectMore);
+            }
             return Ok(if asked { Phase::Confirm } else { Phase::Predict });
         }
         let rollouts = self.imagination.as_ref().map_or(0, |i| i.rollouts);

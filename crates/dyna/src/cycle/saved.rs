@@ -48,7 +48,9 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         self.course = course;
         if let Some(imagination) = &imagination {
             let turn = self.course.turns.saturating_sub(1);
-            let belief = self.belief(turn).ok_or_else(|| CheckpointError::new("imagination without a model"))?;
+            let belief = self
+                .belief(turn, self.course.believed)
+                .ok_or_else(|| CheckpointError::new("imagination without a model"))?;
             let mut begun = Imagination::new(belief, self.parts.schedule, self.parts.seed, turn);
             begun.restore(imagination)?;
             self.imagination = Some(begun);

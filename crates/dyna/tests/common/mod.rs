@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
     Agent, AgentError, Batch, Certainty, Channel, Checkpoint, CheckpointError, Dataset, Diverged, Dynamics,
-    DynamicsLearner, Event, FitError, Kind, Knowledge, Mode, Observer, Policy, Precision, Rng, Space, Spec, Task,
-    TrainedPolicy, decode, encode,
+    DynamicsLearner, Event, FitError, Kind, Knowledge, Mode, Observer, Policy, Posterior, Precision, Rng, Space, Spec,
+    Task, TrainedPolicy, decode, encode,
 };
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 
@@ -151,6 +151,7 @@ pub(crate) fn schedule() -> Schedule {
     Schedule {
         warmup_rollouts: 2,
         rollout_len: 15,
+        curious: true,
         imagined_rollouts: Rollouts::Unlimited,
         refit: Refit::Never,
         worlds: 4,
@@ -190,4 +191,23 @@ impl DynamicsLearner for Doubting {
 
 pub(crate) fn auto() -> Schedule {
     Schedule { imagined_rollouts: Rollouts::Auto, refit: Refit::AfterRollouts, ..schedule() }
+}
+
+/// Whose data allow pushes of more than one gain.
+pub(crate) struct Undecided(pub(crate) Vec<f64>);
+
+impl Posterior for Undecided {
+    fn draw(&self, rng: &mut Rng) -> Arc<dyn Dynamics> {
+        use rand::RngExt as _;
+        Arc::new(Push { gain: self.0[rng.random_range(0..self.0.len())], ..EXACT })
+    }
+}
+
+impl DynamicsLearner for Undecided {
+    type Model = Push;
+    fn fit(&self, _: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
+        let posterior: Arc<dyn Posterior> = Arc::new(Self(self.0.clone()));
+        let certain = Knowledge::certain(EXACT);
+        Ok(Some(Knowledge { certainty: Certainty::Adequate, posterior: Some(posterior), ..certain }))
+    }
 }

@@ -142,6 +142,9 @@ pub struct Training {
     /// Where the policy goes in the model, and where the data were; told where there was no evaluation because there is no system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Coverage>,
+    /// What to collect next; told where the interval of the prediction is wide, and the models that the data allow disagree.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub collect: Option<Collect>,
     /// What each planner that was tried earned in the model; none where a policy was trained.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planners: Vec<PlannerReturn>,
@@ -193,6 +196,30 @@ pub struct StateRange {
     pub data: (f64, f64),
     /// In episodes of the policy in the model.
     pub policy: (f64, f64),
+}
+
+/// Data that would tell more: where the policy goes and the models that the data allow disagree most.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Collect {
+    /// Share of the models' disagreement along the policy's episodes that is there.
+    pub share: f64,
+    /// Each state.
+    pub states: Vec<Span>,
+    /// Each control.
+    pub controls: Vec<Span>,
+}
+
+/// From where to where a channel goes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Span {
+    /// The state or control.
+    pub channel: String,
+    /// Its unit.
+    pub unit: String,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
 }
 
 /// A real episode beside what was promised for it.

@@ -4,7 +4,9 @@ use std::path::Path;
 
 use sindyna_core::number::{plural, significant};
 use sindyna_record::identification::Account;
-use sindyna_record::run::{Confirmation, Coverage, PlannerReturn, Prediction, StateRange, Summary, Timing};
+use sindyna_record::run::{
+    Collect, Confirmation, Coverage, PlannerReturn, Prediction, Span, StateRange, Summary, Timing,
+};
 use sindyna_report::text;
 
 use super::evaluate::report;
@@ -54,6 +56,9 @@ impl Conclusion<'_> {
             if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
                 text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
             }
+        }
+        if let Some(collect) = &training.collect {
+            text += &wanted(collect);
         }
         if let Some(coverage) = &training.coverage {
             text += &covered(coverage);
@@ -106,6 +111,18 @@ fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Optio
         significant(*low, 4),
         significant(*high, 4)
     )
+}
+
+/// What to collect next.
+fn wanted(Collect { share, states, controls }: &Collect) -> String {
+    let mut text = format!(
+        "the interval is wide. To narrow it, collect data where the models that the data allow disagree ({:.0} % of it in a tenth of the steps):\n",
+        100.0 * share
+    );
+    for Span { channel, unit, low, high } in states.iter().chain(controls) {
+        text += &format!("  {channel} {} to {} {unit}\n", significant(*low, 3), significant(*high, 3));
+    }
+    text
 }
 
 /// Where the policy goes, and where the data were.

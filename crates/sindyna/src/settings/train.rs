@@ -218,6 +218,8 @@ impl TrainConfig {
         Schedule {
             warmup_rollouts: self.warmup.rollouts,
             rollout_len: self.warmup.rollout_len,
+            // Who names an explorer is taken at his word.
+            curious: self.warmup.explorer == ExplorerName::Swings,
             imagined_rollouts: self.imagination.rollouts_per_real.0,
             refit: if self.imagination.refit { Refit::AfterRollouts } else { Refit::Never },
             worlds: self.imagination.worlds,

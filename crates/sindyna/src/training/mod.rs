@@ -151,7 +151,9 @@ impl Training {
     pub fn run_watched(&self, watch: &mut dyn FnMut(&Event<'_>), stop: &Arc<AtomicBool>) -> Result<Trained, Error> {
         let (config, problem) = (&self.config, &*self.problem);
         config.check()?;
-        let plan = Plan::new(config, problem, stop.clone())?;
+        let mut plan = Plan::new(config, problem, stop.clone())?;
+        // What was recorded cannot be chosen.
+        plan.schedule.curious &= self.recorded.is_none();
         let (task, sensors) = (problem.task(), problem.sensors().with_noise(&[]));
         let seed = Seed::new(config.seed);
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &plan.learner, schedule: &plan.schedule, seed };

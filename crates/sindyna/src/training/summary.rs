@@ -1,6 +1,7 @@
 //! A run in numbers.
 
-use sindyna_dyna::Learned;
+use sindyna_core::{Channel, Spec};
+use sindyna_dyna::{Gap, Learned};
 use sindyna_rl::Isa;
 
 use super::learner::Fitted;
@@ -8,7 +9,9 @@ use super::reach::coverage;
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
 use sindyna_record::identification::Account;
-use sindyna_record::run::{Confirmation, Evaluation, Identification, PlannerReturn, Prediction, Summary, Training};
+use sindyna_record::run::{
+    Collect, Confirmation, Evaluation, Identification, PlannerReturn, Prediction, Span, Summary, Training,
+};
 
 /// Probability of the interval in which the return is predicted to be.
 const LEVEL: f64 = 0.9;
@@ -81,11 +84,26 @@ pub(crate) fn of(
                 disagreement: c.disagreement,
                 kept: c.is_kept(),
             }),
+            collect: learned.gap.as_ref().map(|gap| collect(gap, spec)),
             failure: learned.failure.as_ref().map(ToString::to_string),
             coverage,
         },
         interrupted: learned.interrupted,
     }
+}
+
+/// What to collect next of the system of `spec`.
+fn collect(Gap { states, controls, share }: &Gap, spec: &Spec) -> Collect {
+    let spans = |channels: &[Channel], ranges: &[(f64, f64)]| {
+        let span = |(channel, (low, high)): (&Channel, &(f64, f64))| Span {
+            channel: channel.name.clone(),
+            unit: channel.unit.clone(),
+            low: *low,
+            high: *high,
+        };
+        channels.iter().zip(ranges).map(span).collect()
+    };
+    Collect { share: *share, states: spans(&spec.state, states), controls: spans(&spec.control, controls) }
 }
 
 /// The planner that was kept, by name.
