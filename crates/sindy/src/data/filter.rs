@@ -78,7 +78,8 @@ pub(super) fn process<'a, const D: usize>(
     scale: &'a Scale,
 ) -> Box<dyn Process + 'a> {
     let starts = segments.iter().map(|s| start(s, chain, scale)).collect();
-    Box::new(Wiener::<D> { segments, chain, scale, starts })
+    let moves = segments.iter().map(|s| moves(s, scale)).collect();
+    Box::new(Wiener::<D> { segments, chain, scale, starts, moves })
 }
 
 struct Wiener<'a, const D: usize> {
@@ -87,6 +88,19 @@ struct Wiener<'a, const D: usize> {
     scale: &'a Scale,
     /// Per segment, the state at its first sample as the first samples tell it.
     starts: Vec<SVector<f64, D>>,
+    /// Per segment, what happens from each sample to the next; once if samples are evenly spaced.
+    moves: Vec<Vec<Move<D>>>,
+}
+
+/// The transition from one sample to the next, and the covariance that the process gathers in between if its intensity is one.
+struct Move<const D: usize> {
+    transition: SMatrix<f64, D, D>,
+    gathered: SMatrix<f64, D, D>,
+}
+
+fn moves<const D: usize>(segment: &Segment, scale: &Scale) -> Vec<Move<D>> {
+    let of = |dt: &f64| Move { transition: transition(dt / scale.dt), gathered: gathered(dt / scale.dt) };
+    segment.dt.iter().take(if interval(segment).is_some() { 1 } else { usize::MAX }).map(of).collect()
 }
 
 /// Standard deviation of the start, as it follows from the first samples, in units of what one step and one measurement add.
@@ -177,14 +191,14 @@ impl<const D: usize> Gains<D> {
 }
 
 impl<const D: usize> Wiener<'_, D> {
-    /// The gains of `segment`; those of the segment before, `gains`, if it was sampled alike.
-    fn gains(&self, segment: &Segment, noise: &[f64], intensity: f64, gains: &mut Gains<D>) {
+    /// The gains of segment `at`; those of the segment before, `gains`, if it was sampled alike.
+    fn gains(&self, at: usize, noise: &[f64], intensity: f64, gains: &mut Gains<D>) {
+        let (segment, moves) = (&self.segments[at], &self.moves[at]);
         let interval = interval(segment);
         if interval.is_none() || interval != gains.interval {
             *gains = Gains { interval, ..Gains::none() };
         }
         let measured = noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
-        let mut step = None;
         while gains.steps.len() <= segment.len() && !gains.steady {
             let t = gains.steps.len();
             let Some(last) = gains.steps.last() else {
@@ -194,13 +208,9 @@ impl<const D: usize> Wiener<'_, D> {
                 gains.steps.push(first.0);
                 continue;
             };
-            let h = segment.dt[t - 1] / self.scale.dt;
-            if interval.is_none() || step.is_none() {
-                step = Some((transition::<D>(h), gathered::<D>(h) * intensity));
-            }
-            let Some((f, gathered)) = &step else { break };
-            let predicted = f * last.covariance * f.transpose() + gathered;
-            let (next, broken) = self.gain(segment, t, noise, (*f, predicted));
+            let Move { transition, gathered } = &moves[(t - 1).min(moves.len() - 1)];
+            let predicted = transition * last.covariance * transition.transpose() + gathered * intensity;
+            let (next, broken) = self.gain(segment, t, noise, (*transition, predicted));
             let stays = |j: usize| (next.covariance[(j, j)] / last.covariance[(j, j)] - 1.0).abs() < STAYS;
             gains.steady = interval.is_some() && (0..D).all(stays);
             gains.broken |= broken;
@@ -255,8 +265,8 @@ impl<const D: usize> Process for Wiener<'_, D> {
     fn likelihood(&self, noise: &[f64], intensity: f64) -> Innovations {
         let mut sums = Innovations::default();
         let mut gains = Gains::none();
-        for (segment, start) in self.segments.iter().zip(&self.starts) {
-            self.gains(segment, noise, intensity, &mut gains);
+        for (at, (segment, start)) in self.segments.iter().zip(&self.starts).enumerate() {
+            self.gains(at, noise, intensity, &mut gains);
             if gains.broken {
                 return Innovations { squares: f64::INFINITY, ..sums };
             }
@@ -280,8 +290,8 @@ impl<const D: usize> Process for Wiener<'_, D> {
     fn smoothed(&self, noise: &[f64], intensity: f64) -> Vec<(Array2<f64>, Array2<f64>)> {
         let mut gains = Gains::none();
         let mut smoothed = Vec::with_capacity(self.segments.len());
-        for (segment, start) in self.segments.iter().zip(&self.starts) {
-            self.gains(segment, noise, intensity, &mut gains);
+        for (at, (segment, start)) in self.segments.iter().zip(&self.starts).enumerate() {
+            self.gains(at, noise, intensity, &mut gains);
             let mut mean = *start;
             let of = |t: usize| {
                 let predicted = self.filter(segment, t, gains.at(t), &mut mean, |_, _| {});

@@ -44,8 +44,13 @@ struct Chain {
 }
 
 impl<'a> Smoother<'a> {
-    /// By maximum likelihood of some of the samples, for noise of every state of at least `floor` (n). `rates` holds, per state, the state that is its rate.
-    pub(crate) fn new(segments: &'a [Segment], rates: &[Option<usize>], floor: &[f64]) -> Self {
+    /// By maximum likelihood of some of the samples, as long as `go_on` says so, for noise of every state of at least `floor` (n). `rates` holds, per state, the state that is its rate.
+    pub(crate) fn new(
+        segments: &'a [Segment],
+        rates: &[Option<usize>],
+        floor: &[f64],
+        go_on: &dyn Fn() -> bool,
+    ) -> Self {
         let told = sample_of(segments, SAMPLES);
         let n = rates.len();
         let is_rate = |i: usize| rates.contains(&Some(i));
@@ -68,7 +73,7 @@ impl<'a> Smoother<'a> {
                 2 => &[process::<3>, process::<4>, process::<6>],
                 _ => &[process::<4>, process::<5>, process::<7>],
             };
-            chains.extend(Chain::likeliest(&told, states, orders, floor));
+            chains.extend(Chain::likeliest(&told, states, (orders, floor), go_on));
         }
         Self { segments, chains }
     }
@@ -113,16 +118,21 @@ const ALONE: [Order; 3] = [process::<2>, process::<3>, process::<5>];
 
 impl Chain {
     /// The likeliest of the processes `orders` behind `states`.
-    fn likeliest(segments: &[Segment], states: Vec<usize>, orders: &[Order], floor: &[f64]) -> Option<Self> {
+    fn likeliest(
+        segments: &[Segment],
+        states: Vec<usize>,
+        (orders, floor): (&[Order], &[f64]),
+        go_on: &dyn Fn() -> bool,
+    ) -> Option<Self> {
         let scale = Scale::of(segments, &states);
         let of = |i: usize| {
             let by_differences = by_differences(segments, i);
             let least = (FACTORS.0.exp() * by_differences).max(floor[i]);
-            if states.len() == 1 { noise_of(segments, i, least) } else { by_differences }
+            if states.len() == 1 && go_on() { noise_of(segments, i, least) } else { by_differences }
         };
         let alone = states.iter().enumerate().map(|(j, &i)| of(i).max(floor[i]) / scale.of_derivative(j));
         let alone: Vec<f64> = alone.collect();
-        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone), *order);
+        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone, go_on), *order);
         let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
         likeliest.map(|((intensity, noise, _), order)| Self { states, scale, order, intensity, noise })
     }
@@ -142,14 +152,20 @@ fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
 
 /// The intensity of the process of a chain, the noise of its channels, and −2 ln L there; by searches along one of them after the
 /// other from the noise each channel has `alone`.
-fn together(process: &dyn Process, alone: &[f64]) -> (f64, Vec<f64>, f64) {
+fn together(process: &dyn Process, alone: &[f64], go_on: &dyn Fn() -> bool) -> (f64, Vec<f64>, f64) {
     let mut noise = alone.to_vec();
+    if !go_on() {
+        return (1.0, noise, f64::INFINITY);
+    }
     let unit = alone.iter().fold(f64::INFINITY, |m, s| m.min(*s)).max(1e-12).powi(2);
     let at = |intensity: f64, noise: &[f64]| process.likelihood(noise, intensity).total();
     let mut log = minimum(LOGS, |l| at(l.exp() * unit, &noise));
     // A channel by itself has the noise that it has; those of a chain tell of each other.
     for _ in 0..if noise.len() > 1 { TURNS } else { 0 } {
         for j in 0..noise.len() {
+            if !go_on() {
+                return (unit, noise, f64::INFINITY);
+            }
             let moved = |l: f64| {
                 let mut noise = noise.clone();
                 noise[j] *= l.exp();
@@ -224,7 +240,7 @@ mod tests {
                 let segment = wave(noise, 400, uneven);
                 let clean = wave(0.0, 400, uneven);
                 let floor = [1e-12; 2];
-                let signals = Smoother::new(&[segment], &[Some(1), None], &floor).signals(&floor);
+                let signals = Smoother::new(&[segment], &[Some(1), None], &floor, &|| true).signals(&floor);
                 for i in 0..2 {
                     let ratio = signals.sigma[i] / noise;
                     // Of a ten-thousandth a smooth process takes a part for itself.
@@ -244,7 +260,7 @@ mod tests {
     fn without_noise_the_samples_are_kept() {
         let clean = wave(0.0, 200, false);
         let floor = [1e-12; 2];
-        let signals = Smoother::new(std::slice::from_ref(&clean), &[None, None], &floor).signals(&floor);
+        let signals = Smoother::new(std::slice::from_ref(&clean), &[None, None], &floor, &|| true).signals(&floor);
         for i in 0..2 {
             assert!(signals.sigma[i] < 2e-5, "{:?}", signals.sigma);
             let left = (&signals.x[0].column(i) - &clean.x.column(i)).mapv(f64::abs);

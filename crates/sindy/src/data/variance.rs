@@ -89,7 +89,8 @@ mod tests {
             });
             let segment = Segment { x, u: Array2::zeros((299, 0)), dt: vec![0.1; 299], relative: None };
             let floor = [1e-12; 2];
-            let signals = Smoother::new(std::slice::from_ref(&segment), &[None, None], &floor).signals(&floor);
+            let signals =
+                Smoother::new(std::slice::from_ref(&segment), &[None, None], &floor, &|| true).signals(&floor);
             let (_, shares) = with_variances(&[segment], &signals.x);
             right += usize::from(shares[0] >= 0.8 && shares[1] == 0.0);
         }

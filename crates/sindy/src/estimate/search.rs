@@ -76,7 +76,7 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
     let problem = &Problem { floor: &floor, ..*problem };
     let Accounted { best, found, kept } = searched(problem, stepping)?;
-    if found.leaves_nothing {
+    if found.leaves_nothing || !problem.watch.go_on() {
         return Some(found);
     }
     // Noise that grows with the value shows in what the equations leave; whether it is believed the score decides.
@@ -181,7 +181,7 @@ pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 impl Problem<'_> {
     /// What tells signals from noise before anything is known of the equations.
     pub(super) fn smoother(&self) -> Smoother<'_> {
-        Smoother::new(self.segments, self.rates, self.floor)
+        Smoother::new(self.segments, self.rates, self.floor, self.watch.asks())
     }
 
     /// Terms of each equation with coefficients that are given.

@@ -39,7 +39,10 @@ impl Problem<'_> {
     pub(super) fn rejecting(&self, mut begun: Option<Hypothesis>, stepping: Stepping) -> Option<Rejecting> {
         let mut kept = Kept { segments: self.segments.to_vec(), astray: 0, price: 0.0 };
         for round in 0..=ROUNDS {
-            let signals = Smoother::new(&kept.segments, self.rates, self.floor).signals(self.floor);
+            let signals = Smoother::new(&kept.segments, self.rates, self.floor, self.watch.asks()).signals(self.floor);
+            if !self.watch.go_on() {
+                return None;
+            }
             let problem = Problem { segments: &kept.segments, noise: &signals.sigma, ..*self };
             let without = |best: &Hypothesis| (round < ROUNDS).then(|| problem.without_strays(best)).flatten();
             let mut searched = None;

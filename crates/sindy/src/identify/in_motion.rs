@@ -123,7 +123,7 @@ impl Identifier {
         if self.spec.noise > 0.0 || !self.spec.state.iter().any(limited) {
             return None;
         }
-        let sigma = Smoother::new(segments, &self.rates(), floor).signals(floor).sigma;
+        let sigma = Smoother::new(segments, &self.rates(), floor, &|| true).signals(floor).sigma;
         let of = |o: &Channel| self.spec.state.iter().position(|s| s.name == o.name).map_or(0.0, |i| sigma[i]);
         Some(self.spec.observation.iter().map(of).collect())
     }
