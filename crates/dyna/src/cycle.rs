@@ -1,5 +1,6 @@
 //! Algorithm 1 as a value that is advanced step by step.
 
+mod ask;
 mod improve;
 mod plan;
 mod saved;
@@ -16,7 +17,6 @@ use crate::algorithm::{Dyna, DynaError, Learned};
 use crate::base::{Base, Fitted};
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount};
-use crate::curious::Curious;
 use crate::gap::Gap;
 use crate::imagine::Imagination;
 use crate::optimality::Trials;
@@ -24,7 +24,7 @@ use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm};
 use crate::surprise::is_surprised;
 use crate::tried::{TRIAL, Tried, held};
-use crate::{Refit, Rollouts, Schedule};
+use crate::{Refit, Rollouts};
 
 /// What a [`Loop`] does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -46,12 +46,6 @@ pub enum Phase {
     /// Nothing: it is done.
     Done,
 }
-
-/// Steps to which data are doubled, as long as something speaks against the model.
-const ENOUGH: usize = 2_000;
-
-/// First real steps of which half are enough to ask by what to collect.
-const HALVED: usize = 40;
 
 /// Models in which a planner has a real episode, at most.
 const REPLANNED: u64 = 5;
@@ -182,40 +176,6 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(self.course.phase)
     }
 
-    /// First real steps: a loop that learns what to ask has half of them made by the explorer, if that is enough to ask anything by.
-    fn first_steps(&self) -> usize {
-        let Schedule { rollout_len, curious, .. } = *self.parts.schedule;
-        if curious && self.asks() && rollout_len >= HALVED { rollout_len / 2 } else { rollout_len }
-    }
-
-    /// First real steps that were not made yet.
-    fn first_steps_left(&self) -> usize {
-        let Schedule { warmup_rollouts, rollout_len, .. } = *self.parts.schedule;
-        (warmup_rollouts * rollout_len).saturating_sub(self.base.data().n_steps())
-    }
-
-    /// Collects real steps that tell the models apart which the data allow; by the `explorer` where there is one model.
-    fn collect_more(
-        &mut self,
-        env: &mut dyn Environment,
-        explorer: &mut dyn Explorer,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Result<(), DynaError> {
-        let steps = self.base.data().n_steps();
-        let left = self.first_steps_left();
-        let amount = Amount::Steps(if left > 0 { left } else { steps });
-        let belief = if self.parts.schedule.curious { self.belief(self.course.turns, steps) } else { None };
-        let real = &mut self.base.progress.real;
-        match (belief, Inverse::of(self.parts.task.spec())) {
-            (Some(belief), Ok(inverse)) if belief.trust.has_rivals() => {
-                let mut curious = Curious::new(belief.task, &belief.trust, &inverse);
-                real.collect(env, Actor::Explorer(&mut curious), amount, interrupted)?;
-            }
-            _ => real.collect(env, Actor::Explorer(explorer), amount, interrupted)?,
-        }
-        Ok(())
-    }
-
     /// Real data came in: they are learned from, and the model is fitted anew or imagination begun anew.
     fn collected(&mut self, observer: &mut dyn Observer) -> Result<Phase, DynaError> {
         observer.on(&Event::Collected { data: self.base.data() })?;
@@ -307,39 +267,6 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
     /// How well the model explains the data.
     fn certainty(&self) -> Certainty {
         self.base.knowledge.as_ref().map_or(Certainty::Doubted, |k| k.certainty)
-    }
-
-    /// Whether the real system may be asked for so many `steps`.
-    fn may_ask(&self, steps: usize) -> bool {
-        self.parts.schedule.max_real_steps.is_none_or(|most| self.base.data().n_steps() + steps <= most)
-    }
-
-    /// Whether to collect as much data again before a policy is learned: something speaks against the model, and it has not yet predicted data that it was
-    /// not fitted to as well as its own.
-    fn wants_more(&self) -> bool {
-        self.certainty() == Certainty::Doubted && !self.course.is_tested && self.may_double()
-    }
-
-    /// Whether a run asks the real system for what it needs.
-    fn asks(&self) -> bool {
-        let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
-        imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts
-    }
-
-    /// Whether the real system may be asked for as many steps as there are.
-    fn may_double(&self) -> bool {
-        let steps = self.base.data().n_steps();
-        self.asks() && 2 * steps <= ENOUGH && self.may_ask(steps)
-    }
-
-    /// Whether imagination goes by models that may disagree.
-    fn has_rivals(&self) -> bool {
-        self.imagination.as_ref().is_some_and(|imagination| imagination.belief.trust.has_rivals())
-    }
-
-    /// Whether to collect data before a policy has a real episode that the models do not agree on: it could not confirm anything.
-    fn wants_to_know(&self) -> bool {
-        self.parts.schedule.curious && self.has_rivals() && self.may_double() && self.is_wide()
     }
 
     /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with
