@@ -18,16 +18,21 @@ impl Problem<'_> {
     pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
         let proposed = self.propose_near(&begun, &|_| usize::MAX);
         let near = TIMES.iter().filter_map(|times| {
-            let proposals = proposed.iter().map(|r| r.best(*times, |support| self.penalty(support)));
-            let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
-                proposals.map(|p| (p.support, p.coefficients)).unzip();
-            let from = Start { xi: &xi.concat(), ..begun.start() };
+            let (supports, xi) = self.best_terms(&proposed, *times);
+            let from = Start { xi: &xi, ..begun.start() };
             let loose = self.hypothesis(supports, begun.flow.stepping(), from, 0..2)?;
             self.hypothesis(loose.supports.clone(), loose.flow.stepping(), loose.start(), 2..4)
         });
         let all = near.chain(self.search_inside(&begun, signals));
         let best = all.min_by(|a, b| a.score.total_cmp(&b.score)).filter(|h| h.score < begun.score);
         best.unwrap_or(begun)
+    }
+
+    /// The terms of every equation that are best if each costs `times` what it does, and their coefficients, equation by equation.
+    fn best_terms(&self, proposed: &[Regression], times: f64) -> (Vec<Vec<usize>>, Vec<f64>) {
+        let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
+        let (supports, xi): (_, Vec<Vec<f64>>) = proposals.map(|p| (p.support, p.coefficients)).unzip();
+        (supports, xi.concat())
     }
 
     /// Proposals along the path of the best hypothesis so far until none is new, and that hypothesis.
@@ -46,14 +51,11 @@ impl Problem<'_> {
         for round in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
             for times in TIMES {
-                let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
-                let (supports, xi): (Vec<Vec<usize>>, Vec<Vec<f64>>) =
-                    proposals.map(|p| (p.support, p.coefficients)).unzip();
+                let (supports, xi) = self.best_terms(&proposed, times);
                 if tried.contains(&supports) {
                     continue;
                 }
                 tried.push(supports.clone());
-                let xi = xi.concat();
                 let from = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
                 // First with states that follow the data more than the equations, which may be wrong.
                 let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
