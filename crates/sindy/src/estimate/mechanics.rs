@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::{FAR, Problem};
+use super::search::{FAR, Problem, Structure};
 use crate::Triangle;
 use crate::data::Signals;
 use crate::design::LOBATTO;
@@ -28,9 +28,6 @@ const SHARE: f64 = 0.2;
 
 /// Part of the momentum that is rounding.
 const NOTHING: f64 = 1e-13;
-
-/// Terms of each equation, and their coefficients one equation after the other.
-type Structure = (Vec<Vec<usize>>, Vec<f64>);
 
 /// Parameters with their values, and by how much more is left without the one of them that is missed least.
 struct Elbow {

@@ -27,4 +27,4 @@ pub(crate) use account::Estimate;
 pub(crate) use constraints::Constraints;
 pub(crate) use hypothesis::BUDGET;
 pub(crate) use posterior::Posterior;
-pub(crate) use search::{Problem, estimate};
+pub(crate) use search::{Problem, Structure, estimate};

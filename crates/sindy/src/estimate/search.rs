@@ -24,6 +24,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) terms: &'a [Term],
     /// How many have none.
     pub(crate) n_plain: usize,
+    /// What explains parts of the data to rounding.
+    pub(crate) of_parts: Option<&'a Structure>,
     /// Mechanics of these variables, if they may be such.
     pub(crate) lagrangian: Option<&'a Lagrangian>,
     /// Per state: the state that is declared to be its rate.
@@ -45,6 +47,9 @@ pub(crate) struct Problem<'a> {
     pub(crate) spent: &'a Cell<u64>,
     pub(crate) watch: &'a Watch<'a>,
 }
+
+/// Terms of each equation, and their coefficients one equation after the other.
+pub(crate) type Structure = (Vec<Vec<usize>>, Vec<f64>);
 
 /// Passes of exchanges, at most.
 const PASSES: usize = 4;
@@ -201,6 +206,9 @@ impl Problem<'_> {
         let smoother = self.smoother();
         let signals = smoother.signals(self.floor);
         let problem = Problem { noise: &signals.sigma, ..*self };
+        if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(|found| problem.is_settled(found)) {
+            return Some(Rough::Begun(parts));
+        }
         // Of mechanics that does not explain the data nothing is kept.
         if let Some(mechanics) = problem.mechanical(&signals, stepping).filter(|found| problem.is_settled(found)) {
             return Some(Rough::Begun(mechanics));
@@ -225,6 +233,13 @@ impl Problem<'_> {
             begun = Some(searched.best);
         }
         begun.map(Rough::Begun)
+    }
+
+    /// What explains parts of the data to rounding, fitted to all of them.
+    fn proposed_by_parts(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
+        let (supports, xi) = self.of_parts?;
+        let start = Start { xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+        self.hypothesis(supports.clone(), stepping, start, 2..4)
     }
 
     /// The terms of `found`, fitted to these samples.

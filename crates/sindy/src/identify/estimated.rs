@@ -13,10 +13,10 @@ use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{BUDGET, Doubt, Estimate, Problem, estimate};
+use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure, estimate};
 use crate::library::{Extent, Lagrangian, Term, general, shaped};
 use crate::model::Model;
-use crate::motion::Stepping;
+use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
 
@@ -110,7 +110,7 @@ impl Identifier {
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
         let found = self.estimated(
-            tiers,
+            (tiers, None),
             &segments,
             &floor,
             (Stepping::Continuous { substeps: 1 }, &[]),
@@ -141,12 +141,32 @@ impl Identifier {
         Ok(())
     }
 
-    /// Equations with the best score, with noise estimated, but not below `floor` (n). They are stepped as the states with declared rates show, or as one of
+    /// The equations that explain parts of the data, with terms `tiers`, in `terms`; those among `tiers` alone are added.
+    fn structure(&self, found: &Found, tiers: &[Term], terms: &mut Vec<Term>) -> Structure {
+        let mut place = |j: usize| {
+            let known = terms.iter().position(|t| t.rate == tiers[j].rate && t.expr == tiers[j].expr);
+            known.unwrap_or_else(|| {
+                terms.push(tiers[j].clone());
+                terms.len() - 1
+            })
+        };
+        let (mut supports, mut xi) = (Vec::new(), Vec::new());
+        for (fit, rate) in found.fits.iter().zip(self.rates()) {
+            let own = fit.support.iter().zip(&fit.coefficients).filter(|_| rate.is_none());
+            let mut row: Vec<(usize, f64)> = own.map(|(j, c)| (place(*j), *c)).collect();
+            row.sort_by_key(|(j, _)| *j);
+            supports.push(row.iter().map(|(j, _)| *j).collect());
+            xi.extend(row.iter().map(|(_, c)| *c));
+        }
+        (supports, xi)
+    }
+
+    /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` are such that explain parts of the data to rounding. They are stepped as the states with declared rates show, or as one of
     /// the simulators does it. `None` if no equations follow the data.
     #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
     pub(super) fn estimated(
         &self,
-        tiers: Vec<Term>,
+        (tiers, of_parts): (Vec<Term>, Option<Found>),
         segments: &[Segment],
         floor: &[f64],
         (stepping, simulators): (Stepping, &[Stepping]),
@@ -156,7 +176,8 @@ impl Identifier {
     ) -> Result<Option<Identified>, FitError> {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
-        let mut terms = self.general_terms(tiers, segments);
+        let mut terms = self.general_terms(tiers.clone(), segments);
+        let of_parts = of_parts.map(|found| self.structure(&found, &tiers, &mut terms));
         let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
         let n_plain = terms.len();
         terms.extend(self.terms_with_parameters(segments));
@@ -166,6 +187,7 @@ impl Identifier {
         let problem = Problem {
             terms: &terms,
             n_plain,
+            of_parts: of_parts.as_ref(),
             lagrangian: lagrangian.as_ref(),
             rates: &rates,
             n_controls,

@@ -57,7 +57,8 @@ impl Identifier {
         let (segments, floor) = self.segments(&runs);
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
         // Of few steps, rounding first: it tells equations apart that no statistics does.
-        let rounded = self.spec.noise <= 0.0 && self.constraints.is_empty() && search.is_short();
+        let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
+        let rounded = may_be_exact && search.is_short();
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         if exact.is_none() && rounded {
             // What explains parts of the data to rounding explains all but a few steps.
@@ -81,7 +82,16 @@ impl Identifier {
                 motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
             let simulators = motion::simulators(&runs, &rates, self.spec.dt);
             let steppings = (stepping, &simulators[..]);
-            let found = self.estimated(tiers.terms, &segments, &floor, steppings, counts, &space, (solver, watch))?;
+            let of_parts = may_be_exact.then(|| search.of_parts()).flatten();
+            let found = self.estimated(
+                (tiers.terms.clone(), of_parts),
+                &segments,
+                &floor,
+                steppings,
+                counts,
+                &space,
+                (solver, watch),
+            )?;
             return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
         }
         let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };

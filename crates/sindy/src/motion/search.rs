@@ -34,8 +34,22 @@ impl Found {
 /// with few of them, and what does not is looked for again with all that the solver is allowed.
 const ROUGHLY: u64 = 20_000;
 
-/// Steps of data that are short: of more of them statistics tells equations apart.
-const SHORT: usize = 80;
+/// Steps of a part that is looked at by itself; of fewer than two of them all are.
+const PART: usize = 40;
+
+/// Steps `first` to `last` of all runs, that one excluded.
+fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
+    let mut begun = 0;
+    let mut parts = Vec::new();
+    for run in runs {
+        let (from, to) = (first.max(begun) - begun, last.min(begun + run.len()).saturating_sub(begun));
+        if from < to {
+            parts.push(run.part(from, to));
+        }
+        begun += run.len();
+    }
+    parts
+}
 
 /// Where a search in continuous time begins.
 const CONTINUOUS: Stepping = Stepping::Continuous { substeps: 1 };
@@ -57,15 +71,38 @@ impl Search<'_> {
         Search { solver: &solver, ..*self }.once().ok().filter(Found::explains)
     }
 
-    /// Whether the data are short.
+    /// Whether there are too few steps for parts.
     pub(crate) fn is_short(&self) -> bool {
-        self.runs.iter().map(Run::len).sum::<usize>() <= SHORT
+        self.runs.iter().map(Run::len).sum::<usize>() <= 2 * PART
     }
 
     /// Equations that explain the data, with all that the solver is allowed where the steps are so few that nothing else can tell.
     pub(crate) fn exact(&self) -> Option<Found> {
         let found = self.exactly();
         if found.is_none() && self.is_short() { self.once().ok().filter(Found::explains) } else { found }
+    }
+
+    /// Equations in continuous time, of the first tier, that explain one part of the runs to rounding and have the terms to explain another too: data with
+    /// noise, and laws that no terms can say, are told by a few of them. `None` of short runs.
+    pub(crate) fn of_parts(&self) -> Option<Found> {
+        if self.is_short() {
+            return None;
+        }
+        let total: usize = self.runs.iter().map(Run::len).sum();
+        let parts = [0, (total - PART) / 2, total - PART].map(|first| runs_between(self.runs, first, first + PART));
+        let narrow = System { terms: &self.system.terms[..self.system.core], ..*self.system };
+        let found = parts.iter().enumerate().find_map(|(at, part)| {
+            let found = self.of_core(&narrow, part).exactly()?;
+            parts.iter().enumerate().filter(|(other, _)| *other != at).find_map(|(_, other)| {
+                let both: Vec<Run> = part.iter().chain(other).cloned().collect();
+                self.of_core(&narrow, &both).with_terms_of(&found, &found.fits).filter(Found::explains)
+            })
+        });
+        found.filter(|found| found.stepping.is_continuous())
+    }
+
+    fn of_core<'a>(&'a self, narrow: &'a System<'a>, runs: &'a [Run]) -> Search<'a> {
+        Search { system: narrow, runs, ..*self }
     }
 
     /// `found` with the terms `fits`, fitted anew to all runs.
