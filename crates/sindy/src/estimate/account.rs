@@ -30,6 +30,8 @@ pub enum Doubt {
     Unfinished,
     /// Its terms cancel to less than a thousandth of themselves: they are a series of the true ones.
     Cancelling,
+    /// One term more would explain nearly as much again: they are a series of the true ones.
+    Series,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
@@ -45,6 +47,7 @@ impl fmt::Display for Doubt {
             Self::Inconstant => "its coefficients differ between the halves of the data",
             Self::Unfinished => "the search for its terms ended early",
             Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
+            Self::Series => "each further term explains as much again",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
         })
@@ -121,6 +124,8 @@ impl Problem<'_> {
                 Some(Doubt::Cancelling)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
+            } else if self.rates[i].is_none() && self.is_rounding(&best) && self.is_series(&best, i) {
+                Some(Doubt::Series)
             } else {
                 (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
             }

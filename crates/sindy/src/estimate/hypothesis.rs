@@ -86,7 +86,7 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits and regressions together, of about a nanosecond each.
-pub(crate) const BUDGET: u64 = 10_000_000_000;
+pub(crate) const BUDGET: u64 = 4_000_000_000;
 
 /// Part of the budget of a search that is kept for finishing what it found.
 const RESERVE: f64 = 0.25;
@@ -299,11 +299,18 @@ impl Problem<'_> {
 
     /// What the terms of one equation cost.
     pub(super) fn penalty(&self, support: &[usize]) -> f64 {
-        let complexity: f64 = support.iter().map(|&j| f64::from(self.terms[j].complexity)).sum();
         // A parameter inside a term costs what a coefficient does.
         let inside: usize = support.iter().filter_map(|&j| Some(self.terms[j].shape.as_ref()?.len())).sum();
-        let parameters = (support.len() + inside) as f64;
-        parameters * self.samples().ln() + 2.0 * binomial(self.n_plain, support.len()).ln() + complexity
+        (support.len() + inside) as f64 * self.samples().ln() + self.prior(support)
+    }
+
+    /// −2 ln of what is believed of the terms of one equation before there are data: how many others there are, and how simple they are.
+    pub(super) fn prior(&self, support: &[usize]) -> f64 {
+        let complexity: f64 = support.iter().map(|&j| f64::from(self.terms[j].complexity)).sum();
+        let n_shaped = self.terms.len() - self.n_plain;
+        let shaped = support.iter().filter(|&&j| j >= self.n_plain).count();
+        let ways = binomial(self.n_plain, support.len() - shaped) * binomial(n_shaped, shaped);
+        2.0 * ways.ln() + complexity
     }
 
     /// The terms with parameters inside, ascending.

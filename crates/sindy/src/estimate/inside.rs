@@ -1,8 +1,9 @@
 //! Equations with terms that have parameters inside.
 
+use super::exchange::NEAR;
 use super::hypothesis::{Hypothesis, Inside};
 use super::propose::Proposal;
-use super::search::{NEAR, Problem};
+use super::search::Problem;
 use crate::Triangle;
 use crate::data::Signals;
 use crate::library::{Shape, Term};

@@ -6,6 +6,7 @@
 mod account;
 mod constancy;
 mod constraints;
+mod exchange;
 mod hypothesis;
 mod implicit;
 mod inside;
@@ -19,6 +20,7 @@ mod prune;
 mod rounds;
 mod scheme;
 mod search;
+mod series;
 mod strays;
 mod white;
 

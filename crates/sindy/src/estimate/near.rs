@@ -21,7 +21,7 @@ impl Problem<'_> {
         (0..self.rates.len()).map(|i| regression(i).unwrap_or_else(Regression::none)).collect()
     }
 
-    fn regression_near(&self, along: &Hypothesis, i: usize, most: usize) -> Option<Regression> {
+    pub(super) fn regression_near(&self, along: &Hypothesis, i: usize, most: usize) -> Option<Regression> {
         let own = along.supports[i].iter().any(|&j| self.terms[j].rate == Some(i));
         let mut choice = if own { self.symmetric(i, &along.supports) } else { self.choice(i) };
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());

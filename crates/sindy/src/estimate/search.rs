@@ -6,6 +6,7 @@ use ndarray::Array2;
 
 use super::account::Estimate;
 use super::constraints::Constraints;
+use super::exchange::Rivals;
 use super::hypothesis::{Hypothesis, Start};
 use super::propose::{Proposal, Regression};
 use super::strays::{Kept, Rejecting};
@@ -51,18 +52,8 @@ pub(crate) struct Problem<'a> {
 /// Terms of each equation, and their coefficients one equation after the other.
 pub(crate) type Structure = (Vec<Vec<usize>>, Vec<f64>);
 
-/// Passes of exchanges, at most.
-const PASSES: usize = 4;
-
-/// Difference of scores of regressions up to which other terms are tried for an equation, and how many of them.
-pub(super) const NEAR: f64 = 12.0;
-const RIVALS: usize = 16;
-
 /// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
-
-/// Difference of scores beyond which an exchange is not followed to its end.
-const HOPELESS: f64 = 30.0;
 
 /// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
 pub(super) const FAR: f64 = 100.0;
@@ -176,9 +167,6 @@ pub(super) fn followed(hypothesis: &Hypothesis) -> Path<'_> {
         _ => Path::Held { x: &fit.x },
     }
 }
-
-/// Other terms of an equation that explain the data as well.
-pub(super) type Rivals = Vec<Vec<usize>>;
 
 /// What every term costs in the regressions that propose, as multiples of its penalty.
 pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
@@ -317,54 +305,6 @@ impl Problem<'_> {
     /// Whether what is left of every state is no more than the smallest error that is believed.
     pub(super) fn is_rounding(&self, hypothesis: &Hypothesis) -> bool {
         hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
-    }
-
-    /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much along its path, as long as that
-    /// improves the score. Also the regressions of the last pass and, per equation, the terms that
-    /// explain the data as well.
-    fn exchanged(&self, mut best: Hypothesis) -> Searched {
-        let (mut regressions, mut rivals, mut others) = (Vec::new(), Vec::new(), Vec::new());
-        for _ in 0..PASSES {
-            // Where nothing is left, more terms explain nothing, and no more terms may explain it as well.
-            let nothing_left = self.leaves_nothing(&best);
-            let most = |i: usize| if nothing_left { best.supports[i].len() } else { usize::MAX };
-            regressions = self.propose_near(&best, &most);
-            rivals = vec![Rivals::new(); self.rates.len()];
-            others.clear();
-            let mut improved: Option<Hypothesis> = None;
-            for (i, regression) in regressions.iter().enumerate() {
-                rivals[i] = regression.twins(&best.supports[i]);
-                // Of terms that are the same on all data the simplest is meant.
-                rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(&best.supports[i]));
-                let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
-                if !nothing_left && self.rates[i].is_none() && self.is_noise(&best, i) {
-                    proposals.extend(self.propose_inside(&best, i));
-                }
-                for proposal in proposals {
-                    if self.are_alike(&proposal.support, &best.supports[i]) || proposal.support.len() > most(i) {
-                        continue;
-                    }
-                    // With states that need not quite follow the equations less is left, so that this score is no worse.
-                    let hopeful =
-                        self.with_equation(&best, i, &proposal, 2..3).filter(|h| h.score < best.score + HOPELESS);
-                    let Some(hopeful) = hopeful else { continue };
-                    let (supports, stepping) = (hopeful.supports.clone(), hopeful.flow.stepping());
-                    let Some(rival) = self.hypothesis(supports, stepping, hopeful.start(), 3..4) else { continue };
-                    if rival.score < best.score + TOLD_APART {
-                        rivals[i].push(proposal.support.clone());
-                        others.push(rival.clone());
-                    }
-                    if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
-                        improved = Some(rival);
-                    }
-                }
-            }
-            match improved {
-                Some(better) => best = better,
-                None => break,
-            }
-        }
-        Searched { best, regressions, rivals, others }
     }
 
     /// Standard deviation of state `i` over all samples.

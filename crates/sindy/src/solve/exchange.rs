@@ -87,6 +87,47 @@ struct Other {
 /// Squared lengths, and parts of the target, below which differences are computed anew from columns.
 const TRUSTED: f64 = 1e-6;
 
+/// Part of the target's length by which rounding may change what a subset leaves of it.
+const ROUNDING: f64 = 1e-14;
+
+/// What the rest of a subset leaves: an orthonormal basis of it and its residual, made when it is asked for.
+struct Rest<'a> {
+    problem: &'a Problem,
+    columns: Vec<usize>,
+    made: Option<Option<(Vec<Vec<f64>>, Vec<f64>)>>,
+}
+
+impl<'a> Rest<'a> {
+    fn new(problem: &'a Problem, subset: &[usize], out: Option<usize>) -> Self {
+        let columns = subset.iter().enumerate().filter(|(at, _)| Some(*at) != out).map(|(_, &i)| i).collect();
+        Self { problem, columns, made: None }
+    }
+
+    /// The squared residual, as far as columns reach, with column `j` added, but for rounding below it. `None` if the columns depend on each other.
+    fn with(&mut self, j: usize) -> Option<f64> {
+        let Self { problem, columns, .. } = self;
+        let make = || {
+            let basis = problem.basis(columns)?;
+            let mut residual = problem.target().to_vec();
+            basis.iter().for_each(|q| subtract(&mut residual, q));
+            Some((basis, residual))
+        };
+        let (basis, residual) = self.made.get_or_insert_with(make).as_ref()?;
+        let mut left = problem.column(j).to_vec();
+        take_out_all(&mut left, basis);
+        problem.worked(4 * (basis.len() + 1) * problem.dim());
+        let length = square(&left).sqrt();
+        if length * length < DEPENDENT {
+            return None;
+        }
+        left.iter_mut().for_each(|v| *v /= length);
+        let mut residual = residual.clone();
+        subtract(&mut residual, &left);
+        let rounding = ROUNDING * square(problem.target()).sqrt();
+        Some((square(&residual).sqrt() - rounding).max(0.0).powi(2))
+    }
+}
+
 impl<'a> View<'a> {
     /// None if the columns of `subset` depend on each other.
     fn new(problem: &'a Problem, subset: &'a [usize]) -> Option<Self> {
@@ -103,12 +144,13 @@ impl<'a> View<'a> {
             if distance < TRUSTED {
                 let mut left = a.to_vec();
                 take_out_all(&mut left, &basis);
+                problem.worked(4 * k * problem.dim());
                 (distance, reached) = (square(&left), dot(&residual, &left));
             }
             Other { column, along, distance, reached }
         };
         let others: Vec<Other> = (0..problem.n_columns()).filter(|j| !subset.contains(j)).map(other).collect();
-        problem.worked((others.len() + 2 * k) * (k + 1) * problem.dim());
+        problem.worked((others.len() + 4 * k) * (k + 1) * problem.dim());
         let triangle = subset.iter().flat_map(|&j| along(problem.column(j))).collect();
         let target = along(problem.target());
         Some(Self { problem, subset, target, rss: square(&residual), triangle, others })
@@ -135,6 +177,7 @@ impl<'a> View<'a> {
         let along = |of: &[f64]| z.as_ref().map_or(0.0, |z| dot(z, of));
         let freed = along(&self.target);
         let total = self.rss + freed * freed;
+        let mut rest = Rest::new(problem, subset, out);
         let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.others.len());
         for other in &self.others {
             let t = along(&other.along);
@@ -145,8 +188,8 @@ impl<'a> View<'a> {
             let left = total - (other.reached + freed * t).powi(2) / distance;
             // The number is wrong by what was cancelled.
             let trusted = distance > TRUSTED && left > TRUSTED * total;
-            let bound = if trusted { left } else { 0.0 };
-            order.push((bound + problem.unreachable(), other.column));
+            let bound = if trusted { Some(left) } else { rest.with(other.column) };
+            order.extend(bound.map(|bound| (bound + problem.unreachable(), other.column)));
         }
         problem.worked(self.others.len() * (subset.len() + 8));
         // The most promising first: what follows is then passed over.
@@ -155,8 +198,7 @@ impl<'a> View<'a> {
             if bound * (1.0 - 1e-8) > best.as_ref().map_or(f64::INFINITY, |b| b.rss).max(kept.cutoff()) {
                 break;
             }
-            let mut with: Vec<usize> =
-                subset.iter().enumerate().filter(|(at, _)| Some(*at) != out).map(|(_, &i)| i).collect();
+            let mut with = rest.columns.clone();
             with.insert(with.partition_point(|&i| i < j), j);
             // The same number, to the last bit, by whatever way a subset is met.
             let Some(rss) = problem.rss(&with) else { continue };

@@ -75,6 +75,7 @@ impl Problem {
 
     /// Orthonormal columns with the span of `subset`; none if they depend on each other.
     pub(crate) fn basis(&self, subset: &[usize]) -> Option<Vec<Vec<f64>>> {
+        self.worked(2 * subset.len() * subset.len() * self.dim);
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(subset.len());
         for &j in subset {
             let mut a = self.column(j).to_vec();
@@ -92,7 +93,6 @@ impl Problem {
 
     /// The squared residual of `subset` by orthogonal columns, without cancellation; none if they depend on each other.
     pub(crate) fn rss(&self, subset: &[usize]) -> Option<f64> {
-        self.worked(subset.len() * subset.len() * self.dim);
         let mut residual = self.target.clone();
         self.basis(subset)?.iter().for_each(|q| subtract(&mut residual, q));
         Some(square(&residual) + self.unreachable)
