@@ -86,7 +86,7 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits and regressions together, of about a nanosecond each.
-pub(crate) const BUDGET: u64 = 4_000_000_000;
+pub(crate) const BUDGET: u64 = 6_000_000_000;
 
 /// Part of the budget of a search that is kept for finishing what it found.
 const RESERVE: f64 = 0.25;

@@ -213,12 +213,17 @@ impl Problem<'_> {
             let budget = self.spent.get().midpoint(self.budget);
             let problem = Problem { floor: &floor, noise: &signals.sigma, budget, ..*self };
             let from = begun.as_ref().and_then(|best| problem.fitted(best, &signals));
-            let Some(searched) = problem.search(&signals, from, stepping) else { break };
-            self.spent.set(self.spent.get().min(budget));
-            if searched.best.fit.left.iter().zip(&floor).all(|(left, floor)| *left > FLOOR * floor) {
-                return Some(Rough::Noisy(searched));
+            let Some(mut found) = problem.first(&signals, from, stepping) else { break };
+            let is_noisy = |h: &Hypothesis| h.fit.left.iter().zip(&floor).all(|(left, floor)| *left > FLOOR * floor);
+            if is_noisy(&found) {
+                let searched = problem.finished(found, &signals);
+                if is_noisy(&searched.best) {
+                    return Some(Rough::Noisy(searched));
+                }
+                found = searched.best;
             }
-            begun = Some(searched.best);
+            self.spent.set(self.spent.get().min(budget));
+            begun = Some(found);
         }
         begun.map(Rough::Begun)
     }
@@ -245,6 +250,11 @@ impl Problem<'_> {
 
     /// The hypothesis with the best score, from `begun` where that leaves noise alone.
     pub(super) fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
+        self.first(signals, begun, stepping).map(|first| self.finished(first, signals))
+    }
+
+    /// The best of what regressions propose, from `begun` where that leaves noise alone.
+    fn first(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Hypothesis> {
         let begun = begun.map(|begun| self.as_simulated(begun));
         let begun = begun.map(|begun| if self.is_settled(&begun) { begun } else { self.gone_on(begun, signals) });
         let mut best = match begun {
@@ -252,11 +262,16 @@ impl Problem<'_> {
             _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
         };
         self.prune(&mut best);
+        Some(best)
+    }
+
+    /// `best` with terms that multiply their own derivative, and with others in place of its own, as long as that improves the score.
+    fn finished(&self, mut best: Hypothesis, signals: &Signals) -> Searched {
         if self.implicit(&mut best, signals) {
             self.prune(&mut best);
         }
         self.mirror(&mut best);
-        Some(self.exchanged(best))
+        self.exchanged(best)
     }
 
     /// `base` with other terms in equation `i`, fitted anew.

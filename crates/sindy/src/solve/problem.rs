@@ -153,11 +153,17 @@ pub(super) fn subtract(r: &mut [f64], q: &[f64]) {
     }
 }
 
-/// Takes every direction of an orthonormal `basis` out of `a`, twice, so that rounding leaves nothing behind.
+/// Part of a squared length, above which what is left of it has no rounding to speak of.
+const CLEAN: f64 = 0.5;
+
+/// Takes every direction of an orthonormal `basis` out of `a`; twice where little is left, so that rounding leaves nothing behind.
+///
+/// # References
+/// Daniel, Gragg, Kaufman, Stewart (1976), Mathematics of Computation 30(136).
 pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
-    for _ in 0..2 {
-        for q in basis {
-            subtract(a, q);
-        }
+    let whole = square(a);
+    basis.iter().for_each(|q| subtract(a, q));
+    if square(a) < CLEAN * whole {
+        basis.iter().for_each(|q| subtract(a, q));
     }
 }
