@@ -99,19 +99,16 @@ impl Problem<'_> {
     fn unlikely_rival(&self, best: &Hypothesis, i: usize, regression: &Regression) -> Option<Hypothesis> {
         let told = |support: &[usize]| self.penalty(support) - self.prior(support);
         let mut proposals = regression.near_best(NEAR, RIVALS, told);
-        proposals.retain(|p| !has_all(&p.support, &best.supports[i]));
+        proposals.retain(|p| self.n_parameters(&p.support) <= self.n_parameters(&best.supports[i]));
         proposals.iter().find_map(|p| self.exchange(best, i, p).filter(|rival| self.is_rival(rival, best, i)))
     }
 
-    /// Whether the data do not tell `rival`, with other terms in equation `i`, from `best`: whatever was believed of these before.
+    /// Whether the data do not tell `rival`, with other terms in equation `i`, from `best`. What was believed of the terms before tells it from no rival with
+    /// as few parameters.
     fn is_rival(&self, rival: &Hypothesis, best: &Hypothesis, i: usize) -> bool {
-        let told = |h: &Hypothesis| h.score - self.prior(&h.supports[i]);
-        let adds = has_all(&rival.supports[i], &best.supports[i]);
-        rival.score < best.score + TOLD_APART || (!adds && told(rival) < told(best) + TOLD_APART)
+        let (own, other) = (&best.supports[i], &rival.supports[i]);
+        let as_few = self.n_parameters(other) <= self.n_parameters(own);
+        let before = if as_few { (self.prior(other) - self.prior(own)).max(0.0) } else { 0.0 };
+        rival.score - before < best.score + TOLD_APART
     }
-}
-
-/// Whether `support` has all terms of `other`.
-fn has_all(support: &[usize], other: &[usize]) -> bool {
-    other.iter().all(|j| support.contains(j))
 }

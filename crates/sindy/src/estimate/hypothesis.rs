@@ -6,6 +6,7 @@ use ndarray::Array2;
 
 use super::search::Problem;
 use crate::Stage;
+use crate::library::Shape;
 use crate::motion::Stepping;
 use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Work};
 use crate::solve::binomial;
@@ -299,9 +300,13 @@ impl Problem<'_> {
 
     /// What the terms of one equation cost.
     pub(super) fn penalty(&self, support: &[usize]) -> f64 {
-        // A parameter inside a term costs what a coefficient does.
-        let inside: usize = support.iter().filter_map(|&j| Some(self.terms[j].shape.as_ref()?.len())).sum();
-        (support.len() + inside) as f64 * self.samples().ln() + self.prior(support)
+        self.n_parameters(support) as f64 * self.samples().ln() + self.prior(support)
+    }
+
+    /// Coefficients of the terms of one equation, and parameters inside them.
+    pub(super) fn n_parameters(&self, support: &[usize]) -> usize {
+        let inside = |j: usize| self.terms[j].shape.as_ref().map_or(0, Shape::len);
+        support.iter().map(|&j| 1 + inside(j)).sum()
     }
 
     /// −2 ln of what is believed of the terms of one equation before there are data: how many others there are, and how simple they are.
