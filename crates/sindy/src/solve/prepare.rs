@@ -7,6 +7,9 @@ use crate::Triangle;
 /// Length of the difference of two unit columns below which they are the same.
 const SAME: f64 = 1e-9;
 
+/// Cosine of the angle between two columns that may be the same.
+const NEARLY: f64 = 0.999;
+
 /// A column of the triangle, of unit length.
 pub(super) type Unit = (usize, Vec<f64>);
 
@@ -100,7 +103,11 @@ pub(super) fn distinct(columns: impl Iterator<Item = Unit>) -> (Vec<Unit>, Vec<(
 
 /// Whether two unit vectors point along the same line.
 fn same(a: &[f64], b: &[f64]) -> bool {
-    let sign = if dot(a, b) < 0.0 { -1.0 } else { 1.0 };
+    let along = dot(a, b);
+    if along.abs() < NEARLY {
+        return false;
+    }
+    let sign = along.signum();
     a.iter().zip(b).map(|(a, b)| (a - sign * b).powi(2)).sum::<f64>() < SAME * SAME
 }
 
@@ -114,5 +121,8 @@ pub(super) fn most_promising_first(columns: &mut [Unit], y: &[f64]) {
 /// The problem of these columns, with their numbers in the triangle.
 pub(super) fn problem(dim: usize, columns: Vec<Unit>, y: Vec<f64>, unreachable: f64) -> (Vec<usize>, Problem) {
     let (numbers, columns): (Vec<usize>, Vec<Vec<f64>>) = columns.into_iter().unzip();
-    (numbers, Problem::new(dim, columns.concat(), y, unreachable))
+    let problem = Problem::new(dim, columns.concat(), y, unreachable);
+    // For which columns are the same.
+    problem.worked(numbers.len() * numbers.len() * dim / 2);
+    (numbers, problem)
 }
