@@ -156,7 +156,7 @@ fn told(doubt: Doubt) -> &'static str {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }
         Doubt::Unfinished => "but the search for terms ended before it had tried all that it would",
-        Doubt::Series => "but one more term would explain nearly as much again: they approximate others",
+        Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",
         Doubt::Cancelling => "but its terms cancel to less than a thousandth of themselves: they approximate others",
         Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
         _ => "more than rounding, and no other error was allowed",

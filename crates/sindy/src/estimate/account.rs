@@ -30,7 +30,8 @@ pub enum Doubt {
     Unfinished,
     /// Its terms cancel to less than a thousandth of themselves: they are a series of the true ones.
     Cancelling,
-    /// One term more would explain nearly as much again: they are a series of the true ones.
+    /// What it leaves counts as rounding, but is correlated, and would not be a thousand times as much without one of its terms: they are a series
+    /// of the true ones.
     Series,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
@@ -47,7 +48,7 @@ impl fmt::Display for Doubt {
             Self::Inconstant => "its coefficients differ between the halves of the data",
             Self::Unfinished => "the search for its terms ended early",
             Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
-            Self::Series => "each further term explains as much again",
+            Self::Series => "its last terms explain little: they are a series of others",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
         })
@@ -124,7 +125,7 @@ impl Problem<'_> {
                 Some(Doubt::Cancelling)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
-            } else if self.rates[i].is_none() && self.is_rounding(&best) && self.is_series(&best, i) {
+            } else if self.is_series(&best, i) {
                 Some(Doubt::Series)
             } else {
                 (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
