@@ -1,5 +1,7 @@
 //! Good subsets without a proof: forward steps and exchanges.
 
+use std::cell::OnceCell;
+
 use super::candidates::{Candidate, Kept};
 use super::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
 
@@ -90,29 +92,35 @@ const TRUSTED: f64 = 1e-6;
 /// Part of the target's length by which rounding may change what a subset leaves of it.
 const ROUNDING: f64 = 1e-14;
 
-/// What the rest of a subset leaves: an orthonormal basis of it and its residual, made when it is asked for.
+/// The rest of a subset, and what it leaves, once somebody asked; none where its columns depend on each other.
 struct Rest<'a> {
     problem: &'a Problem,
     columns: Vec<usize>,
-    made: Option<Option<(Vec<Vec<f64>>, Vec<f64>)>>,
+    left: OnceCell<Option<Left>>,
+}
+
+/// An orthonormal basis of columns, and what they leave of the target.
+struct Left {
+    basis: Vec<Vec<f64>>,
+    residual: Vec<f64>,
 }
 
 impl<'a> Rest<'a> {
     fn new(problem: &'a Problem, subset: &[usize], out: Option<usize>) -> Self {
         let columns = subset.iter().enumerate().filter(|(at, _)| Some(*at) != out).map(|(_, &i)| i).collect();
-        Self { problem, columns, made: None }
+        Self { problem, columns, left: OnceCell::new() }
     }
 
     /// The squared residual, as far as columns reach, with column `j` added, but for rounding below it. `None` if the columns depend on each other.
-    fn with(&mut self, j: usize) -> Option<f64> {
+    fn with(&self, j: usize) -> Option<f64> {
         let Self { problem, columns, .. } = self;
-        let make = || {
+        let leave = || {
             let basis = problem.basis(columns)?;
             let mut residual = problem.target().to_vec();
             basis.iter().for_each(|q| subtract(&mut residual, q));
-            Some((basis, residual))
+            Some(Left { basis, residual })
         };
-        let (basis, residual) = self.made.get_or_insert_with(make).as_ref()?;
+        let Left { basis, residual } = self.left.get_or_init(leave).as_ref()?;
         let mut left = problem.column(j).to_vec();
         take_out_all(&mut left, basis);
         problem.worked(4 * (basis.len() + 1) * problem.dim());
@@ -177,7 +185,7 @@ impl<'a> View<'a> {
         let along = |of: &[f64]| z.as_ref().map_or(0.0, |z| dot(z, of));
         let freed = along(&self.target);
         let total = self.rss + freed * freed;
-        let mut rest = Rest::new(problem, subset, out);
+        let rest = Rest::new(problem, subset, out);
         let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.others.len());
         for other in &self.others {
             let t = along(&other.along);
