@@ -372,13 +372,6 @@ impl Regression {
         equal.filter_map(|&(out, kept)| exchanged(kept, out).or_else(|| exchanged(out, kept))).collect()
     }
 
-    /// RMS of what the best terms of a `size` leave, whitened.
-    pub(super) fn least_left(&self, size: usize) -> Option<f64> {
-        let of_size = |s: &&Subset| self.n_required + s.support.len() == size;
-        let left = self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(of_size);
-        left.map(|s| (s.rss / self.triangle.n_rows() as f64).sqrt()).min_by(f64::total_cmp)
-    }
-
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
     pub(super) fn path(&self) -> Vec<SizeReport> {
         let rows = self.triangle.n_rows() as f64;

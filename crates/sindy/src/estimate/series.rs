@@ -18,6 +18,6 @@ impl Problem<'_> {
         let size = best.supports[i].len();
         let Some(regression) = self.regression_near(best, i, size) else { return false };
         let own = (best.fit.left[i] / best.fit.sigma[i]).min(1.0);
-        regression.least_left(size.saturating_sub(1)).is_some_and(|fewer| fewer < ESSENTIAL * own)
+        regression.path().iter().any(|fewer| fewer.support.len() + 1 == size && fewer.residual < ESSENTIAL * own)
     }
 }

@@ -161,8 +161,8 @@ impl Identifier {
         (supports, xi)
     }
 
-    /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` are such that explain parts of the data to rounding. They are stepped as the states with declared rates show, or as one of
-    /// the simulators does it. `None` if no equations follow the data.
+    /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` explain parts of the data to rounding. Equations are
+    /// stepped as the states with declared rates show, or as one of the simulators does it. `None` if no equations follow the data.
     #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
     pub(super) fn estimated(
         &self,

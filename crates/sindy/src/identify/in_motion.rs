@@ -83,15 +83,8 @@ impl Identifier {
             let simulators = motion::simulators(&runs, &rates, self.spec.dt);
             let steppings = (stepping, &simulators[..]);
             let of_parts = may_be_exact.then(|| search.of_parts()).flatten();
-            let found = self.estimated(
-                (tiers.terms.clone(), of_parts),
-                &segments,
-                &floor,
-                steppings,
-                counts,
-                &space,
-                (solver, watch),
-            )?;
+            let found =
+                self.estimated((tiers.terms, of_parts), &segments, &floor, steppings, counts, &space, (solver, watch))?;
             return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
         }
         let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };

@@ -3,7 +3,7 @@
 use std::cell::OnceCell;
 
 use super::candidates::{Candidate, Kept};
-use super::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
+use super::problem::{DEPENDENT, Left, Problem, dot, square, subtract, take_out_all};
 
 /// Rounds of exchanges; each one improves the residual, so this is never reached in practice.
 const ROUNDS: usize = 40;
@@ -99,12 +99,6 @@ struct Rest<'a> {
     left: OnceCell<Option<Left>>,
 }
 
-/// An orthonormal basis of columns, and what they leave of the target.
-struct Left {
-    basis: Vec<Vec<f64>>,
-    residual: Vec<f64>,
-}
-
 impl<'a> Rest<'a> {
     fn new(problem: &'a Problem, subset: &[usize], out: Option<usize>) -> Self {
         let columns = subset.iter().enumerate().filter(|(at, _)| Some(*at) != out).map(|(_, &i)| i).collect();
@@ -114,13 +108,7 @@ impl<'a> Rest<'a> {
     /// The squared residual, as far as columns reach, with column `j` added, but for rounding below it. `None` if the columns depend on each other.
     fn with(&self, j: usize) -> Option<f64> {
         let Self { problem, columns, .. } = self;
-        let leave = || {
-            let basis = problem.basis(columns)?;
-            let mut residual = problem.target().to_vec();
-            basis.iter().for_each(|q| subtract(&mut residual, q));
-            Some(Left { basis, residual })
-        };
-        let Left { basis, residual } = self.left.get_or_init(leave).as_ref()?;
+        let Left { basis, residual } = self.left.get_or_init(|| problem.left(columns)).as_ref()?;
         let mut left = problem.column(j).to_vec();
         take_out_all(&mut left, basis);
         problem.worked(4 * (basis.len() + 1) * problem.dim());
@@ -140,9 +128,7 @@ impl<'a> View<'a> {
     /// None if the columns of `subset` depend on each other.
     fn new(problem: &'a Problem, subset: &'a [usize]) -> Option<Self> {
         let k = subset.len();
-        let basis = problem.basis(subset)?;
-        let mut residual = problem.target().to_vec();
-        basis.iter().for_each(|q| subtract(&mut residual, q));
+        let Left { basis, residual } = problem.left(subset)?;
         let along = |a: &[f64]| basis.iter().map(|q| dot(q, a)).collect::<Vec<f64>>();
         let other = |column: usize| {
             let a = problem.column(column);

@@ -18,6 +18,12 @@ pub(crate) struct Problem {
     work: Cell<u64>,
 }
 
+/// An orthonormal basis of columns, and what they leave of the target.
+pub(super) struct Left {
+    pub(super) basis: Vec<Vec<f64>>,
+    pub(super) residual: Vec<f64>,
+}
+
 /// Multiplications of long columns that take as long as one operation of the tree.
 const LANES_AT_ONCE: u64 = 3;
 
@@ -91,11 +97,17 @@ impl Problem {
         Some(basis)
     }
 
+    /// What `subset` leaves of the target; none if its columns depend on each other.
+    pub(super) fn left(&self, subset: &[usize]) -> Option<Left> {
+        let basis = self.basis(subset)?;
+        let mut residual = self.target.clone();
+        basis.iter().for_each(|q| subtract(&mut residual, q));
+        Some(Left { basis, residual })
+    }
+
     /// The squared residual of `subset` by orthogonal columns, without cancellation; none if they depend on each other.
     pub(crate) fn rss(&self, subset: &[usize]) -> Option<f64> {
-        let mut residual = self.target.clone();
-        self.basis(subset)?.iter().for_each(|q| subtract(&mut residual, q));
-        Some(square(&residual) + self.unreachable)
+        Some(square(&self.left(subset)?.residual) + self.unreachable)
     }
 
     /// The squared residual of the span of `subset`, whose columns may depend on each other.

@@ -1,7 +1,7 @@
 //! A node of the search: what is left of the regression after some columns are taken out.
 
 use super::scan::Pairs;
-use crate::solve::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
+use crate::solve::problem::{DEPENDENT, Left, Problem, dot, square, take_out_all};
 
 /// Inner products of the columns that may still be chosen, with those already chosen taken out.
 ///
@@ -54,9 +54,7 @@ impl Node {
     /// The products of `free` with the columns `chosen` taken out, each scaled to unit length again. Columns that
     /// depend on those chosen are left out; without a result if the chosen ones depend on each other.
     pub(super) fn fresh(problem: &Problem, chosen: &[usize], free: &[usize], least: f64) -> Option<Self> {
-        let basis = problem.basis(chosen)?;
-        let mut residual = problem.target().to_vec();
-        basis.iter().for_each(|q| subtract(&mut residual, q));
+        let Left { basis, residual } = problem.left(chosen)?;
         let (mut kept, mut columns, mut shortest) = (Vec::new(), Vec::new(), 1.0_f64);
         for &j in free {
             let mut a = problem.column(j).to_vec();
