@@ -117,6 +117,22 @@ impl Triangle {
         Self { r, n_columns: self.n_columns - first, n_rows: self.n_rows.saturating_sub(first) }
     }
 
+    /// The same rows over the first `first` columns and, after these, the columns `others`: less work than [`Self::combined`], for the first columns are
+    /// triangular already.
+    pub(crate) fn with_others(&self, first: usize, others: &[usize]) -> Self {
+        let below = self.r.nrows().saturating_sub(first);
+        let rest = Mat::from_fn(below, others.len(), |i, j| self.r[(first + i, others[j])]);
+        let rest = factor(Mat::zeros(0, others.len()).as_ref(), rest.as_ref());
+        let at = |i: usize, j: usize| match j.checked_sub(first) {
+            None => self.r[(i, j)],
+            Some(other) if i < first => self.r[(i, others[other])],
+            Some(other) => rest[(i - first, other)],
+        };
+        let height = self.r.nrows().min(first) + rest.nrows();
+        let r = Mat::from_fn(height, first + others.len(), at);
+        Self { r, n_columns: first + others.len(), n_rows: self.n_rows }
+    }
+
     /// The same rows over combinations of the columns: of each, the numbers of columns with their factors.
     pub(crate) fn combined(&self, columns: &[Vec<(usize, f64)>]) -> Self {
         let combination = |i: usize, j: usize| columns[j].iter().map(|&(c, factor)| factor * self.r[(i, c)]).sum();
@@ -331,6 +347,22 @@ mod tests {
             }
         }
         assert_eq!(triangle.n_rows(), 40);
+    }
+
+    #[test]
+    fn columns_after_the_first_are_chosen_without_loss() {
+        for n_rows in [2, 40] {
+            let rows = rows();
+            let mut triangle = Triangle::new(4);
+            triangle.push(rows.slice(s![..n_rows, ..])).expect("finite rows");
+            let chosen = triangle.with_others(1, &[3, 2]);
+            let combined = triangle.combined(&[0, 3, 2].map(|c| vec![(c, 1.0)]));
+            assert_eq!((chosen.n_columns(), chosen.n_rows()), (3, n_rows));
+            for (a, b) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+                let product = |t: &Triangle| t.column(a).iter().zip(t.column(b)).map(|(x, y)| x * y).sum::<f64>();
+                assert!((product(&chosen) - product(&combined)).abs() < 1e-10, "{a} {b} of {n_rows}");
+            }
+        }
     }
 
     #[test]

@@ -4,11 +4,12 @@
 //! from its true start and compared with the clean truth. Every run has a process of its own and a limit on its time.
 
 use std::io::{self, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 use clap::Parser;
 use cpu_time::ProcessTime;
+use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Value, json};
 use sindyna_bench::child::{self, Ended, Outcome};
@@ -36,6 +37,9 @@ struct Options {
     /// Seconds a run may take.
     #[arg(long, default_value_t = 60.0)]
     limit: f64,
+    /// Runs at a time; as many as there are processors without.
+    #[arg(long)]
+    jobs: Option<usize>,
     /// Do one run in this process.
     #[arg(long, hide = true)]
     alone: bool,
@@ -91,6 +95,7 @@ fn main() -> anyhow::Result<()> {
     let options = Options::parse();
     let chosen: Vec<Problem> =
         problems()?.into_iter().filter(|p| options.ids.is_empty() || options.ids.contains(&p.id)).collect();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(options.jobs.unwrap_or(0)).build()?;
     let mut out = io::stdout().lock();
     for &noise in &options.noise {
         for &dropped in &options.dropped {
@@ -100,11 +105,9 @@ fn main() -> anyhow::Result<()> {
                 writeln!(out, "{}", serde_json::to_string(&alone(problem, spoilt, options.seed)?)?)?;
                 return Ok(());
             }
-            let mut lines = Vec::new();
-            for problem in &chosen {
+            let begun = Instant::now();
+            let one = |problem: &Problem| -> anyhow::Result<Value> {
                 let line = watched(problem, spoilt, &options)?;
-                writeln!(out, "{line}")?;
-                out.flush()?;
                 writeln!(
                     io::stderr(),
                     "{} {} noise {noise} dropped {dropped}: {}, generalisation {}",
@@ -113,9 +116,15 @@ fn main() -> anyhow::Result<()> {
                     line["outcome"],
                     line["generalisation"]
                 )?;
-                lines.push(line);
-            }
-            writeln!(out, "{}", json!({"summary": summary(spoilt, &lines)}))?;
+                Ok(line)
+            };
+            // One after the other, whoever is free: some take a thousand times as long as others.
+            let lines: Vec<Value> =
+                pool.install(|| chosen.par_iter().with_max_len(1).map(one).collect::<anyhow::Result<_>>())?;
+            let wall = begun.elapsed().as_secs_f64();
+            lines.iter().try_for_each(|line| writeln!(out, "{line}"))?;
+            writeln!(out, "{}", json!({"summary": summary(spoilt, &lines, (wall, pool.current_num_threads()))}))?;
+            out.flush()?;
         }
     }
     Ok(())
@@ -168,7 +177,7 @@ fn watched(problem: &Problem, spoilt: Spoilt, options: &Options) -> anyhow::Resu
 }
 
 /// What the lines of one kind of data come to; a run without equations counts as not accurate.
-fn summary(spoilt: Spoilt, lines: &[Value]) -> Value {
+fn summary(spoilt: Spoilt, lines: &[Value], (wall, jobs): (f64, usize)) -> Value {
     let share = |of: &dyn Fn(&Value) -> bool| lines.iter().filter(|line| of(line)).count() as f64 / lines.len() as f64;
     let accurate = |of: &'static str| share(&|line| line[of].as_f64().is_some_and(|r| r > ACCURATE));
     let count = |of: &dyn Fn(&Value) -> bool| lines.iter().filter(|line| of(line)).count();
@@ -186,5 +195,7 @@ fn summary(spoilt: Spoilt, lines: &[Value]) -> Value {
         "timed_out": is("outcome", "timed-out"),
         "crashed": is("outcome", "crashed"),
         "seconds": lines.iter().filter_map(|line| line["seconds"].as_f64()).sum::<f64>(),
+        "wall_seconds": wall,
+        "jobs": jobs,
     })
 }

@@ -47,10 +47,18 @@ impl Problem<'_> {
         self.with_share(SHARE, |problem| problem.search_inside_within(found, signals))
     }
 
+    /// Whether no equation has so many terms that one with parameters inside may be meant by them.
+    pub(super) fn is_simple(&self, hypothesis: &Hypothesis) -> bool {
+        hypothesis.supports.iter().all(|support| support.len() <= SIMPLE)
+    }
+
     fn search_inside_within(&self, found: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
         let unsettled = |h: &Hypothesis, i: usize| h.supports[i].len() > SIMPLE || !self.is_noise(h, i);
         let of = |i: &usize| self.rates[*i].is_none() && unsettled(found, *i);
-        let equations: Vec<usize> = (0..self.rates.len()).filter(of).collect();
+        let mut equations: Vec<usize> = (0..self.rates.len()).filter(of).collect();
+        // What is wrong with one shows in others too, but less.
+        let left = |i: &usize| found.fit.left[*i] / signals.sigma[*i];
+        equations.sort_by(|a, b| left(b).total_cmp(&left(a)));
         if equations.is_empty() || self.n_plain == self.terms.len() {
             return None;
         }

@@ -4,7 +4,7 @@ use ndarray::{Array2, Axis, concatenate, s};
 
 use super::hypothesis::Hypothesis;
 use super::inside::{Candidate, FAMILIES};
-use super::propose::{Effort, Proposal, THOROUGHLY};
+use super::propose::{Effort, Proposal, Regression, THOROUGHLY};
 use super::search::{Problem, TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
@@ -49,19 +49,19 @@ impl Problem<'_> {
         let all: Vec<usize> = plain.iter().copied().chain(candidates.iter().flat_map(Candidate::columns)).collect();
         let errors = self.errors(&signals.sigma, None);
         let Some((triangle, _)) = self.rows(&theta, &all, i, &signals.sigma, &errors) else { return Vec::new() };
-        let without =
-            triangle.combined(&(0..plain.len()).chain([all.len()]).map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
+        let without = triangle.with_others(plain.len(), &[all.len()]);
         let least = self.least(i..=i, &signals.sigma);
         let without = self.subsets(i, (without, least), plain.clone(), None, (OTHERS + 1, RANKING));
         let bar = without.best(1.0, |support| self.penalty(support)).score;
         let mut first = plain.len();
         let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
         for candidate in &candidates {
-            let inside = first..=first + candidate.slopes.len();
-            first = inside.end() + 1;
-            let columns = inside.chain(0..plain.len()).chain([all.len()]);
-            let own = triangle.combined(&columns.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
-            let others = own.trailing(1 + candidate.slopes.len());
+            let inside: Vec<usize> = candidate.columns().enumerate().map(|(at, _)| first + at).collect();
+            first += inside.len();
+            let own = triangle.with_others(plain.len(), &[&inside[..], &[all.len()]].concat());
+            let order = (plain.len()..plain.len() + inside.len()).chain(0..plain.len()).chain([own.n_columns() - 1]);
+            let own = own.combined(&order.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
+            let others = own.trailing(inside.len());
             let roughly = self.subsets(i, (others, least), plain.clone(), None, (OTHERS, RANKING));
             let inside = self.penalty(&[candidate.term]);
             ranked.push((roughly.best(1.0, |support| self.penalty(support)).score + inside, candidate, own));
@@ -81,33 +81,37 @@ impl Problem<'_> {
         let mut promising: Vec<(f64, &Candidate, Linearised)> = finalists
             .into_iter()
             .filter_map(|(candidate, begun)| {
-                let (proposal, ended) = self.refined(&rows, candidate, begun, (1.0, RANKING))?;
+                let others = self.others(&rows, &begun, RANKING);
+                let (proposal, ended) = self.refined(&rows, candidate, (begun, &others), (1.0, RANKING))?;
                 Some((proposal.score, candidate, ended))
             })
             .collect();
         promising.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut proposals: Vec<Proposal> = Vec::new();
         for (_, candidate, begun) in promising.into_iter().take(FAMILIES) {
+            let others = self.others(&rows, &begun, THOROUGHLY);
             for times in TIMES {
-                let refined = self.refined(&rows, candidate, begun.clone(), (times, THOROUGHLY));
+                let refined = self.refined(&rows, candidate, (begun.clone(), &others), (times, THOROUGHLY));
                 proposals.extend(refined.map(|r| r.0).filter(|p| !proposals.contains(p)));
             }
         }
         proposals
     }
 
-    /// The best proposal with `candidate` if every term costs `times` what it does, linearised at first as `now`, and again where the parameters are told to be,
-    /// until these stay; and its linearisation.
+    /// The best proposal with `candidate` if every term costs `times` what it does, linearised at first as `now`, where the other terms are those of
+    /// `others`, and again where the parameters are told to be, until these stay; and its linearisation.
     fn refined(
         &self,
         rows: &Rows<'_>,
         candidate: &Candidate,
-        mut now: Linearised,
+        (mut now, others): (Linearised, &Regression),
         (times, effort): (f64, Effort),
     ) -> Option<(Proposal, Linearised)> {
         let mut best: Option<(Proposal, Linearised)> = None;
-        for _ in 0..=REFINED {
-            let Some(proposal) = self.proposed_at(rows, candidate, &now, (times, effort)) else { break };
+        for round in 0..=REFINED {
+            let again = (round > 0).then(|| self.others(rows, &now, effort));
+            let chosen = again.as_ref().unwrap_or(others).best(times, |support| self.penalty(support));
+            let Some(proposal) = self.proposed_at(rows, candidate, &now, &chosen.support) else { break };
             let fitted = proposal.inside.first().map_or_else(Vec::new, |(_, fitted)| fitted.clone());
             let stays = fitted.iter().zip(&now.at).all(|(new, old)| (new - old).abs() < STAYS);
             if best.as_ref().is_none_or(|(b, _)| proposal.score < b.score) {
@@ -122,22 +126,28 @@ impl Problem<'_> {
         best
     }
 
-    /// The best proposal with `candidate`, linearised as `now`.
+    /// The best terms beside a candidate that is linearised as `now`.
+    fn others(&self, rows: &Rows<'_>, now: &Linearised, effort: Effort) -> Regression {
+        let Rows { i, plain, sigma, .. } = rows;
+        let n_inside = now.triangle.n_columns() - 1 - plain.len();
+        let others = (now.triangle.trailing(n_inside), self.least(*i..=*i, sigma));
+        self.subsets(*i, others, plain.to_vec(), None, (OTHERS, effort))
+    }
+
+    /// The proposal of `candidate`, linearised as `now`, with the terms `others`.
     fn proposed_at(
         &self,
         rows: &Rows<'_>,
         candidate: &Candidate,
         now: &Linearised,
-        (times, effort): (f64, Effort),
+        others: &[usize],
     ) -> Option<Proposal> {
         let Rows { i, plain, sigma, .. } = rows;
         let (n_inside, least) = (1 + candidate.slopes.len(), self.least(*i..=*i, sigma));
-        let others = self.subsets(*i, (now.triangle.trailing(n_inside), least), plain.to_vec(), None, (OTHERS, effort));
-        let chosen = others.best(times, |support| self.penalty(support));
         let place = |j: &usize| plain.iter().position(|k| k == j).map(|at| n_inside + at);
-        let kept: Vec<usize> = chosen.support.iter().filter_map(place).collect();
+        let kept: Vec<usize> = others.iter().filter_map(place).collect();
         let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
-        let support: Vec<usize> = chosen.support.iter().copied().chain([candidate.term]).collect();
+        let support: Vec<usize> = others.iter().copied().chain([candidate.term]).collect();
         let (score, xi) = self.scored_columns((&now.triangle, least), &columns, &support);
         self.proposed((candidate, &now.at), support, xi, score)
     }

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::{FAR, Problem, Structure};
+use super::search::{Level, Problem, Structure};
 use crate::Triangle;
 use crate::data::Signals;
 use crate::design::LOBATTO;
@@ -36,34 +36,58 @@ struct Elbow {
 }
 
 impl Problem<'_> {
-    /// The best hypothesis whose terms are those of a Lagrangian.
-    pub(super) fn mechanical(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
+    /// The best hypothesis whose terms are those of a Lagrangian, if it leaves noise alone. Its terms do so at all `levels` before they are fitted to the
+    /// last digit.
+    pub(super) fn mechanical(&self, signals: &Signals, levels: &[Level], stepping: Stepping) -> Option<Hypothesis> {
         let lagrangian = self.lagrangian?;
-        self.with_share(SHARE, |problem| problem.mechanical_of(lagrangian, signals, stepping))
+        self.with_share(SHARE, |problem| problem.mechanical_of(lagrangian, signals, levels, stepping))
     }
 
-    fn mechanical_of(&self, lagrangian: &Lagrangian, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
+    fn mechanical_of(
+        &self,
+        lagrangian: &Lagrangian,
+        signals: &Signals,
+        levels: &[Level],
+        stepping: Stepping,
+    ) -> Option<Hypothesis> {
         let measured: Vec<Array2<f64>> = self.segments.iter().map(|s| s.x.clone()).collect();
         let mut best: Option<Hypothesis> = None;
         for (window, x) in [(1, &measured), (WINDOW, &signals.x)] {
             let balance = self.balance(lagrangian, x, stepping);
             for (supports, xi) in self.lagrangians(lagrangian, &balance, window) {
-                let start = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
-                // First with states that follow the data more than the equations, which may be wrong.
-                let loose = self.hypothesis(supports.clone(), stepping, start, 0..2);
-                let hopeful = |loose: &Hypothesis| best.as_ref().is_none_or(|b| loose.score <= b.score + FAR);
-                let Some(loose) = loose.filter(hopeful) else { continue };
-                let Some(found) = self.hypothesis(supports, stepping, loose.start(), 2..4) else { continue };
+                let Some(rough) = self.settled_at(levels, (supports, &xi), stepping) else { continue };
+                let Some(found) = self.fitted(&rough, signals) else { continue };
                 let found = self.as_simulated(found);
-                if best.as_ref().is_none_or(|b| found.score < b.score) {
+                if self.is_settled(&found) && best.as_ref().is_none_or(|b| found.score < b.score) {
                     best = Some(found);
                 }
             }
-            if best.as_ref().is_some_and(|b| self.is_settled(b)) {
+            if best.is_some() {
                 break;
             }
         }
         best
+    }
+
+    /// The terms `supports`, fitted at one of `levels` after the other, if they leave noise alone at each.
+    fn settled_at(
+        &self,
+        levels: &[Level],
+        (supports, xi): (Vec<Vec<usize>>, &[f64]),
+        stepping: Stepping,
+    ) -> Option<Hypothesis> {
+        let mut settled: Option<Hypothesis> = None;
+        for Level { floor, signals } in levels {
+            let problem = Problem { floor, noise: &signals.sigma, ..*self };
+            let begun = Start { xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+            let found = match &settled {
+                None => problem.hypothesis(supports.clone(), stepping, begun, 0..4)?,
+                Some(rough) => problem.fitted(rough, signals)?,
+            };
+            let found = if problem.is_settled(&found) { found } else { problem.as_simulated(found) };
+            settled = Some(problem.is_settled(&found).then_some(found)?);
+        }
+        settled
     }
 
     /// Per segment and joint, a row for each step of the states `x` (T + 1, n): what every parameter would change of the momentum minus what it does (T, P).

@@ -13,19 +13,28 @@ pub(super) const ROUNDS: usize = 6;
 const LARGER: f64 = 1.25;
 
 impl Problem<'_> {
-    /// The best of `begun`, which leaves more than noise, of other terms near it, and of one more with parameters inside: this before many terms make up
-    /// for one that is missing.
+    /// The best of `begun`, which leaves more than noise, of other terms near it, and, unless few of these leave noise alone, of one more with parameters
+    /// inside: this before many terms make up for one that is missing.
     pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
         let proposed = self.propose_near(&begun, &|_| usize::MAX);
-        let near = TIMES.iter().filter_map(|times| {
-            let (supports, xi) = self.best_terms(&proposed, *times);
+        let mut best = begun.clone();
+        let mut tried = vec![begun.supports.clone()];
+        for times in TIMES {
+            let (supports, xi) = self.best_terms(&proposed, times);
+            if tried.contains(&supports) {
+                continue;
+            }
+            tried.push(supports.clone());
             let from = Start { xi: &xi, ..begun.start() };
-            let loose = self.hypothesis(supports, begun.flow.stepping(), from, 0..2)?;
-            self.hypothesis(loose.supports.clone(), loose.flow.stepping(), loose.start(), 2..4)
-        });
-        let all = near.chain(self.search_inside(&begun, signals));
-        let best = all.min_by(|a, b| a.score.total_cmp(&b.score)).filter(|h| h.score < begun.score);
-        best.unwrap_or(begun)
+            let loose = self.hypothesis(supports, begun.flow.stepping(), from, 0..2);
+            let strict = loose.and_then(|l| self.hypothesis(l.supports.clone(), l.flow.stepping(), l.start(), 2..4));
+            best = strict.filter(|s| s.score < best.score).unwrap_or(best);
+        }
+        if self.is_settled(&best) && self.is_simple(&best) {
+            return best;
+        }
+        let inside = self.search_inside(&begun, signals);
+        inside.filter(|inside| inside.score < best.score).unwrap_or(best)
     }
 
     /// The terms of every equation that are best if each costs `times` what it does, and their coefficients, equation by equation.

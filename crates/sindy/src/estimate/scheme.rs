@@ -13,7 +13,7 @@ const MOST: usize = 8;
 const TOLD: f64 = 0.3;
 
 impl Problem<'_> {
-    /// `best`, or the same equations stepped as a simulator does it, if the score is better for that.
+    /// `best`, or the same equations stepped as a simulator does it, if the score is better for that and they leave noise alone.
     pub(super) fn as_simulated(&self, best: Hypothesis) -> Hypothesis {
         if !matches!(best.flow.stepping(), Stepping::Continuous { .. }) || self.leaves_nothing(&best) {
             return best;
@@ -32,7 +32,8 @@ impl Problem<'_> {
         let mut simulated: Option<Hypothesis> = None;
         for stepping in self.simulators.iter().copied().chain(classical) {
             let Some(other) = self.hypothesis(best.supports.clone(), stepping, start, 2..4) else { continue };
-            if other.score + TOLD_APART < simulated.as_ref().unwrap_or(&best).score {
+            // Steps make up for terms that are missing, but not for all that these explain.
+            if other.score + TOLD_APART < simulated.as_ref().unwrap_or(&best).score && self.is_settled(&other) {
                 let done = self.leaves_nothing(&other);
                 simulated = Some(other);
                 if done {

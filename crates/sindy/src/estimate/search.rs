@@ -143,6 +143,12 @@ pub(super) struct Searched {
     pub(super) others: Vec<Hypothesis>,
 }
 
+/// How exact samples are taken to be: the smallest error of each state that is believed (n), and what the signals are then.
+pub(super) struct Level {
+    pub(super) floor: Vec<f64>,
+    pub(super) signals: Signals,
+}
+
 /// What a rough search found.
 pub(super) enum Rough {
     /// All states have more noise than they were taken to have: a finer search finds the same.
@@ -197,26 +203,25 @@ impl Problem<'_> {
         if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(|found| problem.is_settled(found)) {
             return Some(Rough::Begun(parts));
         }
+        let levels: Vec<Level> = ROUGH.iter().map(|part| self.level(&smoother, *part)).collect();
         // Of mechanics that does not explain the data nothing is kept.
-        if let Some(mechanics) = problem.mechanical(&signals, stepping).filter(|found| problem.is_settled(found)) {
+        if let Some(mechanics) = problem.mechanical(&signals, &levels, stepping) {
             return Some(Rough::Begun(mechanics));
         }
         let mut begun: Option<Hypothesis> = None;
-        for part in ROUGH {
-            let floor: Vec<f64> = (0..self.rates.len()).map(|i| self.floor[i].max(part * self.spread(i))).collect();
-            let leaves_less = |b: &Hypothesis| b.fit.left.iter().zip(&floor).all(|(left, floor)| left <= floor);
+        for Level { floor, signals } in &levels {
+            let leaves_less = |b: &Hypothesis| b.fit.left.iter().zip(floor).all(|(left, floor)| left <= floor);
             if begun.as_ref().is_some_and(leaves_less) {
                 continue;
             }
-            let signals = smoother.signals(&floor);
             // Half of what may be spent is left for what comes after.
             let budget = self.spent.get().midpoint(self.budget);
-            let problem = Problem { floor: &floor, noise: &signals.sigma, budget, ..*self };
-            let from = begun.as_ref().and_then(|best| problem.fitted(best, &signals));
-            let Some(mut found) = problem.first(&signals, from, stepping) else { break };
-            let is_noisy = |h: &Hypothesis| h.fit.left.iter().zip(&floor).all(|(left, floor)| *left > FLOOR * floor);
+            let problem = Problem { floor, noise: &signals.sigma, budget, ..*self };
+            let from = begun.as_ref().and_then(|best| problem.fitted(best, signals));
+            let Some(mut found) = problem.first(signals, from, stepping) else { break };
+            let is_noisy = |h: &Hypothesis| h.fit.left.iter().zip(floor).all(|(left, floor)| *left > FLOOR * floor);
             if is_noisy(&found) {
-                let searched = problem.finished(found, &signals);
+                let searched = problem.finished(found, signals);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));
                 }
@@ -226,6 +231,13 @@ impl Problem<'_> {
             begun = Some(found);
         }
         begun.map(Rough::Begun)
+    }
+
+    /// Samples taken for wrong by the part `part` of their spread.
+    fn level(&self, smoother: &Smoother<'_>, part: f64) -> Level {
+        let floor: Vec<f64> = (0..self.rates.len()).map(|i| self.floor[i].max(part * self.spread(i))).collect();
+        let signals = smoother.signals(&floor);
+        Level { floor, signals }
     }
 
     /// What explains parts of the data to rounding, fitted to all of them.

@@ -86,8 +86,13 @@ struct Other {
     reached: f64,
 }
 
-/// Squared lengths, and parts of the target, below which differences are computed anew from columns.
-const TRUSTED: f64 = 1e-6;
+/// Squared length of what a subset leaves of a column, below which it is computed anew from the column.
+const TRUSTED: f64 = 1e-10;
+
+/// Part of what is cancelled, in a difference of squared lengths, by which the difference may be wrong; and part of the difference itself above which it
+/// is computed anew from columns.
+const CANCELLED: f64 = 1e-13;
+const TOLD: f64 = 1e-3;
 
 /// Part of the target's length by which rounding may change what a subset leaves of it.
 const ROUNDING: f64 = 1e-14;
@@ -180,9 +185,9 @@ impl<'a> View<'a> {
                 continue;
             }
             let left = total - (other.reached + freed * t).powi(2) / distance;
-            // The number is wrong by what was cancelled.
-            let trusted = distance > TRUSTED && left > TRUSTED * total;
-            let bound = if trusted { Some(left) } else { rest.with(other.column) };
+            // Rounding of what was cancelled.
+            let wrong = CANCELLED * total / distance;
+            let bound = if wrong < TOLD * left { Some(left - wrong) } else { rest.with(other.column) };
             order.extend(bound.map(|bound| (bound + problem.unreachable(), other.column)));
         }
         problem.worked(self.others.len() * (subset.len() + 8));
