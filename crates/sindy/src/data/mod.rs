@@ -6,6 +6,6 @@ mod segment;
 mod smoother;
 mod variance;
 
-pub(crate) use segment::{Segment, sample_of};
+pub(crate) use segment::{Segment, sample_of, stretches};
 pub(crate) use smoother::{Signals, Smoother};
 pub(crate) use variance::with_variances;

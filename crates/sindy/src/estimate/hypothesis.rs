@@ -1,8 +1,9 @@
 //! One hypothesis and its score.
 
 use std::cell::{Cell, OnceCell};
+use std::ops::Range;
 
-use ndarray::Array2;
+use ndarray::{Array2, s};
 
 use super::search::Problem;
 use crate::Stage;
@@ -52,6 +53,15 @@ impl Hypothesis {
     /// Its coefficients, equation by equation.
     pub(super) fn coefficients(&self) -> &[f64] {
         &self.fit.xi[..self.supports.iter().map(Vec::len).sum()]
+    }
+
+    /// The same along the `steps` of its path alone: numbers of segments, and of the steps in these.
+    pub(super) fn part_of(&self, steps: &[(usize, Range<usize>)]) -> Self {
+        let path =
+            |(at, steps): &(usize, Range<usize>)| self.fit.x[*at].slice(s![steps.start..=steps.end, ..]).to_owned();
+        let mut part = Self { innovations: OnceCell::new(), ..self.clone() };
+        part.fit.x = steps.iter().map(path).collect();
+        part
     }
 
     /// Its prediction errors, per segment of `problem`, in units of their standard deviations (·, n).

@@ -3,9 +3,9 @@
 use super::exchange::NEAR;
 use super::hypothesis::{Hypothesis, Inside};
 use super::propose::Proposal;
-use super::search::Problem;
+use super::search::{Problem, SAMPLE};
 use crate::Triangle;
-use crate::data::Signals;
+use crate::data::{Segment, Signals, stretches};
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
@@ -22,6 +22,9 @@ const SHARE: f64 = 0.4;
 
 /// Terms with parameters inside that are looked for in one equation, one after the other.
 const TERMS: usize = 2;
+
+/// Terms with parameters inside that are looked at in all of long data.
+const RANKED: usize = 24;
 
 /// Families proposed at a time.
 pub(super) const FAMILIES: usize = 3;
@@ -89,24 +92,49 @@ impl Problem<'_> {
     }
 
     /// Proposals for equation `i` with one more term that has parameters inside, and with fewer of the others: the best families near
-    /// `along`, with all states and the coefficients of the other equations free.
+    /// `along`, with all states and the coefficients of the other equations free. Of long data a part tells which terms are worth looking at in all.
     pub(super) fn propose_inside(&self, along: &Hypothesis, i: usize) -> Vec<Proposal> {
-        let (terms, candidates) = self.candidates_inside(&along.supports, i);
+        let (terms, mut candidates) = self.candidates_inside(&along.supports, i);
+        if self.is_long() && candidates.len() > RANKED {
+            let steps = stretches(self.segments, SAMPLE);
+            let segments: Vec<Segment> = steps.iter().map(|(at, s)| self.segments[*at].part(s.start, s.end)).collect();
+            let part = along.part_of(&steps);
+            let told = Problem { segments: &segments, ..*self }.near_inside(&terms, &candidates, &part, i);
+            let mut told: Vec<(f64, Candidate)> =
+                told.into_iter().map(|n| n.map_or(f64::INFINITY, |(change, _)| change)).zip(candidates).collect();
+            told.sort_by(|a, b| a.0.total_cmp(&b.0));
+            candidates = told.into_iter().take(RANKED).map(|(_, candidate)| candidate).collect();
+        }
+        let near = self.near_inside(&terms, &candidates, along, i).into_iter().flatten();
+        self.best_of_families(near.filter(|(change, _)| *change <= NEAR).map(|(_, proposal)| proposal).collect())
+    }
+
+    /// For each of `candidates` for equation `i`, the proposal that has it near `along`, and how much its score is above that of the terms of `along`.
+    fn near_inside(
+        &self,
+        terms: &[Term],
+        candidates: &[Candidate],
+        along: &Hypothesis,
+        i: usize,
+    ) -> Vec<Option<(f64, Proposal)>> {
         let (own, least) = (&along.supports[i], self.least_near(along));
-        let mut found: Vec<Proposal> = Vec::new();
+        let mut found = Vec::with_capacity(candidates.len());
         for batch in candidates.chunks(BATCH) {
             let choice: Vec<usize> = own.iter().copied().chain(batch.iter().flat_map(Candidate::columns)).collect();
-            let Some(triangle) = self.triangle_near(&terms, along, i, &choice) else { continue };
+            let Some(triangle) = self.triangle_near(terms, along, i, &choice) else {
+                found.extend(batch.iter().map(|_| None));
+                continue;
+            };
             let base = self.scored_columns((&triangle, least), &(0..own.len()).collect::<Vec<_>>(), own).0;
             let mut first = own.len();
             for candidate in batch {
                 let columns: Vec<usize> = (first..=first + candidate.slopes.len()).collect();
                 first += columns.len();
                 let proposal = self.with_fewer((&triangle, least), (own, candidate), columns, i);
-                found.extend(proposal.filter(|p| p.score <= base + NEAR));
+                found.push(proposal.map(|proposal| (proposal.score - base, proposal)));
             }
         }
-        self.best_of_families(found)
+        found
     }
 
     /// The best proposal of each of the best families.

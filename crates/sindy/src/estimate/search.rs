@@ -102,7 +102,7 @@ struct Accounted {
 /// The equations with the best score, and the data without strays that they are fitted to. Where there are many samples, terms are looked for in a part
 /// of these, and judged with all of them.
 fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
-    if problem.samples() <= 2.0 * SAMPLE as f64 {
+    if !problem.is_long() {
         return accounted(problem, None, stepping);
     }
     let (sample, spent) = (sample_of(problem.segments, SAMPLE), Cell::new(0));
@@ -130,7 +130,7 @@ fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Steppin
 const IN_SAMPLE: f64 = 0.75;
 
 /// Steps of the part of long recordings in which terms are looked for first.
-const SAMPLE: usize = 400;
+pub(super) const SAMPLE: usize = 400;
 
 /// What a search found.
 pub(super) struct Searched {
@@ -178,6 +178,11 @@ pub(super) fn followed(hypothesis: &Hypothesis) -> Path<'_> {
 pub(super) const TIMES: [f64; 4] = [64.0, 16.0, 4.0, 1.0];
 
 impl Problem<'_> {
+    /// Whether terms are looked for in a part of the samples first.
+    pub(super) fn is_long(&self) -> bool {
+        self.samples() > 2.0 * SAMPLE as f64
+    }
+
     /// What tells signals from noise before anything is known of the equations.
     pub(super) fn smoother(&self) -> Smoother<'_> {
         Smoother::new(self.segments, self.rates, self.floor, self.watch.asks())
