@@ -70,9 +70,9 @@ impl Problem<'_> {
     }
 
     /// Regressions near `best` with states that follow the data more than its equations: how errors grow along a path other terms would change, and a
-    /// linearisation does not tell. `None` where nothing is left.
+    /// linearisation does not tell. `None` where nothing is left, or a part of the samples was looked at so before.
     fn loosely(&self, best: &Hypothesis) -> Option<Vec<Regression>> {
-        if self.leaves_nothing(best) {
+        if self.leaves_nothing(best) || self.again {
             return None;
         }
         let loose = self.hypothesis(best.supports.clone(), best.flow.stepping(), best.start(), 1..2)?;

@@ -46,6 +46,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) budget: u64,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
+    /// Whether terms were looked for, and found, in a part of the samples before.
+    pub(crate) again: bool,
     pub(crate) watch: &'a Watch<'a>,
 }
 
@@ -112,7 +114,7 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     problem.charge(spent.get().min(budget));
     let all = Problem { noise: &signals.sigma, ..*problem };
     let begun = found.and_then(|part| all.fitted(&part.searched.best, &signals));
-    let mut all = accounted(problem, begun, stepping)?;
+    let mut all = accounted(&Problem { again: begun.is_some(), ..*problem }, begun, stepping)?;
     all.found.complete &= spent.get() <= budget;
     Some(all)
 }
@@ -284,7 +286,8 @@ impl Problem<'_> {
 
     /// `best` with terms that multiply their own derivative, and with others in place of its own, as long as that improves the score.
     fn finished(&self, mut best: Hypothesis, signals: &Signals) -> Searched {
-        if self.implicit(&mut best, signals) {
+        // What leaves noise alone in all samples had shorter equations in none of their parts.
+        if !(self.again && self.is_settled(&best)) && self.implicit(&mut best, signals) {
             self.prune(&mut best);
         }
         self.mirror(&mut best);

@@ -198,6 +198,7 @@ impl Identifier {
             simulators,
             solver,
             budget: BUDGET,
+            again: false,
             spent: &Cell::new(0),
             watch,
         };
