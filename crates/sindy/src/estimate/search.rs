@@ -132,7 +132,7 @@ fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Steppin
 const IN_SAMPLE: f64 = 0.75;
 
 /// Steps of the part of long recordings in which terms are looked for first.
-pub(super) const SAMPLE: usize = 400;
+pub(super) const SAMPLE: usize = 300;
 
 /// What a search found.
 pub(super) struct Searched {
