@@ -5,7 +5,7 @@ use super::hypothesis::{Hypothesis, Inside};
 use super::propose::Proposal;
 use super::search::{Problem, SAMPLE};
 use crate::Triangle;
-use crate::data::{Segment, Signals, stretches};
+use crate::data::{Signals, sample_of, stretches};
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
@@ -97,9 +97,13 @@ impl Problem<'_> {
         let (terms, mut candidates) = self.candidates_inside(&along.supports, i);
         if self.is_long() && candidates.len() > RANKED {
             let steps = stretches(self.segments, SAMPLE);
-            let segments: Vec<Segment> = steps.iter().map(|(at, s)| self.segments[*at].part(s.start, s.end)).collect();
             let part = along.part_of(&steps);
-            let told = Problem { segments: &segments, ..*self }.near_inside(&terms, &candidates, &part, i);
+            let told = Problem { segments: &sample_of(self.segments, SAMPLE), ..*self }.near_inside(
+                &terms,
+                &candidates,
+                &part,
+                i,
+            );
             let mut told: Vec<(f64, Candidate)> =
                 told.into_iter().map(|n| n.map_or(f64::INFINITY, |(change, _)| change)).zip(candidates).collect();
             told.sort_by(|a, b| a.0.total_cmp(&b.0));

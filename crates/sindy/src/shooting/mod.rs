@@ -4,13 +4,15 @@ mod checks;
 mod eliminate;
 mod fit;
 mod flow;
+mod state;
 mod step;
 mod switches;
 mod tableau;
 mod turn;
 mod work;
 
-pub(crate) use fit::{Bounds, Fit, PARTS, fit, innovations, linearised};
+pub(crate) use fit::{Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
+pub(crate) use state::Bounds;
 pub(crate) use step::Scratch;
 pub(crate) use work::Work;

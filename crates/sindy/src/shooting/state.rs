@@ -1,0 +1,237 @@
+//! Coefficients and all states together: their sum of squares, and Gauss–Newton steps that make it smaller.
+
+use ndarray::Array2;
+
+use super::eliminate::Elimination;
+use super::flow::Flow;
+use super::work::Work;
+use crate::Triangle;
+use crate::data::Segment;
+
+/// Steps tried along one direction, each half as long as the one before.
+const HALVINGS: i32 = 5;
+
+/// Dampings tried after these, as parts of the squared lengths of the columns.
+const DAMPINGS: [f64; 3] = [1e-4, 1e-2, 1.0];
+
+/// Relative gain in the sum of squares below which iterations end.
+const ENOUGH: f64 = 1e-7;
+
+/// Factor by which the noise of one channel may differ from what it should be beside that of the others.
+const APART: f64 = 10.0;
+
+/// Samples after which what they tell is put together, and it is asked again whether to go on.
+const ASKED: usize = 200;
+
+/// The step of the coefficients that the factor tells, damped in units of their columns, and that of the states with it.
+///
+/// # References
+/// Marquardt (1963), SIAM J. Appl. Math. 11(2).
+fn direction(factor: &Triangle, eliminations: &[Elimination], damping: f64) -> Option<(Vec<f64>, Vec<Array2<f64>>)> {
+    let p = factor.n_columns() - 1;
+    let all: Vec<usize> = (0..p).collect();
+    let length = |j: usize| factor.norm(j).max(f64::MIN_POSITIVE);
+    let scaled = factor.solve_scaled(&all, p, damping, length);
+    let delta: Vec<f64> = scaled.iter().enumerate().map(|(j, d)| d / length(j)).collect();
+    let states = eliminations.iter().map(|e| e.states(&delta)).collect::<Option<Vec<_>>>()?;
+    delta.iter().all(|d| d.is_finite()).then_some((delta, states))
+}
+
+/// What is known of the noise before.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bounds<'a> {
+    /// Smallest standard deviation of each state that is believed (n).
+    pub(crate) floor: &'a [f64],
+    /// Standard deviations by the smoothness of the signals (n): their ratios are believed within a factor of [`APART`].
+    pub(crate) shape: &'a [f64],
+}
+
+/// Coefficients and states, and the noise by which they are judged.
+pub(super) struct State {
+    pub(super) xi: Vec<f64>,
+    pub(super) x: Vec<Array2<f64>>,
+    /// What samples are weighted by (n).
+    pub(super) sigma: Vec<f64>,
+    /// RMS of what is left of each state, freedom taken into account (n).
+    pub(super) left: Vec<f64>,
+}
+
+impl State {
+    /// The sum of squares; infinite where a step is not finite.
+    fn cost(&self, flow: &Flow, segments: &[Segment], part: f64) -> f64 {
+        let mut total = 0.0;
+        for (segment, x) in segments.iter().zip(&self.x) {
+            for t in 0..x.nrows() {
+                for (i, sigma) in self.sigma.iter().enumerate() {
+                    total += ((segment.x[[t, i]] - x[[t, i]]) / (sigma * segment.relative(t, i))).powi(2);
+                }
+            }
+        }
+        let finite = self.defects(flow, segments, &mut |_, d| {
+            total += d.iter().zip(&self.sigma).map(|(d, sigma)| (d / (part * sigma)).powi(2)).sum::<f64>();
+        });
+        if finite && !total.is_nan() { total } else { f64::INFINITY }
+    }
+
+    /// Visits x⁺ − F(x; ξ) of every step, with the number of the step in its segment; `false` if a step is not finite.
+    fn defects(&self, flow: &Flow, segments: &[Segment], visit: &mut dyn FnMut(usize, &[f64])) -> bool {
+        let mut scratch = flow.scratch();
+        let mut next = vec![0.0; self.sigma.len()];
+        for (segment, x) in segments.iter().zip(&self.x) {
+            for t in 0..segment.len() {
+                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+                if !flow.step((&now, &u, segment.dt[t]), &self.xi, &mut next, None, &mut scratch, &mut |_| {}) {
+                    return false;
+                }
+                next.iter_mut().zip(x.row(t + 1)).for_each(|(next, x)| *next = x - *next);
+                visit(t, &next);
+            }
+        }
+        true
+    }
+
+    /// RMS over the samples of the sum of x⁺ − F(x; ξ) up to there, per state (n).
+    pub(super) fn drift(&self, flow: &Flow, segments: &[Segment]) -> Vec<f64> {
+        let n = self.sigma.len();
+        let (mut sum, mut squares, mut steps) = (vec![0.0; n], vec![0.0; n], 0.0);
+        self.defects(flow, segments, &mut |t, d| {
+            if t == 0 {
+                sum.fill(0.0);
+            }
+            steps += 1.0;
+            for i in 0..n {
+                sum[i] += d[i];
+                squares[i] += sum[i] * sum[i];
+            }
+        });
+        squares.iter().map(|s: &f64| (s / f64::max(steps, 1.0)).sqrt()).collect()
+    }
+
+    /// Gauss–Newton steps, each halved until it gains. The factor over the coefficients of the last one.
+    pub(super) fn iterate(
+        &mut self,
+        flow: &Flow,
+        segments: &[Segment],
+        (part, iterations): (f64, usize),
+        (work, go_on): (&Work, &dyn Fn() -> bool),
+    ) -> Option<Triangle> {
+        work.steps(flow, segments);
+        let mut cost = self.cost(flow, segments, part);
+        let mut triangle = None;
+        if !cost.is_finite() {
+            return None;
+        }
+        for _ in 0..iterations {
+            work.elimination(flow, segments);
+            let (factor, eliminations) = self.eliminated(flow, segments, (part, true), go_on, None)?;
+            let mut taken = None;
+            // First the whole step and parts of it; then, of parameters inside terms, steps that ill-determined combinations take no part in.
+            let whole = (0..HALVINGS).map(|halvings| (0.0, 0.5_f64.powi(halvings)));
+            let mut step = direction(&factor, &eliminations, 0.0)?;
+            let left = factor.residual_norm(&(0..step.0.len()).collect::<Vec<_>>(), &step.0, step.0.len()).powi(2);
+            if cost - left < ENOUGH * cost {
+                triangle = Some(factor);
+                break;
+            }
+            for (damping, by) in
+                whole.chain(DAMPINGS.map(|damping| (damping, 1.0)).into_iter().filter(|_| flow.is_curved()))
+            {
+                if damping > 0.0 {
+                    step = direction(&factor, &eliminations, damping)?;
+                }
+                let (delta, moved) = &step;
+                let xi = self.xi.iter().zip(delta).map(|(c, d)| c + by * d).collect();
+                let x = self.x.iter().zip(moved).map(|(x, d)| x + &(d * by)).collect();
+                let trial = Self { xi, x, sigma: self.sigma.clone(), left: Vec::new() };
+                work.steps(flow, segments);
+                let gained = trial.cost(flow, segments, part);
+                if gained < cost {
+                    taken = Some((trial, gained));
+                    break;
+                }
+            }
+            triangle = Some(factor);
+            let Some((trial, gained)) = taken else { break };
+            let enough = cost - gained < ENOUGH * cost;
+            (*self, cost) = (trial, gained);
+            if enough {
+                break;
+            }
+        }
+        triangle
+    }
+
+    /// The factor over changes of the coefficients and what is left, and per segment what tells the states, if these are wanted. `visit` is shown the
+    /// innovations of every sample, with the number of its segment.
+    pub(super) fn eliminated(
+        &self,
+        flow: &Flow,
+        segments: &[Segment],
+        (part, with_states): (f64, bool),
+        go_on: &dyn Fn() -> bool,
+        mut visit: Option<&mut dyn FnMut(usize, Vec<f64>)>,
+    ) -> Option<(Triangle, Vec<Elimination>)> {
+        let (n, p) = (self.sigma.len(), flow.n_parameters());
+        let rough = flow.for_derivatives();
+        let mut scratch = flow.scratch();
+        let mut triangle = Triangle::new(p + 1);
+        let q: Vec<f64> = self.sigma.iter().map(|s| part * s).collect();
+        let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * (n + p)]);
+        let mut eliminations = Vec::with_capacity(segments.len());
+        for (number, (segment, x)) in segments.iter().zip(&self.x).enumerate() {
+            let mut elimination = Elimination::new(n, p, with_states);
+            for t in 0..=segment.len() {
+                if t.is_multiple_of(ASKED) {
+                    triangle.push(elimination.rows().view()).ok()?;
+                    if !go_on() {
+                        return None;
+                    }
+                }
+                let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
+                let sigma: Vec<f64> = (0..n).map(|i| self.sigma[i] * segment.relative(t, i)).collect();
+                if let Some(visit) = &mut visit {
+                    elimination.innovations(&y, &sigma).into_iter().for_each(|innovations| visit(number, innovations));
+                }
+                if t == segment.len() {
+                    elimination.finish(&y, &sigma);
+                    break;
+                }
+                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+                let step = (&now[..], &u[..], segment.dt[t]);
+                if !rough.step(step, &self.xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {})
+                    || !flow.step(step, &self.xi, &mut next, None, &mut scratch, &mut |_| {})
+                {
+                    return None;
+                }
+                let d: Vec<f64> = (0..n).map(|i| next[i] - x[[t + 1, i]]).collect();
+                elimination.step(&y, &sigma, &s, &d, &q);
+            }
+            triangle.push(elimination.rows().view()).ok()?;
+            eliminations.push(elimination);
+        }
+        Some((triangle, eliminations))
+    }
+
+    /// σ from what is left, freedom taken into account.
+    pub(super) fn update_noise(&mut self, flow: &Flow, segments: &[Segment], noise: Bounds<'_>) {
+        let n = self.sigma.len();
+        let samples: usize = segments.iter().map(|s| s.len() + 1).sum();
+        let fitted = flow.n_parameters() + segments.len() * n;
+        let freedom = (1.0 - fitted as f64 / (samples * n) as f64).max(0.1);
+        for i in 0..n {
+            let left = |(s, x): (&Segment, &Array2<f64>)| -> f64 {
+                (0..x.nrows()).map(|t| ((s.x[[t, i]] - x[[t, i]]) / s.relative(t, i)).powi(2)).sum()
+            };
+            let squares: f64 = segments.iter().zip(&self.x).map(left).sum();
+            self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(noise.floor[i]);
+        }
+        self.left.clone_from(&self.sigma);
+        // Of one channel a model can follow every sample at the cost of others: its likelihood then has no bound.
+        let ratio = |i: usize| (self.sigma[i] / noise.shape[i]).ln();
+        let common = (0..n).map(ratio).sum::<f64>() / n.max(1) as f64;
+        for i in 0..n {
+            let (low, high) = (common.exp() * noise.shape[i] / APART, common.exp() * noise.shape[i] * APART);
+            self.sigma[i] = self.sigma[i].max(low).min(high).max(noise.floor[i]);
+        }
+    }
+}
