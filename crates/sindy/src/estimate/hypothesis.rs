@@ -55,7 +55,7 @@ impl Hypothesis {
         &self.fit.xi[..self.supports.iter().map(Vec::len).sum()]
     }
 
-    /// The same along the `steps` of its path alone: numbers of segments, and of the steps in these.
+    /// This hypothesis along some `steps` of its path alone: numbers of segments, and of the steps in these.
     pub(super) fn part_of(&self, steps: &[(usize, Range<usize>)]) -> Self {
         let path =
             |(at, steps): &(usize, Range<usize>)| self.fit.x[*at].slice(s![steps.start..=steps.end, ..]).to_owned();

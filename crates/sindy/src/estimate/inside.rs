@@ -96,14 +96,9 @@ impl Problem<'_> {
     pub(super) fn propose_inside(&self, along: &Hypothesis, i: usize) -> Vec<Proposal> {
         let (terms, mut candidates) = self.candidates_inside(&along.supports, i);
         if self.is_long() && candidates.len() > RANKED {
-            let steps = stretches(self.segments, SAMPLE);
-            let part = along.part_of(&steps);
-            let told = Problem { segments: &sample_of(self.segments, SAMPLE), ..*self }.near_inside(
-                &terms,
-                &candidates,
-                &part,
-                i,
-            );
+            let sample = sample_of(self.segments, SAMPLE);
+            let part = along.part_of(&stretches(self.segments, SAMPLE));
+            let told = Problem { segments: &sample, ..*self }.near_inside(&terms, &candidates, &part, i);
             let mut told: Vec<(f64, Candidate)> =
                 told.into_iter().map(|n| n.map_or(f64::INFINITY, |(change, _)| change)).zip(candidates).collect();
             told.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -85,7 +85,10 @@ impl Problem<'_> {
                 Some(rough) => problem.fitted(rough, signals)?,
             };
             let found = if problem.is_settled(&found) { found } else { problem.as_simulated(found) };
-            settled = Some(problem.is_settled(&found).then_some(found)?);
+            if !problem.is_settled(&found) {
+                return None;
+            }
+            settled = Some(found);
         }
         settled
     }

@@ -46,7 +46,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) budget: u64,
     /// Operations spent on fits so far.
     pub(crate) spent: &'a Cell<u64>,
-    /// Whether terms were looked for, and found, in a part of the samples before.
+    /// Whether the search begins with equations that were found in a part of the samples.
     pub(crate) again: bool,
     pub(crate) watch: &'a Watch<'a>,
 }
@@ -286,7 +286,7 @@ impl Problem<'_> {
 
     /// `best` with terms that multiply their own derivative, and with others in place of its own, as long as that improves the score.
     fn finished(&self, mut best: Hypothesis, signals: &Signals) -> Searched {
-        // What leaves noise alone in all samples had shorter equations in none of their parts.
+        // The part of the samples in which these equations were found was searched for shorter ones.
         if !(self.again && self.is_settled(&best)) && self.implicit(&mut best, signals) {
             self.prune(&mut best);
         }
