@@ -39,11 +39,11 @@ pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path
     let mut way = Way::default();
     for t in 0..segment.len() {
         let mut add = |stage: &Stage<'_>| {
-            registers[..n + k].copy_from_slice(stage.z);
-            registers[n + k..n + k + n_modes].copy_from_slice(stage.modes);
+            registers[..n + k].copy_from_slice(stage.z.as_flattened());
+            registers[n + k..n + k + n_modes].copy_from_slice(stage.modes.as_flattened());
             tape.run(&mut registers);
             for (j, (term, &register)) in terms.iter().zip(tape.outputs()).enumerate() {
-                let rate = term.rate.map_or(1.0, |l| stage.x_dot[l]);
+                let rate = term.rate.map_or(1.0, |l| stage.x_dot[l][0]);
                 theta[[t, j]] += stage.weight * registers[register as usize] * rate;
             }
         };
@@ -53,7 +53,7 @@ pub(crate) fn averages(terms: &[Term], segment: &Segment, at: usize, path: &Path
                 let z: Vec<f64> = x[at].row(t).iter().chain(segment.u.row(t)).copied().collect();
                 let rate = |i: usize| (x[at][[t + 1, i]] - x[at][[t, i]]) / segment.dt[t];
                 let x_dot: Vec<f64> = (0..n).map(rate).collect();
-                add(&Stage { weight: 1.0, z: &z, x_dot: &x_dot, modes: &[] });
+                add(&Stage { weight: 1.0, z: z.as_chunks().0, x_dot: x_dot.as_chunks().0, modes: &[] });
             }
             Path::Model { flow, xi, x } => way.follow(flow, xi, segment, t, &x[at], &mut add),
         }
@@ -75,7 +75,7 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
             z[i] = a + s * (p + s * (c + s * d));
             slopes[i] = (p + s * (2.0 * c + 3.0 * s * d)) / h;
         }
-        add(&Stage { weight, z: &z, x_dot: &slopes, modes: &[] });
+        add(&Stage { weight, z: z.as_chunks().0, x_dot: slopes.as_chunks().0, modes: &[] });
     }
 }
 
@@ -115,9 +115,9 @@ impl Way {
         let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
         flow.step((&now, &u, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
             weights.push(stage.weight);
-            z.extend_from_slice(stage.z);
-            x_dot.extend_from_slice(stage.x_dot);
-            modes.extend_from_slice(stage.modes);
+            z.extend_from_slice(stage.z.as_flattened());
+            x_dot.extend_from_slice(stage.x_dot.as_flattened());
+            modes.extend_from_slice(stage.modes.as_flattened());
         });
         for (s, &weight) in weights.iter().enumerate() {
             let x_dot = &mut x_dot[s * n..(s + 1) * n];
@@ -126,7 +126,7 @@ impl Way {
             }
             let (width, m) = (n + u.len(), flow.switches().len());
             let (z, modes) = (&z[s * width..(s + 1) * width], &modes[s * m..(s + 1) * m]);
-            add(&Stage { weight, z, x_dot, modes });
+            add(&Stage { weight, z: z.as_chunks().0, x_dot: x_dot.as_chunks().0, modes: modes.as_chunks().0 });
         }
     }
 }

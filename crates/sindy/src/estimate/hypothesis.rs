@@ -9,7 +9,7 @@ use super::search::Problem;
 use crate::Stage;
 use crate::library::Shape;
 use crate::motion::Stepping;
-use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Work};
+use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Samples, Work};
 use crate::solve::binomial;
 
 /// Terms of every equation, a way of stepping, and what fits them best.
@@ -277,21 +277,22 @@ impl Problem<'_> {
 
     /// RMS difference of the steps of two flows, in standard deviations of the noise.
     pub(super) fn difference(&self, a: &Flow, b: &Flow, xi: &[f64], x: &[Array2<f64>], sigma: &[f64]) -> f64 {
-        let n = sigma.len();
-        let (mut left, mut right) = (vec![0.0; n], vec![0.0; n]);
-        let (mut scratch_a, mut scratch_b) = (a.scratch(), b.scratch());
         let (mut sum, mut count) = (0.0, 0.0);
         let every = (self.samples() as usize).div_ceil(LOOKED_AT);
         for (segment, x) in self.segments.iter().zip(x) {
-            for t in (0..segment.len()).step_by(every) {
-                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-                let step = (&now[..], &u[..], segment.dt[t]);
-                let finite = a.step(step, xi, &mut left, None, &mut scratch_a, &mut |_| {})
-                    && b.step(step, xi, &mut right, None, &mut scratch_b, &mut |_| {});
-                if finite {
-                    sum += (0..n).map(|i| ((left[i] - right[i]) / sigma[i]).powi(2)).sum::<f64>();
-                    count += n as f64;
-                }
+            let samples = Samples { segment, x, every };
+            let steps = |flow: &Flow| {
+                let mut all: Vec<Option<Vec<f64>>> = Vec::new();
+                flow.each_step(samples, xi, false, &mut |made| {
+                    all.push(made.finite.then(|| made.next.to_vec()));
+                    true
+                });
+                all
+            };
+            for (left, right) in steps(a).into_iter().zip(steps(b)).filter_map(|(left, right)| left.zip(right)) {
+                let squares = left.iter().zip(&right).zip(sigma).map(|((left, right), s)| ((left - right) / s).powi(2));
+                sum += squares.sum::<f64>();
+                count += left.len() as f64;
             }
         }
         (sum / f64::max(count, 1.0)).sqrt()

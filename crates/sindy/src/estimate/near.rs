@@ -47,9 +47,9 @@ impl Problem<'_> {
         supports[i] = choice.to_vec();
         let free = self.free(&along.supports);
         let structure = (&supports[..], &self.given()[..], &free[..]);
-        // Kinks of many candidates are found one by one once they are tried.
-        let turns = |j: usize| j < self.n_plain || along.supports.iter().flatten().any(|&k| k == j);
-        let flow = Flow::turning(terms, structure, self.rates, self.n_controls, along.flow.stepping(), &turns);
+        // Kinks of candidates are found one by one once they are fitted.
+        let acts = |j: usize| along.supports.iter().flatten().any(|&k| k == j);
+        let flow = Flow::trying(terms, structure, self.rates, self.n_controls, along.flow.stepping(), &acts);
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
         let coefficient =

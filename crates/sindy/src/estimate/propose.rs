@@ -8,7 +8,7 @@ use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
 use crate::library::Term;
-use crate::shooting::Flow;
+use crate::shooting::{Flow, Samples};
 use crate::solve::{Candidates, SizeReport, Subset};
 
 /// Equations found before, their coefficients, and the states (T + 1, n) of each segment that follow them.
@@ -224,22 +224,19 @@ impl Problem<'_> {
             return self.segments.iter().map(of).collect();
         };
         let flow = flow.for_derivatives();
-        let mut scratch = flow.scratch();
         let width = n + flow.n_parameters();
-        let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * width]);
         let mut all = Vec::with_capacity(self.segments.len());
         for (segment, x) in self.segments.iter().zip(x) {
             let mut errors = Array2::zeros((segment.len(), n));
-            for t in 0..segment.len() {
-                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-                let step = (&now[..], &u[..], segment.dt[t]);
-                let finite = flow.step(step, xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {});
+            flow.each_step(Samples { segment, x, every: 1 }, xi, true, &mut |made| {
+                let t = made.t;
                 for i in 0..n {
-                    let moved = |j: usize| s[i * width + j] - if i == j { 1.0 } else { 0.0 };
+                    let moved = |j: usize| made.s[i * width + j] - if i == j { 1.0 } else { 0.0 };
                     let through = (0..n).map(|j| (moved(j) * SMOOTHED * sigma[j]).powi(2)).sum::<f64>().sqrt();
-                    errors[[t, i]] = if finite { through / segment.dt[t] } else { unknown((t, i), &segment.dt) };
+                    errors[[t, i]] = if made.finite { through / segment.dt[t] } else { unknown((t, i), &segment.dt) };
                 }
-            }
+                true
+            });
             all.push(errors);
         }
         all

@@ -6,6 +6,7 @@ use super::hypothesis::{Hypothesis, Start};
 use super::search::{Problem, Rough, Searched};
 use crate::data::{Segment, Signals, Smoother};
 use crate::motion::Stepping;
+use crate::shooting::Samples;
 use crate::solve::binomial;
 
 /// Error of one step, as a multiple of the median, beyond which it may be a stray.
@@ -111,19 +112,18 @@ impl Problem<'_> {
     fn strays(&self, best: &Hypothesis) -> Option<Vec<Vec<bool>>> {
         let n = self.rates.len();
         let (flow, xi) = (&best.flow, &best.fit.xi);
-        let mut scratch = flow.scratch();
-        let mut next = vec![0.0; n];
         let mut errors: Vec<Array2<f64>> = Vec::with_capacity(self.segments.len());
         for segment in self.segments {
             let mut own = Array2::zeros((segment.len(), n));
-            for t in 0..segment.len() {
-                let (now, u) = (segment.x.row(t).to_vec(), segment.u.row(t).to_vec());
-                if !flow.step((&now, &u, segment.dt[t]), xi, &mut next, None, &mut scratch, &mut |_| {}) {
-                    return None;
+            let samples = Samples { segment, x: &segment.x, every: 1 };
+            let whole = flow.each_step(samples, xi, false, &mut |made| {
+                for (i, next) in made.next.iter().enumerate() {
+                    own[[made.t, i]] = (segment.x[[made.t + 1, i]] - next).abs() / segment.relative(made.t + 1, i);
                 }
-                for i in 0..n {
-                    own[[t, i]] = (segment.x[[t + 1, i]] - next[i]).abs() / segment.relative(t + 1, i);
-                }
+                made.finite
+            });
+            if !whole {
+                return None;
             }
             errors.push(own);
         }

@@ -27,8 +27,21 @@ impl Tape {
     /// Compiles `terms` over `n_inputs` variables. No term may use a variable beyond them.
     pub(crate) fn new<'a>(n_inputs: usize, terms: impl IntoIterator<Item = &'a Expr>) -> Self {
         let mut tape = Self { n_inputs, ops: Vec::new(), outputs: Vec::new() };
-        tape.outputs = terms.into_iter().map(|term| tape.compile(term)).collect();
+        tape.extend(terms);
         tape
+    }
+
+    /// Compiles further terms; those before them can still be computed without these.
+    pub(crate) fn extend<'a>(&mut self, terms: impl IntoIterator<Item = &'a Expr>) {
+        for term in terms {
+            let register = self.compile(term);
+            self.outputs.push(register);
+        }
+    }
+
+    /// Number of operations.
+    pub(crate) fn n_ops(&self) -> usize {
+        self.ops.len()
     }
 
     fn compile(&mut self, expr: &Expr) -> u32 {
@@ -57,23 +70,25 @@ impl Tape {
 
     /// Computes every term; the first registers must hold z.
     pub(crate) fn run(&self, registers: &mut [f64]) {
-        let (inputs, results) = registers.split_at_mut(self.n_inputs);
-        for (slot, op) in self.ops.iter().enumerate() {
-            let at = |r: u32| {
-                let r = r as usize;
-                if r < self.n_inputs { inputs[r] } else { results[r - self.n_inputs] }
+        self.run_first(registers.as_chunks_mut::<1>().0, self.ops.len());
+    }
+
+    /// The same of `L` places side by side, with the first `n_ops` operations alone: the terms that were compiled first.
+    pub(crate) fn run_first<const L: usize>(&self, registers: &mut [[f64; L]], n_ops: usize) {
+        for (slot, op) in self.ops[..n_ops].iter().enumerate() {
+            let (known, rest) = registers.split_at_mut(self.n_inputs + slot);
+            let at = |r: u32| &known[r as usize];
+            let value: [f64; L] = match *op {
+                Op::Constant(c) => [c; L],
+                Op::Neg(a) => at(a).map(|a| -a),
+                Op::Add(a, b) => both(at(a), at(b), |a, b| a + b),
+                Op::Sub(a, b) => both(at(a), at(b), |a, b| a - b),
+                Op::Mul(a, b) => both(at(a), at(b), |a, b| a * b),
+                Op::Div(a, b) => both(at(a), at(b), |a, b| a / b),
+                Op::Power(a, n) => at(a).map(|a| power(a, n)),
+                Op::Call(f, a) => at(a).map(|a| f.eval(a)),
             };
-            let value = match *op {
-                Op::Constant(c) => c,
-                Op::Neg(a) => -at(a),
-                Op::Add(a, b) => at(a) + at(b),
-                Op::Sub(a, b) => at(a) - at(b),
-                Op::Mul(a, b) => at(a) * at(b),
-                Op::Div(a, b) => at(a) / at(b),
-                Op::Power(a, n) => power(at(a), n),
-                Op::Call(f, a) => f.eval(at(a)),
-            };
-            results[slot] = value;
+            rest[0] = value;
         }
     }
 
@@ -81,4 +96,9 @@ impl Tape {
     pub(crate) fn outputs(&self) -> &[u32] {
         &self.outputs
     }
+}
+
+/// `of` the numbers of every place.
+fn both<const L: usize>(a: &[f64; L], b: &[f64; L], of: impl Fn(f64, f64) -> f64) -> [f64; L] {
+    std::array::from_fn(|l| of(a[l], b[l]))
 }

@@ -22,8 +22,8 @@ impl Flow {
         for (segment, x) in segments.iter().zip(x) {
             for (now, u) in x.rows().into_iter().zip(segment.u.rows()) {
                 self.rates_at(&now.to_vec(), &u.to_vec(), xi, &mut scratch);
-                rates.iter_mut().zip(&scratch.f).for_each(|(sum, f)| *sum += f * f);
-                sums.iter_mut().zip(&scratch.f_xi).for_each(|(sum, f)| *sum += f * f);
+                rates.iter_mut().zip(&scratch.f).for_each(|(sum, [f])| *sum += f * f);
+                sums.iter_mut().zip(&scratch.f_xi).for_each(|(sum, [f])| *sum += f * f);
             }
         }
         let of = |parameter: usize| {
@@ -37,18 +37,18 @@ impl Flow {
     /// `segments`: where it vanishes the state may be anywhere a moment later.
     pub(crate) fn is_regular(&self, segments: &[Segment], x: &[Array2<f64>], xi: &[f64]) -> bool {
         let own: Vec<&Summand> = self.summands.iter().filter(|s| s.rate == Some(s.row)).collect();
-        let mut registers = vec![0.0; self.tape.n_registers()];
-        let mut modes = vec![0.0; self.switches.len()];
+        let mut registers = vec![[0.0]; self.tape.n_registers()];
+        let mut modes = vec![[0.0]; self.switches.len()];
         let mut factor = vec![(0.0_f64, 0.0_f64, 0.0_f64); self.n];
         for (segment, x) in segments.iter().zip(x) {
             for (now, u) in x.rows().into_iter().zip(segment.u.rows()).take_while(|_| !own.is_empty()) {
-                registers.iter_mut().zip(now.iter().chain(u)).for_each(|(slot, v)| *slot = *v);
+                registers.iter_mut().zip(now.iter().chain(u)).for_each(|(slot, v)| *slot = [*v]);
                 self.fill_inside(&mut registers, xi);
                 self.signs(&mut registers, &mut modes);
-                self.tape.run(&mut registers);
+                self.tape.run_first(&mut registers, self.n_ops_of_rates);
                 let mut values = vec![1.0; self.n];
                 for s in &own {
-                    values[s.row] -= s.times(xi) * registers[self.values[s.term] as usize];
+                    values[s.row] -= s.times(xi) * registers[self.values[s.term] as usize][0];
                 }
                 for ((low, high, reach), value) in factor.iter_mut().zip(values) {
                     if *reach == 0.0 {

@@ -53,7 +53,7 @@ pub(crate) fn fit(
     parts: std::ops::Range<usize>,
     (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Fit> {
-    let mut state = State { xi: start.0.to_vec(), x: start.1.to_vec(), sigma: sigma.to_vec(), left: sigma.to_vec() };
+    let mut state = State::new(start.0.to_vec(), start.1.to_vec(), sigma.to_vec());
     let last = parts.end.min(PARTS.len()).saturating_sub(1);
     for (stage, part) in PARTS.iter().enumerate().take(last + 1).skip(parts.start) {
         let iterations = if stage == last { ITERATIONS.1 } else { ITERATIONS.0 };
@@ -63,7 +63,7 @@ pub(crate) fn fit(
     // With the noise that was found at last.
     let triangle = state.iterate(flow, segments, (PARTS[last], 3), (work, go_on))?;
     state.update_noise(flow, segments, noise);
-    let drift = state.drift(flow, segments);
+    let drift = state.drift();
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
     Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, drift, triangle })
@@ -80,7 +80,10 @@ pub(crate) fn linearised(
     (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Triangle> {
     work.elimination(flow, segments);
-    let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
+    let mut state = State::new(xi.to_vec(), x.to_vec(), sigma.to_vec());
+    if !state.miss(flow, segments, work) {
+        return None;
+    }
     Some(state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.0)
 }
 
@@ -96,7 +99,10 @@ pub(crate) fn innovations(
     (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Vec<Array2<f64>>> {
     work.elimination(flow, segments);
-    let state = State { xi: xi.to_vec(), x: x.to_vec(), sigma: sigma.to_vec(), left: Vec::new() };
+    let mut state = State::new(xi.to_vec(), x.to_vec(), sigma.to_vec());
+    if !state.miss(flow, segments, work) {
+        return None;
+    }
     let mut all = vec![Vec::new(); segments.len()];
     state.eliminated(
         flow,

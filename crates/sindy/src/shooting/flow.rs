@@ -1,8 +1,6 @@
 //! Equations of given structure, and their rates with exact derivatives.
 
-use nalgebra::DMatrix;
-
-use super::step::Scratch;
+use super::scratch::Scratch;
 use super::switches::Switches;
 use crate::Expr;
 use crate::chain::after_their_rates;
@@ -18,6 +16,8 @@ pub(super) struct Summand {
     pub(super) term: usize,
     pub(super) rate: Option<usize>,
     pub(super) coefficient: Coefficient,
+    /// Whether its term is in the equations; of others the coefficient is zero.
+    pub(super) acts: bool,
 }
 
 /// Terms of one equation with coefficients that are given.
@@ -46,7 +46,10 @@ pub(crate) struct Flow {
     pub(super) n: usize,
     pub(super) n_controls: usize,
     pub(super) n_parameters: usize,
+    /// What the rates are made of, then what their derivatives are.
     pub(super) tape: Tape,
+    /// Operations of the tape for the rates alone.
+    pub(super) n_ops_of_rates: usize,
     /// Registers of the terms in use.
     pub(super) values: Vec<u32>,
     /// Per term: (state, register) of the partial derivatives that are not zero.
@@ -78,14 +81,14 @@ pub(super) struct Inside {
 }
 
 /// A place on the way through one step, with its weight in the average.
-pub(crate) struct Stage<'a> {
+pub(crate) struct Stage<'a, const L: usize = 1> {
     pub(crate) weight: f64,
     /// (x; u) there.
-    pub(crate) z: &'a [f64],
+    pub(crate) z: &'a [[f64; L]],
     /// ẋ there.
-    pub(crate) x_dot: &'a [f64],
+    pub(crate) x_dot: &'a [[f64; L]],
     /// What stands there for the sign of each switch of the flow.
-    pub(crate) modes: &'a [f64],
+    pub(crate) modes: &'a [[f64; L]],
 }
 
 /// Number of the first parameter inside a term, until all variables before it are counted; no system has as many.
@@ -108,19 +111,22 @@ impl Flow {
         n_controls: usize,
         stepping: Stepping,
     ) -> Self {
-        Self::turning(terms, (supports, given, free), rates, n_controls, stepping, &|_| true)
+        Self::trying(terms, (supports, given, free), rates, n_controls, stepping, &|_| true)
     }
 
-    /// The same, where only those terms have kinks and jumps that are told from steps between which they are smooth, of which `turns` says so.
-    pub(crate) fn turning(
+    /// The same, where those terms of which `acts` does not say so are only tried: their coefficients are zero, and just the derivatives by these are asked
+    /// for. Their kinks and jumps are passed over.
+    pub(crate) fn trying(
         terms: &[Term],
         (supports, given, free): (&[Vec<usize>], &[Given], &[usize]),
         rates: &[Option<usize>],
         n_controls: usize,
         stepping: Stepping,
-        turns: &dyn Fn(usize) -> bool,
+        acts: &dyn Fn(usize) -> bool,
     ) -> Self {
         let n = rates.len();
+        let is_given = |j: usize| given.iter().flatten().any(|(k, _)| *k == j);
+        let acts = |j: usize| is_given(j) || acts(j);
         let mut used: Vec<usize> =
             supports.iter().flatten().chain(given.iter().flatten().map(|(j, _)| j)).copied().collect();
         used.sort_unstable();
@@ -130,14 +136,15 @@ impl Flow {
         for (row, support) in supports.iter().enumerate() {
             for j in support {
                 let coefficient = Coefficient::Fitted(summands.len());
-                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
+                let (term, rate) = (place(j), terms[*j].rate);
+                summands.push(Summand { row, term, rate, coefficient, acts: acts(*j) });
             }
         }
         let n_coefficients = summands.len();
         for (row, given) in given.iter().enumerate() {
             for (j, value) in given {
                 let coefficient = Coefficient::Given(*value);
-                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient });
+                summands.push(Summand { row, term: place(j), rate: terms[*j].rate, coefficient, acts: true });
             }
         }
         let mut inside = Vec::new();
@@ -146,7 +153,7 @@ impl Flow {
             values[term] = shape.over(PARAMETERS + inside.len());
             inside.extend((0..shape.len()).map(|_| Inside { term, slope: None }));
         }
-        let may_turn = used.iter().zip(&values).filter(|(j, _)| turns(**j)).map(|(_, value)| value);
+        let may_turn = used.iter().zip(&values).filter(|(j, _)| acts(**j)).map(|(_, value)| value);
         let switches = Switches::among(may_turn, n, n + n_controls);
         // Parameters come after the signs, which are counted now.
         let inputs = n + n_controls + switches.len();
@@ -160,26 +167,36 @@ impl Flow {
             };
             of.iter().enumerate().flat_map(of_term).collect()
         };
-        let (of_values, of_arguments) = (slopes(&values), slopes(&arguments));
+        let acts = |term: &usize| acts(used[*term]);
+        let (mut of_values, of_arguments) = (slopes(&values), slopes(&arguments));
+        of_values.retain(|(term, _, _)| acts(term));
         let by_inside: Vec<Option<Expr>> =
             inside.iter().enumerate().map(|(k, i)| values[i.term].derivative(inputs + k)).collect();
-        let derivatives = of_values.iter().chain(&of_arguments).map(|(_, _, d)| d).chain(by_inside.iter().flatten());
-        let tape = Tape::new(inputs + inside.len(), values.iter().chain(&arguments).chain(derivatives));
+        let (acting, tried): (Vec<usize>, Vec<usize>) = (0..values.len()).partition(acts);
+        let of_arguments_alone = of_arguments.iter().map(|(_, _, d)| d);
+        let rates_alone = acting.iter().map(|&term| &values[term]).chain(&arguments).chain(of_arguments_alone);
+        let mut tape = Tape::new(inputs + inside.len(), rates_alone);
+        let n_ops_of_rates = tape.n_ops();
+        let derivatives = of_values.iter().map(|(_, _, d)| d).chain(by_inside.iter().flatten());
+        tape.extend(tried.iter().map(|&term| &values[term]).chain(derivatives));
         let mut registers = tape.outputs().iter().copied();
-        let values: Vec<u32> = registers.by_ref().take(values.len()).collect();
+        let mut values = vec![0; values.len()];
+        acting.iter().zip(registers.by_ref()).for_each(|(&term, register)| values[term] = register);
         let arguments: Vec<u32> = registers.by_ref().take(arguments.len()).collect();
-        let mut partials = vec![Vec::new(); values.len()];
-        for ((term, state, _), register) in of_values.iter().zip(registers.by_ref()) {
-            partials[*term].push((*state, register));
-        }
         let mut gradients = vec![Vec::new(); arguments.len()];
         for ((switch, state, _), register) in of_arguments.iter().zip(registers.by_ref()) {
             gradients[*switch].push((*state, register));
         }
+        tried.iter().zip(registers.by_ref()).for_each(|(&term, register)| values[term] = register);
+        let mut partials = vec![Vec::new(); values.len()];
+        for ((term, state, _), register) in of_values.iter().zip(registers.by_ref()) {
+            partials[*term].push((*state, register));
+        }
         for (parameter, _) in inside.iter_mut().zip(&by_inside).filter(|(_, d)| d.is_some()) {
             parameter.slope = registers.next();
         }
-        let mut coupled: Vec<usize> = summands.iter().filter_map(|s| Some([s.row, s.rate?])).flatten().collect();
+        let among = summands.iter().filter(|s| s.acts);
+        let mut coupled: Vec<usize> = among.filter_map(|s| Some([s.row, s.rate?])).flatten().collect();
         coupled.sort_unstable();
         coupled.dedup();
         // A circle of rates has no order: nothing moves by the new rates then.
@@ -200,6 +217,7 @@ impl Flow {
             gradients,
             inside,
             tape,
+            n_ops_of_rates,
         }
     }
 
@@ -213,16 +231,21 @@ impl Flow {
     }
 
     /// Writes the parameters inside terms to their registers.
-    pub(super) fn fill_inside(&self, registers: &mut [f64], xi: &[f64]) {
+    pub(super) fn fill_inside<const L: usize>(&self, registers: &mut [[f64; L]], xi: &[f64]) {
         let first = self.n + self.n_controls + self.switches.len();
         let inside = &xi[self.n_parameters - self.inside.len()..];
-        registers[first..first + inside.len()].copy_from_slice(inside);
+        registers[first..].iter_mut().zip(inside).for_each(|(slot, v)| *slot = [*v; L]);
     }
 
     /// Nodes of the rates that one step computes.
     pub(super) fn n_rates(&self) -> u64 {
-        let rates = self.tape.n_registers() * (1 + TURNING * self.switches.len()) + self.n;
+        let rates = self.n_ops_of_rates * (1 + TURNING * self.switches.len()) + self.n;
         (self.n_stages() * rates) as u64
+    }
+
+    /// Nodes of their derivatives that one step computes.
+    pub(super) fn n_slopes(&self) -> u64 {
+        (self.n_stages() * (self.tape.n_ops() - self.n_ops_of_rates)) as u64
     }
 
     /// Whether there are parameters inside terms.
@@ -257,90 +280,83 @@ impl Flow {
         }
     }
 
-    /// ẋ at (x; u) with the signs that `scratch` has for the switches, and with `derivatives` ∂ẋ/∂x (n, n) and ∂ẋ/∂ξ (n, p), into the
+    /// ẋ at the (x; u) that `scratch` has, with the signs that it has for the switches, and with `derivatives` ∂ẋ/∂x (n, n) and ∂ẋ/∂ξ (n, p), into the
     /// scratch space. NaN where the implicit equations are singular.
-    pub(super) fn rates_between_switches(
+    pub(super) fn rates_between_switches<const L: usize>(
         &self,
-        x: &[f64],
-        u: &[f64],
         xi: &[f64],
         derivatives: bool,
-        scratch: &mut Scratch,
+        scratch: &mut Scratch<L>,
     ) {
-        let Scratch { registers, f, f_x, f_xi, coupled, column, modes, .. } = scratch;
-        let (n, p) = (self.n, self.n_parameters);
-        registers[..n].copy_from_slice(x);
-        self.fill_inside(registers, xi);
-        let first = n + self.n_controls;
-        registers[n..first].copy_from_slice(u);
         if self.is_classical() {
-            self.signs(registers, modes);
+            self.signs(&mut scratch.registers, &mut scratch.modes);
         }
+        let Scratch { registers, f, f_x, f_xi, masses, modes, .. } = scratch;
+        let (n, p) = (self.n, self.n_parameters);
+        let first = n + self.n_controls;
         registers[first..first + modes.len()].copy_from_slice(modes);
-        self.tape.run(registers);
-        let value = |s: &Summand| registers[self.values[s.term] as usize];
-        f.fill(0.0);
-        for (i, rate) in self.rates.iter().enumerate() {
-            if let Some(v) = rate {
-                f[i] = x[*v];
-            }
+        let n_ops = if derivatives { self.tape.n_ops() } else { self.n_ops_of_rates };
+        self.tape.run_first(registers, n_ops);
+        let value = |s: &Summand| &registers[self.values[s.term] as usize];
+        for (f, rate) in f.iter_mut().zip(&self.rates) {
+            *f = rate.map_or([0.0; L], |v| registers[v]);
         }
-        for s in self.summands.iter().filter(|s| s.rate.is_none()) {
-            f[s.row] += s.times(xi) * value(s);
+        for s in self.summands.iter().filter(|s| s.acts && s.rate.is_none()) {
+            let (times, value) = (s.times(xi), value(s));
+            add(&mut f[s.row], |l| times * value[l]);
         }
         let among = &self.coupled;
-        // The inverse of what the rates of these states are multiplied by, from the left to `width` columns of `matrix`.
-        let solve = |matrix: &mut [f64], width: usize, inverse: &DMatrix<f64>, column: &mut [f64]| {
-            for j in 0..width {
-                among.iter().zip(&mut *column).for_each(|(&k, slot)| *slot = matrix[k * width + j]);
-                for (a, &i) in among.iter().enumerate() {
-                    matrix[i * width + j] =
-                        column.iter().take(among.len()).enumerate().map(|(b, v)| inverse[(a, b)] * v).sum();
-                }
-            }
-        };
         if !among.is_empty() {
-            coupled.fill_with_identity();
             let place = |i: usize| among.partition_point(|&k| k < i);
-            for s in &self.summands {
-                if let Some(l) = s.rate {
-                    coupled[(place(s.row), place(l))] -= s.times(xi) * value(s);
+            masses.invert(&|l, matrix| {
+                for s in self.summands.iter().filter(|s| s.acts) {
+                    if let Some(rate) = s.rate {
+                        matrix[(place(s.row), place(rate))] -= s.times(xi) * value(s)[l];
+                    }
                 }
-            }
-            if !coupled.try_inverse_mut() {
-                coupled.fill(f64::NAN);
-            }
-            solve(f, 1, coupled, column);
+            });
+            masses.solve(among, f, 1);
         }
         if !derivatives {
             return;
         }
-        f_x.fill(0.0);
-        f_xi.fill(0.0);
+        f_x.fill([0.0; L]);
+        f_xi.fill([0.0; L]);
         for (i, rate) in self.rates.iter().enumerate() {
             if let Some(v) = rate {
-                f_x[i * n + v] = 1.0;
+                f_x[i * n + v] = [1.0; L];
             }
         }
+        let one = [1.0; L];
         for s in &self.summands {
-            let times = s.rate.map_or(1.0, |l| f[l]);
+            let times = s.rate.map_or(&one, |rate| &f[rate]);
             if let Coefficient::Fitted(parameter) = s.coefficient {
-                f_xi[s.row * p + parameter] = value(s) * times;
+                let value = value(s);
+                f_xi[s.row * p + parameter] = std::array::from_fn(|l| value[l] * times[l]);
             }
             for &(k, register) in &self.partials[s.term] {
-                f_x[s.row * n + k] += s.times(xi) * registers[register as usize] * times;
+                let (coefficient, slope) = (s.times(xi), &registers[register as usize]);
+                add(&mut f_x[s.row * n + k], |l| coefficient * slope[l] * times[l]);
             }
         }
         for (at, parameter) in self.inside.iter().enumerate() {
-            let Some(slope) = parameter.slope else { continue };
+            let Some(slope) = parameter.slope.map(|register| &registers[register as usize]) else { continue };
             for s in self.summands.iter().filter(|s| s.term == parameter.term) {
-                let times = s.rate.map_or(1.0, |l| f[l]);
-                f_xi[s.row * p + p - self.inside.len() + at] += s.times(xi) * registers[slope as usize] * times;
+                let (coefficient, times) = (s.times(xi), s.rate.map_or(&one, |rate| &f[rate]));
+                let place = s.row * p + p - self.inside.len() + at;
+                add(&mut f_xi[place], |l| coefficient * slope[l] * times[l]);
             }
         }
         if !among.is_empty() {
-            solve(f_x, n, coupled, column);
-            solve(f_xi, p, coupled, column);
+            masses.solve(among, f_x, n);
+            masses.solve(among, f_xi, p);
         }
+    }
+}
+
+/// Adds `of` each place to `sum`.
+pub(super) fn add<const L: usize>(sum: &mut [f64; L], of: impl Fn(usize) -> f64) {
+    for (l, sum) in sum.iter_mut().enumerate() {
+        *sum += of(l);
     }
 }

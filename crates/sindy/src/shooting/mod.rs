@@ -4,6 +4,8 @@ mod checks;
 mod eliminate;
 mod fit;
 mod flow;
+mod passes;
+mod scratch;
 mod state;
 mod step;
 mod switches;
@@ -13,6 +15,7 @@ mod work;
 
 pub(crate) use fit::{Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
+pub(crate) use passes::Samples;
+pub(crate) use scratch::Scratch;
 pub(crate) use state::Bounds;
-pub(crate) use step::Scratch;
 pub(crate) use work::Work;

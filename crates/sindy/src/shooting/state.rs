@@ -4,6 +4,7 @@ use ndarray::Array2;
 
 use super::eliminate::Elimination;
 use super::flow::Flow;
+use super::passes::Samples;
 use super::work::Work;
 use crate::Triangle;
 use crate::data::Segment;
@@ -54,56 +55,65 @@ pub(super) struct State {
     pub(super) sigma: Vec<f64>,
     /// RMS of what is left of each state, freedom taken into account (n).
     pub(super) left: Vec<f64>,
+    /// Per segment: x⁺ − F(x; ξ) of every step (T, n), once [`Self::miss`] was asked.
+    missed: Vec<Array2<f64>>,
 }
 
 impl State {
+    pub(super) fn new(xi: Vec<f64>, x: Vec<Array2<f64>>, sigma: Vec<f64>) -> Self {
+        Self { xi, x, left: sigma.clone(), sigma, missed: Vec::new() }
+    }
+
+    /// Finds by how much the states miss their equations; `false` if a step is not finite.
+    pub(super) fn miss(&mut self, flow: &Flow, segments: &[Segment], work: &Work) -> bool {
+        work.steps(flow, segments);
+        let Self { xi, x, missed, .. } = self;
+        missed.clear();
+        segments.iter().zip(x).all(|(segment, x)| {
+            let mut of_segment = Array2::zeros((segment.len(), x.ncols()));
+            let finite = flow.each_step(Samples { segment, x, every: 1 }, xi, false, &mut |made| {
+                let next = made.next.iter().zip(x.row(made.t + 1));
+                of_segment.row_mut(made.t).iter_mut().zip(next).for_each(|(slot, (next, x))| *slot = x - next);
+                made.finite
+            });
+            missed.push(of_segment);
+            finite
+        })
+    }
+
     /// The sum of squares; infinite where a step is not finite.
-    fn cost(&self, flow: &Flow, segments: &[Segment], part: f64) -> f64 {
+    fn cost(&mut self, flow: &Flow, segments: &[Segment], part: f64, work: &Work) -> f64 {
+        if !self.miss(flow, segments, work) {
+            return f64::INFINITY;
+        }
         let mut total = 0.0;
-        for (segment, x) in segments.iter().zip(&self.x) {
+        for ((segment, x), missed) in segments.iter().zip(&self.x).zip(&self.missed) {
             for t in 0..x.nrows() {
                 for (i, sigma) in self.sigma.iter().enumerate() {
                     total += ((segment.x[[t, i]] - x[[t, i]]) / (sigma * segment.relative(t, i))).powi(2);
                 }
             }
-        }
-        let finite = self.defects(flow, segments, &mut |_, d| {
-            total += d.iter().zip(&self.sigma).map(|(d, sigma)| (d / (part * sigma)).powi(2)).sum::<f64>();
-        });
-        if finite && !total.is_nan() { total } else { f64::INFINITY }
-    }
-
-    /// Visits x⁺ − F(x; ξ) of every step, with the number of the step in its segment; `false` if a step is not finite.
-    fn defects(&self, flow: &Flow, segments: &[Segment], visit: &mut dyn FnMut(usize, &[f64])) -> bool {
-        let mut scratch = flow.scratch();
-        let mut next = vec![0.0; self.sigma.len()];
-        for (segment, x) in segments.iter().zip(&self.x) {
-            for t in 0..segment.len() {
-                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-                if !flow.step((&now, &u, segment.dt[t]), &self.xi, &mut next, None, &mut scratch, &mut |_| {}) {
-                    return false;
-                }
-                next.iter_mut().zip(x.row(t + 1)).for_each(|(next, x)| *next = x - *next);
-                visit(t, &next);
+            for d in missed.rows() {
+                total += d.iter().zip(&self.sigma).map(|(d, sigma)| (d / (part * sigma)).powi(2)).sum::<f64>();
             }
         }
-        true
+        if total.is_nan() { f64::INFINITY } else { total }
     }
 
     /// RMS over the samples of the sum of x⁺ − F(x; ξ) up to there, per state (n).
-    pub(super) fn drift(&self, flow: &Flow, segments: &[Segment]) -> Vec<f64> {
+    pub(super) fn drift(&self) -> Vec<f64> {
         let n = self.sigma.len();
-        let (mut sum, mut squares, mut steps) = (vec![0.0; n], vec![0.0; n], 0.0);
-        self.defects(flow, segments, &mut |t, d| {
-            if t == 0 {
-                sum.fill(0.0);
+        let (mut squares, mut steps) = (vec![0.0; n], 0.0);
+        for missed in &self.missed {
+            let mut sum = vec![0.0; n];
+            for d in missed.rows() {
+                steps += 1.0;
+                for i in 0..n {
+                    sum[i] += d[i];
+                    squares[i] += sum[i] * sum[i];
+                }
             }
-            steps += 1.0;
-            for i in 0..n {
-                sum[i] += d[i];
-                squares[i] += sum[i] * sum[i];
-            }
-        });
+        }
         squares.iter().map(|s: &f64| (s / f64::max(steps, 1.0)).sqrt()).collect()
     }
 
@@ -115,8 +125,7 @@ impl State {
         (part, iterations): (f64, usize),
         (work, go_on): (&Work, &dyn Fn() -> bool),
     ) -> Option<Triangle> {
-        work.steps(flow, segments);
-        let mut cost = self.cost(flow, segments, part);
+        let mut cost = self.cost(flow, segments, part, work);
         let mut triangle = None;
         if !cost.is_finite() {
             return None;
@@ -142,9 +151,8 @@ impl State {
                 let (delta, moved) = &step;
                 let xi = self.xi.iter().zip(delta).map(|(c, d)| c + by * d).collect();
                 let x = self.x.iter().zip(moved).map(|(x, d)| x + &(d * by)).collect();
-                let trial = Self { xi, x, sigma: self.sigma.clone(), left: Vec::new() };
-                work.steps(flow, segments);
-                let gained = trial.cost(flow, segments, part);
+                let mut trial = Self::new(xi, x, self.sigma.clone());
+                let gained = trial.cost(flow, segments, part, work);
                 if gained < cost {
                     taken = Some((trial, gained));
                     break;
@@ -173,39 +181,36 @@ impl State {
     ) -> Option<(Triangle, Vec<Elimination>)> {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
         let rough = flow.for_derivatives();
-        let mut scratch = flow.scratch();
         let mut triangle = Triangle::new(p + 1);
         let q: Vec<f64> = self.sigma.iter().map(|s| part * s).collect();
-        let (mut next, mut s) = (vec![0.0; n], vec![0.0; n * (n + p)]);
         let mut eliminations = Vec::with_capacity(segments.len());
-        for (number, (segment, x)) in segments.iter().zip(&self.x).enumerate() {
+        for (number, ((segment, x), missed)) in segments.iter().zip(&self.x).zip(&self.missed).enumerate() {
             let mut elimination = Elimination::new(n, p, with_states);
-            for t in 0..=segment.len() {
-                if t.is_multiple_of(ASKED) {
-                    triangle.push(elimination.rows().view()).ok()?;
-                    if !go_on() {
-                        return None;
-                    }
-                }
-                let y: Vec<f64> = (0..n).map(|i| segment.x[[t, i]] - x[[t, i]]).collect();
-                let sigma: Vec<f64> = (0..n).map(|i| self.sigma[i] * segment.relative(t, i)).collect();
+            let sample = |t: usize| -> (Vec<f64>, Vec<f64>) {
+                let of = |i: usize| (segment.x[[t, i]] - x[[t, i]], self.sigma[i] * segment.relative(t, i));
+                (0..n).map(of).unzip()
+            };
+            let mut seen = |elimination: &Elimination, y: &[f64], sigma: &[f64]| {
                 if let Some(visit) = &mut visit {
-                    elimination.innovations(&y, &sigma).into_iter().for_each(|innovations| visit(number, innovations));
+                    elimination.innovations(y, sigma).into_iter().for_each(|innovations| visit(number, innovations));
                 }
-                if t == segment.len() {
-                    elimination.finish(&y, &sigma);
-                    break;
+            };
+            let whole = rough.each_step(Samples { segment, x, every: 1 }, &self.xi, true, &mut |made| {
+                if made.t.is_multiple_of(ASKED) && (triangle.push(elimination.rows().view()).is_err() || !go_on()) {
+                    return false;
                 }
-                let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-                let step = (&now[..], &u[..], segment.dt[t]);
-                if !rough.step(step, &self.xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {})
-                    || !flow.step(step, &self.xi, &mut next, None, &mut scratch, &mut |_| {})
-                {
-                    return None;
-                }
-                let d: Vec<f64> = (0..n).map(|i| next[i] - x[[t + 1, i]]).collect();
-                elimination.step(&y, &sigma, &s, &d, &q);
+                let (y, sigma) = sample(made.t);
+                seen(&elimination, &y, &sigma);
+                let d: Vec<f64> = missed.row(made.t).iter().map(|d| -d).collect();
+                elimination.step(&y, &sigma, made.s, &d, &q);
+                made.finite
+            });
+            if !whole {
+                return None;
             }
+            let (y, sigma) = sample(segment.len());
+            seen(&elimination, &y, &sigma);
+            elimination.finish(&y, &sigma);
             triangle.push(elimination.rows().view()).ok()?;
             eliminations.push(elimination);
         }

@@ -1,39 +1,23 @@
 //! The map from one sample to the next, with its exact derivatives.
 
-use nalgebra::DMatrix;
-
-use super::flow::{Flow, Stage};
+use super::flow::{Flow, Stage, add};
+use super::scratch::Scratch;
 use super::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::motion::Stepping;
 
 /// Substeps from which on one step of order eight stands for so many of order four: it is the more accurate one.
 const OF_EIGHTH: usize = 8;
 
-/// Stages of a step, at most.
-const STAGES: usize = 11;
-
 /// Turns of switches within one substep, at most.
 const TURNS: usize = 8;
 
-impl Flow {
-    /// Scratch space for [`Self::step`].
-    pub(crate) fn scratch(&self) -> Scratch {
-        let (n, width) = (self.n, self.n + self.n_parameters);
-        Scratch {
-            registers: vec![0.0; self.tape.n_registers()],
-            f: vec![0.0; n],
-            coupled: DMatrix::zeros(self.coupled.len(), self.coupled.len()),
-            column: vec![0.0; n],
-            f_x: vec![0.0; n * n],
-            f_xi: vec![0.0; n * self.n_parameters],
-            modes: vec![0.0; self.switches.len()],
-            sliding: None,
-            slopes: vec![0.0; STAGES * n],
-            s_stage: vec![0.0; n * width],
-            s_slopes: vec![0.0; STAGES * n * width],
-        }
-    }
+/// The rates where the registers are, with derivatives if these are wanted.
+type Rates<'a, const L: usize> = &'a dyn Fn(bool, &mut Scratch<L>);
 
+/// Visitor of the stages of a step.
+type Visit<'a, const L: usize> = &'a mut dyn FnMut(&Stage<'_, L>);
+
+impl Flow {
     /// Writes x⁺ one step of `dt` \[s\] later, and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
     /// if a number is not finite.
     pub(crate) fn step(
@@ -41,113 +25,171 @@ impl Flow {
         (x, u, dt): (&[f64], &[f64], f64),
         xi: &[f64],
         next: &mut [f64],
-        mut s: Option<&mut [f64]>,
+        s: Option<&mut [f64]>,
         scratch: &mut Scratch,
-        visit: &mut dyn FnMut(&Stage<'_>),
+        visit: Visit<'_, 1>,
     ) -> bool {
-        let (n, width) = (self.n, self.n + self.n_parameters);
-        next.copy_from_slice(x);
-        if let Some(s) = s.as_deref_mut() {
-            s.fill(0.0);
-            (0..n).for_each(|i| s[i * width + i] = 1.0);
+        let (x, u, next) = (x.as_chunks().0, u.as_chunks().0, next.as_chunks_mut().0);
+        let mut s = s.map(|s| s.as_chunks_mut().0);
+        if self.switches.is_empty() {
+            return self.step_side_by_side((x, u, [dt]), xi, next, s, scratch, visit)[0];
         }
-        let mut z = vec![0.0; n + self.n_controls];
-        z[n..].copy_from_slice(u);
+        self.start((x, u), xi, next, s.as_deref_mut(), scratch);
+        let rates = |derivatives: bool, scratch: &mut Scratch| self.rates(xi, derivatives, scratch);
+        let held = |derivatives: bool, scratch: &mut Scratch| {
+            self.begin(xi, scratch);
+            self.rates(xi, derivatives, scratch);
+        };
         match self.stepping {
             Stepping::Euler | Stepping::SemiImplicit { .. } => {
-                let (substeps, positions) = match self.stepping {
-                    Stepping::SemiImplicit { substeps } => (substeps.max(1), &self.positions[..]),
-                    _ => (1, &[][..]),
-                };
-                let h = dt / substeps as f64;
-                for _ in 0..substeps {
-                    z[..n].copy_from_slice(next);
-                    self.begin(&z[..n], u, xi, scratch);
-                    self.rates(&z[..n], u, xi, s.is_some(), scratch);
-                    let weight = 1.0 / substeps as f64;
-                    visit(&Stage { weight, z: &z, x_dot: &scratch.f, modes: &scratch.modes });
-                    (0..n).for_each(|i| next[i] += h * scratch.f[i]);
-                    let before = s.as_deref().map(<[f64]>::to_vec);
-                    if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
-                        add_slopes(s, h, before, &scratch.f_x, &scratch.f_xi, n);
-                    }
-                    for &i in positions {
-                        let Some(v) = self.rates[i] else { continue };
-                        next[i] = z[i] + h * next[v];
-                        if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
-                            for j in 0..width {
-                                s[i * width + j] = before[i * width + j] + h * s[v * width + j];
-                            }
-                        }
-                    }
-                }
+                self.held([dt], next, s.as_deref_mut(), scratch, &held, visit);
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
-                self.begin(x, u, xi, scratch);
+                self.begin(xi, scratch);
                 for _ in 0..substeps {
-                    self.substep(
-                        tableau,
-                        (dt / substeps as f64, dt),
-                        xi,
-                        next,
-                        s.as_deref_mut(),
-                        &mut z,
-                        scratch,
-                        visit,
-                    );
+                    let h = (dt / substeps as f64, dt);
+                    self.substep(tableau, h, xi, next, s.as_deref_mut(), scratch, &rates, visit);
                 }
             }
         }
-        next.iter().all(|v| v.is_finite()) && s.is_none_or(|s| s.iter().all(|v| v.is_finite()))
+        finite(next, s.as_deref())[0]
     }
 
-    /// One step of `tableau` over a time h of the interval dt, cut where a switch turns. `z` holds the controls.
+    /// The same from `L` samples side by side, of equations without switches.
+    pub(super) fn step_side_by_side<const L: usize>(
+        &self,
+        (x, u, dt): (&[[f64; L]], &[[f64; L]], [f64; L]),
+        xi: &[f64],
+        next: &mut [[f64; L]],
+        mut s: Option<&mut [[f64; L]]>,
+        scratch: &mut Scratch<L>,
+        visit: Visit<'_, L>,
+    ) -> [bool; L] {
+        self.start((x, u), xi, next, s.as_deref_mut(), scratch);
+        let rates = |derivatives: bool, scratch: &mut Scratch<L>| self.rates_between_switches(xi, derivatives, scratch);
+        match self.stepping {
+            Stepping::Euler | Stepping::SemiImplicit { .. } => {
+                self.held(dt, next, s.as_deref_mut(), scratch, &rates, visit);
+            }
+            Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
+                let (tableau, substeps) = self.scheme(substeps);
+                let h = (dt.map(|dt| dt / substeps as f64), 1.0 / substeps as f64);
+                for _ in 0..substeps {
+                    self.advance(tableau, h, next, s.as_deref_mut(), scratch, &rates, visit);
+                }
+            }
+        }
+        finite(next, s.as_deref())
+    }
+
+    /// Where a step begins: at x, whose derivative by itself is one.
+    fn start<const L: usize>(
+        &self,
+        (x, u): (&[[f64; L]], &[[f64; L]]),
+        xi: &[f64],
+        next: &mut [[f64; L]],
+        s: Option<&mut [[f64; L]]>,
+        scratch: &mut Scratch<L>,
+    ) {
+        let (n, width) = (self.n, self.n + self.n_parameters);
+        next.copy_from_slice(x);
+        if let Some(s) = s {
+            s.fill([0.0; L]);
+            (0..n).for_each(|i| s[i * width + i] = [1.0; L]);
+        }
+        scratch.registers[..n].copy_from_slice(x);
+        scratch.registers[n..n + u.len()].copy_from_slice(u);
+        self.fill_inside(&mut scratch.registers, xi);
+    }
+
+    /// Steps of Euler, or of simulators that move positions by the new rates.
+    fn held<const L: usize>(
+        &self,
+        dt: [f64; L],
+        next: &mut [[f64; L]],
+        mut s: Option<&mut [[f64; L]]>,
+        scratch: &mut Scratch<L>,
+        rates: Rates<'_, L>,
+        visit: Visit<'_, L>,
+    ) {
+        let (n, width) = (self.n, self.n + self.n_parameters);
+        let (substeps, positions) = match self.stepping {
+            Stepping::SemiImplicit { substeps } => (substeps.max(1), &self.positions[..]),
+            _ => (1, &[][..]),
+        };
+        let h = dt.map(|dt| dt / substeps as f64);
+        for _ in 0..substeps {
+            scratch.registers[..n].copy_from_slice(next);
+            rates(s.is_some(), scratch);
+            let z = &scratch.registers[..n + self.n_controls];
+            visit(&Stage { weight: 1.0 / substeps as f64, z, x_dot: &scratch.f, modes: &scratch.modes });
+            (0..n).for_each(|i| add(&mut next[i], |l| h[l] * scratch.f[i][l]));
+            let before = s.as_deref().map(<[[f64; L]]>::to_vec);
+            if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
+                add_slopes(s, h, before, &scratch.f_x, &scratch.f_xi, n);
+            }
+            for &i in positions {
+                let Some(v) = self.rates[i] else { continue };
+                next[i] = std::array::from_fn(|l| scratch.registers[i][l] + h[l] * next[v][l]);
+                if let (Some(s), Some(before)) = (s.as_deref_mut(), &before) {
+                    for j in 0..width {
+                        let (before, rate) = (before[i * width + j], s[v * width + j]);
+                        s[i * width + j] = std::array::from_fn(|l| before[l] + h[l] * rate[l]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// One step of `tableau` over a time h of the interval dt, cut where a switch turns.
     #[expect(clippy::too_many_arguments, reason = "a step and all that is written on its way")]
     fn substep(
         &self,
         tableau: &Tableau,
         (h, dt): (f64, f64),
         xi: &[f64],
-        x: &mut [f64],
-        mut s: Option<&mut [f64]>,
-        z: &mut [f64],
+        x: &mut [[f64; 1]],
+        mut s: Option<&mut [[f64; 1]]>,
         scratch: &mut Scratch,
-        visit: &mut dyn FnMut(&Stage<'_>),
+        rates: Rates<'_, 1>,
+        visit: Visit<'_, 1>,
     ) {
         let mut left = h;
         for _ in 0..TURNS {
-            let u = &z[self.n..].to_vec();
-            let Some((part, switch)) = self.until_turn(tableau, left, (x, u, xi), scratch) else { break };
-            self.advance(tableau, (part, part / dt), xi, x, s.as_deref_mut(), z, scratch, visit);
-            self.turn(switch, (x, u, xi), s.as_deref_mut(), scratch);
+            let Some((part, switch)) = self.until_turn(tableau, left, x, xi, scratch) else { break };
+            self.advance(tableau, ([part], part / dt), x, s.as_deref_mut(), scratch, rates, visit);
+            self.turn(switch, x, xi, s.as_deref_mut(), scratch);
             left -= part;
         }
-        self.advance(tableau, (left, left / dt), xi, x, s, z, scratch, visit);
+        self.advance(tableau, ([left], left / dt), x, s, scratch, rates, visit);
     }
 
-    /// One step of `tableau` over a time h, which has `weight` in the averages. `z` holds the controls.
+    /// One step of `tableau` over a time h, which has `weight` in the averages.
     #[expect(clippy::too_many_arguments, reason = "a step and all that is written on its way")]
-    pub(super) fn advance(
+    pub(super) fn advance<const L: usize>(
         &self,
         tableau: &Tableau,
-        (h, weight): (f64, f64),
-        xi: &[f64],
-        x: &mut [f64],
-        mut s: Option<&mut [f64]>,
-        z: &mut [f64],
-        scratch: &mut Scratch,
-        visit: &mut dyn FnMut(&Stage<'_>),
+        (h, weight): ([f64; L], f64),
+        x: &mut [[f64; L]],
+        mut s: Option<&mut [[f64; L]]>,
+        scratch: &mut Scratch<L>,
+        rates: Rates<'_, L>,
+        visit: Visit<'_, L>,
     ) {
         let (n, width) = (self.n, self.n + self.n_parameters);
         for (stage, row) in tableau.a.iter().enumerate() {
-            for i in 0..n {
-                let slopes = row.iter().enumerate().map(|(j, a)| a * scratch.slopes[j * n + i]);
-                z[i] = x[i] + h * slopes.sum::<f64>();
+            for (i, x) in x.iter().enumerate() {
+                let mut slope = [0.0; L];
+                for (j, a) in row.iter().enumerate().filter(|(_, a)| **a != 0.0) {
+                    let of_stage = &scratch.slopes[j * n + i];
+                    add(&mut slope, |l| a * of_stage[l]);
+                }
+                scratch.registers[i] = std::array::from_fn(|l| x[l] + h[l] * slope[l]);
             }
-            let (at, u) = z.split_at(n);
-            self.rates(at, u, xi, s.is_some(), scratch);
+            rates(s.is_some(), scratch);
             if tableau.b[stage] > 0.0 {
+                let z = &scratch.registers[..n + self.n_controls];
                 visit(&Stage { weight: tableau.b[stage] * weight, z, x_dot: &scratch.f, modes: &scratch.modes });
             }
             scratch.slopes[stage * n..(stage + 1) * n].copy_from_slice(&scratch.f);
@@ -156,10 +198,12 @@ impl Flow {
             }
         }
         for (stage, b) in tableau.b.iter().enumerate().filter(|(_, b)| **b > 0.0) {
-            (0..n).for_each(|i| x[i] += b * h * scratch.slopes[stage * n + i]);
+            let by = h.map(|h| b * h);
+            let slopes = &scratch.slopes[stage * n..(stage + 1) * n];
+            x.iter_mut().zip(slopes).for_each(|(x, slope)| add(x, |l| by[l] * slope[l]));
             if let Some(s) = s.as_deref_mut() {
                 let slopes = &scratch.s_slopes[stage * n * width..(stage + 1) * n * width];
-                s.iter_mut().zip(slopes).for_each(|(s, slope)| *s += b * h * slope);
+                s.iter_mut().zip(slopes).for_each(|(s, slope)| add(s, |l| by[l] * slope[l]));
             }
         }
     }
@@ -182,23 +226,32 @@ impl Flow {
     }
 
     /// The slope of ∂x/∂(x₀; ξ) at stage number `stage`, which is `row` of the scheme.
-    fn variation(&self, stage: usize, row: &[f64], h: f64, s: &[f64], scratch: &mut Scratch) {
+    fn variation<const L: usize>(
+        &self,
+        stage: usize,
+        row: &[f64],
+        h: [f64; L],
+        s: &[[f64; L]],
+        scratch: &mut Scratch<L>,
+    ) {
         let (n, p) = (self.n, self.n_parameters);
         let width = n + p;
         let (before, now) = scratch.s_slopes.split_at_mut(stage * n * width);
         scratch.s_stage.copy_from_slice(s);
         for (slopes, a) in before.chunks_exact(n * width).zip(row).filter(|(_, a)| **a != 0.0) {
-            scratch.s_stage.iter_mut().zip(slopes).for_each(|(slot, slope)| *slot += a * h * slope);
+            let by = h.map(|h| a * h);
+            scratch.s_stage.iter_mut().zip(slopes).for_each(|(slot, slope)| add(slot, |l| by[l] * slope[l]));
         }
         let at = &scratch.s_stage;
         for i in 0..n {
             let row = &mut now[i * width..(i + 1) * width];
-            row[..n].fill(0.0);
+            row[..n].fill([0.0; L]);
             row[n..].copy_from_slice(&scratch.f_xi[i * p..(i + 1) * p]);
             for k in 0..n {
-                let slope = scratch.f_x[i * n + k];
-                if slope != 0.0 {
-                    row.iter_mut().zip(&at[k * width..(k + 1) * width]).for_each(|(r, a)| *r += slope * a);
+                let slope = &scratch.f_x[i * n + k];
+                if slope.iter().any(|v| *v != 0.0) {
+                    let at = &at[k * width..(k + 1) * width];
+                    row.iter_mut().zip(at).for_each(|(r, a)| add(r, |l| slope[l] * a[l]));
                 }
             }
         }
@@ -206,33 +259,31 @@ impl Flow {
 }
 
 /// S after a step of length h of Euler: S + h (∂ẋ/∂x S + [0 | ∂ẋ/∂ξ]), where S was `before`.
-fn add_slopes(s: &mut [f64], h: f64, before: &[f64], f_x: &[f64], f_xi: &[f64], n: usize) {
+fn add_slopes<const L: usize>(
+    s: &mut [[f64; L]],
+    h: [f64; L],
+    before: &[[f64; L]],
+    f_x: &[[f64; L]],
+    f_xi: &[[f64; L]],
+    n: usize,
+) {
     let width = s.len() / n;
     let p = width - n;
     for (i, row) in s.chunks_exact_mut(width).enumerate() {
         for (f, before) in f_x[i * n..(i + 1) * n].iter().zip(before.chunks_exact(width)) {
-            row.iter_mut().zip(before).for_each(|(s, before)| *s += h * f * before);
+            row.iter_mut().zip(before).for_each(|(s, before)| add(s, |l| h[l] * f[l] * before[l]));
         }
-        row[n..].iter_mut().zip(&f_xi[i * p..(i + 1) * p]).for_each(|(s, v)| *s += h * v);
+        row[n..].iter_mut().zip(&f_xi[i * p..(i + 1) * p]).for_each(|(s, v)| add(s, |l| h[l] * v[l]));
     }
 }
 
-/// Memory a step works in.
-#[derive(Debug, Clone)]
-pub(crate) struct Scratch {
-    pub(super) registers: Vec<f64>,
-    pub(super) f: Vec<f64>,
-    pub(super) coupled: DMatrix<f64>,
-    pub(super) column: Vec<f64>,
-    pub(super) f_x: Vec<f64>,
-    pub(super) f_xi: Vec<f64>,
-    /// What stands for the sign of each switch.
-    pub(super) modes: Vec<f64>,
-    /// The switch whose argument stays zero, if there is one.
-    pub(super) sliding: Option<usize>,
-    slopes: Vec<f64>,
-    s_stage: Vec<f64>,
-    s_slopes: Vec<f64>,
+/// Whether all numbers of a place are finite.
+fn finite<const L: usize>(next: &[[f64; L]], s: Option<&[[f64; L]]>) -> [bool; L] {
+    let mut all = [true; L];
+    for v in next.iter().chain(s.unwrap_or_default()) {
+        all.iter_mut().zip(v).for_each(|(all, v)| *all &= v.is_finite());
+    }
+    all
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Equations whose terms jump: dry friction, backlash, valves.
 
 use super::flow::Flow;
-use super::step::Scratch;
+use super::scratch::Scratch;
 use super::tableau::Tableau;
 
 /// Steps of the search for the time of a turn, at most.
@@ -11,114 +11,110 @@ const STEPS: usize = 60;
 const EXACT: f64 = 1e-14;
 
 impl Flow {
-    /// ẋ at (x; u) and its derivatives, into the scratch space. Where a switch slides, its sign is the number between −1 and 1 with
+    /// ẋ at the (x; u) that `scratch` has, and its derivatives, into the scratch space. Where a switch slides, its sign is the number between −1 and 1 with
     /// which its argument stays zero.
     ///
     /// # References
     /// Filippov (1988), Differential Equations with Discontinuous Righthand Sides, §4.
-    pub(super) fn rates(&self, x: &[f64], u: &[f64], xi: &[f64], derivatives: bool, scratch: &mut Scratch) {
+    pub(super) fn rates(&self, xi: &[f64], derivatives: bool, scratch: &mut Scratch) {
         let Some(switch) = scratch.sliding else {
-            self.rates_between_switches(x, u, xi, derivatives, scratch);
+            self.rates_between_switches(xi, derivatives, scratch);
             return;
         };
-        let (below, low) = self.on_side(switch, -1.0, (x, u, xi), scratch);
-        let (above, high) = self.on_side(switch, 1.0, (x, u, xi), scratch);
-        scratch.modes[switch] = (low + high) / (low - high);
-        self.rates_between_switches(x, u, xi, derivatives, scratch);
+        let (below, low) = self.on_side(switch, -1.0, xi, scratch);
+        let (above, high) = self.on_side(switch, 1.0, xi, scratch);
+        scratch.modes[switch] = [(low + high) / (low - high)];
+        self.rates_between_switches(xi, derivatives, scratch);
         if !derivatives {
             return;
         }
         // What moves the argument is made up for by the sign: with f = f₀ + m f₁ and ∇a·f = 0,
         // ∂f = (I − f₁ ∇aᵀ/∇a·f₁) ∂f at constant m.
-        let along: Vec<f64> = above.iter().zip(&below).map(|(a, b)| 0.5 * (a - b)).collect();
+        let along: Vec<f64> = above.iter().zip(&below).map(|([a], [b])| 0.5 * (a - b)).collect();
         let across = 0.5 * (high - low);
-        let gradient: Vec<(usize, f64)> =
-            self.gradients[switch].iter().map(|&(i, register)| (i, scratch.registers[register as usize])).collect();
+        let gradient = self.gradient(switch, scratch);
         for (matrix, width) in [(&mut scratch.f_x, self.n), (&mut scratch.f_xi, self.n_parameters)] {
             for j in 0..width {
-                let moved = gradient.iter().map(|(i, g)| g * matrix[i * width + j]).sum::<f64>() / across;
-                (0..self.n).for_each(|i| matrix[i * width + j] -= along[i] * moved);
+                let moved = gradient.iter().map(|(i, g)| g * matrix[i * width + j][0]).sum::<f64>() / across;
+                (0..self.n).for_each(|i| matrix[i * width + j][0] -= along[i] * moved);
             }
         }
     }
 
+    /// Derivatives of the argument of a switch, with the states by which they are, where the rates were computed last.
+    fn gradient(&self, switch: usize, scratch: &Scratch) -> Vec<(usize, f64)> {
+        self.gradients[switch].iter().map(|&(i, register)| (i, scratch.registers[register as usize][0])).collect()
+    }
+
     /// The same at a sample, where nothing is known of the past.
     pub(super) fn rates_at(&self, x: &[f64], u: &[f64], xi: &[f64], scratch: &mut Scratch) {
-        self.begin(x, u, xi, scratch);
-        self.rates(x, u, xi, true, scratch);
+        scratch.registers.iter_mut().zip(x.iter().chain(u)).for_each(|(slot, v)| *slot = [*v]);
+        self.fill_inside(&mut scratch.registers, xi);
+        self.begin(xi, scratch);
+        self.rates(xi, true, scratch);
     }
 
     /// Writes the signs of the switches, for the states and controls in `registers`, there and to `modes`.
-    pub(super) fn signs(&self, registers: &mut [f64], modes: &mut [f64]) {
+    pub(super) fn signs<const L: usize>(&self, registers: &mut [[f64; L]], modes: &mut [[f64; L]]) {
         let first = self.n + self.n_controls;
         // An argument may hold other switches, which come before it.
         for _ in 0..modes.len() {
             registers[first..first + modes.len()].copy_from_slice(modes);
-            self.tape.run(registers);
+            self.tape.run_first(registers, self.n_ops_of_rates);
             for (mode, &register) in modes.iter_mut().zip(&self.arguments) {
-                let argument = registers[register as usize];
-                *mode = if argument == 0.0 { 0.0 } else { argument.signum() };
+                *mode = registers[register as usize].map(|a| if a == 0.0 { 0.0 } else { a.signum() });
             }
         }
         registers[first..first + modes.len()].copy_from_slice(modes);
     }
 
-    /// The signs with which a step from x begins.
-    pub(super) fn begin(&self, x: &[f64], u: &[f64], xi: &[f64], scratch: &mut Scratch) {
+    /// The signs with which a step from the x that `scratch` has begins.
+    pub(super) fn begin(&self, xi: &[f64], scratch: &mut Scratch) {
         scratch.sliding = None;
         if self.switches.is_empty() {
             return;
         }
-        let Scratch { registers, modes, .. } = scratch;
-        registers[..self.n].copy_from_slice(x);
-        registers[self.n..self.n + self.n_controls].copy_from_slice(u);
-        self.fill_inside(registers, xi);
-        self.signs(registers, modes);
+        self.signs(&mut scratch.registers, &mut scratch.modes);
         for switch in 0..self.switches.len() {
-            if scratch.modes[switch] == 0.0 {
-                let (_, low) = self.on_side(switch, -1.0, (x, u, xi), scratch);
-                let (_, high) = self.on_side(switch, 1.0, (x, u, xi), scratch);
+            if scratch.modes[switch] == [0.0] {
+                let (_, low) = self.on_side(switch, -1.0, xi, scratch);
+                let (_, high) = self.on_side(switch, 1.0, xi, scratch);
                 if low > 0.0 && high < 0.0 && scratch.sliding.is_none() {
                     scratch.sliding = Some(switch);
                 } else {
-                    scratch.modes[switch] = if high > 0.0 { 1.0 } else { -1.0 };
+                    scratch.modes[switch] = [if high > 0.0 { 1.0 } else { -1.0 }];
                 }
             }
         }
     }
 
     /// ẋ with the sign `side` for a switch, and the rate of its argument.
-    fn on_side(
-        &self,
-        switch: usize,
-        side: f64,
-        (x, u, xi): (&[f64], &[f64], &[f64]),
-        scratch: &mut Scratch,
-    ) -> (Vec<f64>, f64) {
-        let mode = std::mem::replace(&mut scratch.modes[switch], side);
-        self.rates_between_switches(x, u, xi, false, scratch);
+    fn on_side(&self, switch: usize, side: f64, xi: &[f64], scratch: &mut Scratch) -> (Vec<[f64; 1]>, f64) {
+        let mode = std::mem::replace(&mut scratch.modes[switch], [side]);
+        self.rates_between_switches(xi, false, scratch);
         scratch.modes[switch] = mode;
-        let rate = self.gradients[switch].iter().map(|&(i, g)| scratch.registers[g as usize] * scratch.f[i]).sum();
+        let rate = self.gradient(switch, scratch).iter().map(|(i, g)| g * scratch.f[*i][0]).sum();
         (scratch.f.clone(), rate)
     }
 
-    /// The time after which the first switch turns in a step over `left`, and which it is; `None` if none does.
+    /// The time after which the first switch turns in a step from x over `left`, and which it is; `None` if none does.
     pub(super) fn until_turn(
         &self,
         tableau: &Tableau,
         left: f64,
-        (x, u, xi): (&[f64], &[f64], &[f64]),
+        x: &[[f64; 1]],
+        xi: &[f64],
         scratch: &mut Scratch,
     ) -> Option<(f64, usize)> {
         if self.switches.is_empty() || self.is_classical() {
             return None;
         }
-        let (mut before, _) = self.margin((x, u, xi), scratch);
-        let mut z = [x, u].concat();
+        let rates = |derivatives: bool, scratch: &mut Scratch| self.rates(xi, derivatives, scratch);
+        let (mut before, _) = self.margin(x, xi, scratch);
         let mut margin = |time: f64| {
             let mut at = x.to_vec();
-            self.advance(tableau, (time, 0.0), xi, &mut at, None, &mut z, scratch, &mut |_| {});
-            self.margin((&at, u, xi), scratch)
+            self.advance(tableau, ([time], 0.0), &mut at, None, scratch, &rates, &mut |_| {});
+            self.margin(&at, xi, scratch)
         };
         let (mut early, mut late) = (0.0, left);
         let (mut beyond, mut switch) = margin(late);
@@ -151,12 +147,13 @@ impl Flow {
         Some((late, switch))
     }
 
-    /// By how much the first switch is from turning, and which it is; below zero it has turned.
-    fn margin(&self, (x, u, xi): (&[f64], &[f64], &[f64]), scratch: &mut Scratch) -> (f64, usize) {
-        self.rates(x, u, xi, false, scratch);
+    /// By how much the first switch is from turning at x, and which it is; below zero it has turned.
+    fn margin(&self, x: &[[f64; 1]], xi: &[f64], scratch: &mut Scratch) -> (f64, usize) {
+        scratch.registers[..self.n].copy_from_slice(x);
+        self.rates(xi, false, scratch);
         let of = |switch: usize| match scratch.sliding {
-            Some(sliding) if sliding == switch => 1.0 - scratch.modes[switch].abs(),
-            _ => scratch.modes[switch] * scratch.registers[self.arguments[switch] as usize],
+            Some(sliding) if sliding == switch => 1.0 - scratch.modes[switch][0].abs(),
+            _ => scratch.modes[switch][0] * scratch.registers[self.arguments[switch] as usize][0],
         };
         let margins = (0..self.switches.len()).map(|switch| (of(switch), switch));
         let least = |a: (f64, usize), b: (f64, usize)| if b.0 < a.0 || b.0.is_nan() { b } else { a };
@@ -170,38 +167,38 @@ impl Flow {
     pub(super) fn turn(
         &self,
         switch: usize,
-        (x, u, xi): (&[f64], &[f64], &[f64]),
-        s: Option<&mut [f64]>,
+        x: &[[f64; 1]],
+        xi: &[f64],
+        s: Option<&mut [[f64; 1]]>,
         scratch: &mut Scratch,
     ) {
+        scratch.registers[..self.n].copy_from_slice(x);
+        self.rates(xi, false, scratch);
         if scratch.sliding == Some(switch) {
             // The rates go on as they were.
-            self.rates(x, u, xi, false, scratch);
-            scratch.modes[switch] = scratch.modes[switch].signum();
+            scratch.modes[switch][0] = scratch.modes[switch][0].signum();
             scratch.sliding = None;
             return;
         }
-        let side = scratch.modes[switch];
-        self.rates(x, u, xi, false, scratch);
+        let side = scratch.modes[switch][0];
         let before = scratch.f.clone();
-        let gradient: Vec<(usize, f64)> =
-            self.gradients[switch].iter().map(|&(i, g)| (i, scratch.registers[g as usize])).collect();
-        let (_, beyond) = self.on_side(switch, -side, (x, u, xi), scratch);
+        let gradient = self.gradient(switch, scratch);
+        let (_, beyond) = self.on_side(switch, -side, xi, scratch);
         if beyond * side > 0.0 && scratch.sliding.is_none() {
             scratch.sliding = Some(switch);
         } else {
-            scratch.modes[switch] = -side;
+            scratch.modes[switch] = [-side];
         }
         let Some(s) = s else { return };
-        self.rates(x, u, xi, false, scratch);
-        let speed: f64 = gradient.iter().map(|(i, g)| g * before[*i]).sum();
+        self.rates(xi, false, scratch);
+        let speed: f64 = gradient.iter().map(|(i, g)| g * before[*i][0]).sum();
         if speed == 0.0 {
             return;
         }
         let width = self.n + self.n_parameters;
         for j in 0..width {
-            let earlier = gradient.iter().map(|(i, g)| g * s[i * width + j]).sum::<f64>() / speed;
-            (0..self.n).for_each(|i| s[i * width + j] += (scratch.f[i] - before[i]) * earlier);
+            let earlier = gradient.iter().map(|(i, g)| g * s[i * width + j][0]).sum::<f64>() / speed;
+            (0..self.n).for_each(|i| s[i * width + j][0] += (scratch.f[i][0] - before[i][0]) * earlier);
         }
     }
 }

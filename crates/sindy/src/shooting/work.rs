@@ -30,7 +30,7 @@ impl Work {
     pub(super) fn elimination(&self, flow: &Flow, segments: &[Segment]) {
         let (n, p) = (flow.n as u64, flow.n_parameters as u64);
         let rough = flow.for_derivatives();
-        let steps = RATE * (flow.n_rates() + rough.n_rates()) + SLOPE * n * n * (n + p) * rough.n_stages() as u64;
+        let steps = RATE * (rough.n_rates() + rough.n_slopes()) + SLOPE * n * n * (n + p) * rough.n_stages() as u64;
         let rows = ROW * 2 * n * 3 * n * (2 * n + p + 1);
         let triangle = 2 * n * (p + 1) * (p + 1) / FACTOR;
         self.add(samples(segments) * (steps + rows + triangle));

@@ -1,0 +1,90 @@
+//! Memory in which steps are made.
+
+use nalgebra::DMatrix;
+
+use super::flow::{Flow, add};
+
+/// Stages of a step, at most.
+const STAGES: usize = 11;
+
+/// Memory in which steps from `L` samples are made side by side.
+#[derive(Debug, Clone)]
+pub(crate) struct Scratch<const L: usize = 1> {
+    /// (x; u), signs, parameters inside terms, and what is made of them.
+    pub(super) registers: Vec<[f64; L]>,
+    pub(super) f: Vec<[f64; L]>,
+    pub(super) masses: Masses<L>,
+    pub(super) f_x: Vec<[f64; L]>,
+    pub(super) f_xi: Vec<[f64; L]>,
+    /// What stands for the sign of each switch.
+    pub(super) modes: Vec<[f64; L]>,
+    /// The switch whose argument stays zero, if there is one.
+    pub(super) sliding: Option<usize>,
+    pub(super) slopes: Vec<[f64; L]>,
+    pub(super) s_stage: Vec<[f64; L]>,
+    pub(super) s_slopes: Vec<[f64; L]>,
+}
+
+impl Flow {
+    /// Scratch space for steps.
+    pub(crate) fn scratch<const L: usize>(&self) -> Scratch<L> {
+        let (n, width) = (self.n, self.n + self.n_parameters);
+        let zeros = |count: usize| vec![[0.0; L]; count];
+        Scratch {
+            registers: zeros(self.tape.n_registers()),
+            f: zeros(n),
+            masses: Masses::new(self.coupled.len()),
+            f_x: zeros(n * n),
+            f_xi: zeros(n * self.n_parameters),
+            modes: zeros(self.switches.len()),
+            sliding: None,
+            slopes: zeros(STAGES * n),
+            s_stage: zeros(n * width),
+            s_slopes: zeros(STAGES * n * width),
+        }
+    }
+}
+
+/// The inverse of what the rates of some states are multiplied by.
+#[derive(Debug, Clone)]
+pub(super) struct Masses<const L: usize> {
+    matrix: DMatrix<f64>,
+    inverse: Vec<[f64; L]>,
+    column: Vec<[f64; L]>,
+}
+
+impl<const L: usize> Masses<L> {
+    fn new(n: usize) -> Self {
+        Self { matrix: DMatrix::zeros(n, n), inverse: vec![[0.0; L]; n * n], column: vec![[0.0; L]; n] }
+    }
+
+    /// Inverts the identity as `change` changes it at each place; NaN where that is singular.
+    pub(super) fn invert(&mut self, change: &dyn Fn(usize, &mut DMatrix<f64>)) {
+        let n = self.column.len();
+        for l in 0..L {
+            self.matrix.fill_with_identity();
+            change(l, &mut self.matrix);
+            if !self.matrix.try_inverse_mut() {
+                self.matrix.fill(f64::NAN);
+            }
+            for (at, slot) in self.inverse.iter_mut().enumerate() {
+                slot[l] = self.matrix[(at / n, at % n)];
+            }
+        }
+    }
+
+    /// Multiplies the rows `among` of `matrix`, `width` long, by the inverse from the left.
+    pub(super) fn solve(&mut self, among: &[usize], matrix: &mut [[f64; L]], width: usize) {
+        let Self { inverse, column, .. } = self;
+        for j in 0..width {
+            among.iter().zip(&mut *column).for_each(|(&k, slot)| *slot = matrix[k * width + j]);
+            for (&i, row) in among.iter().zip(inverse.chunks_exact(among.len())) {
+                let mut sum = [0.0; L];
+                for (a, v) in row.iter().zip(&*column) {
+                    add(&mut sum, |l| a[l] * v[l]);
+                }
+                matrix[i * width + j] = sum;
+            }
+        }
+    }
+}
