@@ -33,6 +33,8 @@ pub enum Doubt {
     /// What it leaves counts as rounding, but is correlated, and would not be a thousand times as much without one of its terms: they are a series
     /// of the true ones.
     Series,
+    /// It is coupled to the acceleration of another joint by other terms than that joint to its own: no matrix of masses is like that.
+    Asymmetric,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
@@ -49,6 +51,7 @@ impl fmt::Display for Doubt {
             Self::Unfinished => "the search for its terms ended early",
             Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
             Self::Series => "its last terms explain little: they are a series of others",
+            Self::Asymmetric => "it is coupled to another joint otherwise than that one to it: masses are symmetric",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
         })
@@ -123,6 +126,8 @@ impl Problem<'_> {
                 Some(Doubt::Unfinished)
             } else if best.contributions[i] > CANCELLING {
                 Some(Doubt::Cancelling)
+            } else if !self.is_coupled_symmetrically(&best.supports, i) {
+                Some(Doubt::Asymmetric)
             } else if !rivals[i].is_empty() {
                 Some(Doubt::OtherTerms)
             } else if self.is_series(&best, i) {

@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use super::hypothesis::{Hypothesis, Start};
+use super::propose::THOROUGHLY;
 use super::search::{Level, Problem, Structure};
 use crate::Triangle;
 use crate::data::Signals;
@@ -191,29 +192,25 @@ impl Problem<'_> {
         Some(triangle)
     }
 
-    /// Parameters before the largest jumps of the residual, as one after the other is left out, the one that is missed least.
+    /// The best sets of parameters of each size, at which the residual falls most.
     fn elbows(&self, triangle: &Triangle, (unit, choice): (usize, &[usize])) -> Vec<Elbow> {
-        let whole = triangle.norm(choice.len());
-        let mut kept: Vec<usize> = (0..choice.len()).collect();
-        let mut left = triangle.clone();
-        let mut path: Vec<(f64, Vec<(usize, f64)>)> = Vec::new();
-        while !kept.is_empty() && self.watch.go_on() {
-            let columns: Vec<usize> = (0..kept.len()).collect();
-            let values = left.solve_unit(&columns, kept.len());
-            let residual = left.residual_norm(&columns, &values, kept.len()) / whole;
-            let spread = left.spread(&columns);
-            let missed = |c: &usize| (values[*c] / spread[*c]).abs();
-            let parameters = kept.iter().map(|&c| choice[c]).zip(values.iter().copied()).chain([(unit, 1.0)]).collect();
-            path.push((residual + NOTHING, parameters));
-            let Some(least) = columns.iter().copied().min_by(|a, b| missed(a).total_cmp(&missed(b))) else { break };
-            kept.remove(least);
-            let others: Vec<Vec<(usize, f64)>> =
-                (0..=columns.len()).filter(|c| *c != least).map(|c| vec![(c, 1.0)]).collect();
-            left = left.combined(&others);
+        let target = choice.len();
+        let whole = triangle.norm(target);
+        let solver = self.solver.within(THOROUGHLY.budget);
+        let of = (target, THOROUGHLY.starts);
+        let found = solver.candidates(triangle, of, &vec![0; target], self.watch.asks(), |_| false);
+        self.charge(found.work);
+        let mut elbows: Vec<Elbow> = Vec::new();
+        let mut before = 1.0;
+        for best in found.sizes.iter().filter_map(|(subsets, _)| subsets.first()) {
+            let left = best.rss.max(0.0).sqrt() / whole + NOTHING;
+            if left < EXPLAINED {
+                let values = triangle.solve_unit(&best.support, target);
+                let own = best.support.iter().map(|&c| choice[c]).zip(values);
+                elbows.push(Elbow { jump: before / left, parameters: own.chain([(unit, 1.0)]).collect() });
+            }
+            before = left;
         }
-        let ends = path.windows(2).filter(|two| two[0].0 < EXPLAINED);
-        let mut elbows: Vec<Elbow> =
-            ends.map(|two| Elbow { jump: two[1].0 / two[0].0, parameters: two[0].1.clone() }).collect();
         elbows.sort_by(|a, b| b.jump.total_cmp(&a.jump));
         elbows.truncate(ELBOWS);
         elbows
@@ -272,7 +269,7 @@ fn windowed(rows: &Array2<f64>, window: usize) -> Array2<f64> {
         let s = 2.0 * (t as f64 + 1.0) / (window as f64 + 1.0) - 1.0;
         (1.0 - s * s).powi(3)
     };
-    let starts: Vec<usize> = (0..(rows.nrows() + 1).saturating_sub(window)).step_by(window.div_ceil(4)).collect();
+    let starts: Vec<usize> = (0..(rows.nrows() + 1).saturating_sub(window)).collect();
     let mut summed = Array2::zeros((starts.len(), rows.ncols()));
     for (mut row, &start) in summed.rows_mut().into_iter().zip(&starts) {
         (0..window).for_each(|t| row.scaled_add(weight(t), &rows.row(start + t)));

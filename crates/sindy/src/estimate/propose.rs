@@ -175,6 +175,20 @@ impl Problem<'_> {
         choice
     }
 
+    /// Whether equation `i` multiplies every acceleration by the same terms as the equation of that one does its own, where both have any: multiples of
+    /// the rows of a symmetric matrix.
+    pub(super) fn is_coupled_symmetrically(&self, supports: &[Vec<usize>], i: usize) -> bool {
+        let coupling = |row: usize, to: usize| {
+            let own = supports[row].iter().filter(move |&&j| self.terms[j].rate == Some(to));
+            own.map(|&j| &self.terms[j].expr).collect::<Vec<_>>()
+        };
+        (0..supports.len()).filter(|&l| l != i).all(|l| {
+            let (there, back) = (coupling(i, l), coupling(l, i));
+            let alike = there.len() == back.len() && there.iter().all(|expr| back.contains(expr));
+            alike || there.is_empty() || back.is_empty()
+        })
+    }
+
     /// The triangle of [Θ of `choice` | Δxᵢ/Δt], its rows whitened; `None` if a number is not finite. From a last column that
     /// multiplies the own derivative its projection on the derivative is taken, c times the derivative, lest the derivative
     /// explain itself; the number is c.
