@@ -157,7 +157,9 @@ fn told(doubt: Doubt) -> &'static str {
         }
         Doubt::Unfinished => "but the search for terms ended before it had tried all that it would",
         Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",
-        Doubt::Asymmetric => "but it is coupled to another joint otherwise than that one to it, and masses are symmetric",
+        Doubt::Asymmetric => {
+            "but it is coupled to another joint otherwise than that one to it, and masses are symmetric"
+        }
         Doubt::Cancelling => "but its terms cancel to less than a thousandth of themselves: they approximate others",
         Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
         _ => "more than rounding, and no other error was allowed",
