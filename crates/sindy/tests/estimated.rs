@@ -253,3 +253,63 @@ fn a_true_model_of_many_short_recordings_is_not_called_correlated() {
         assert_eq!(found.report.equations[1].doubt, None, "seed {seed}");
     }
 }
+
+/// A sensor that is wrong now and then spoils neither terms nor coefficients, nor what is told of its noise.
+#[test]
+fn glitches_of_sensors_are_left_out() {
+    for seed in 0..3 {
+        let mut recording = record(lorenz, &[-8.0, 8.0, 27.0], (400, 0.02), (1e-2, 1.0, false), seed);
+        let mut rng = Seed::new(seed).stream("glitches", 0);
+        let mut glitches = 0;
+        for value in &mut recording.states {
+            if rng.random::<f64>() < 0.015 {
+                *value += if rng.random::<f64>() < 0.5 { 4.0 } else { -4.0 };
+                glitches += 1;
+            }
+        }
+        let found = Identifier::new(&spec(&PLAIN, 0.02)).identify_recordings(&[recording]).expect("equations");
+        assert_equation(&found, 0, &[("x", -10.0), ("y", 10.0), ("u", 20.0)], 0.05);
+        assert_equation(&found, 1, &[("x", 28.0), ("y", -1.0), ("x·z", -1.0)], 0.05);
+        assert_equation(&found, 2, &[("z", -8.0 / 3.0), ("x·y", 1.0)], 0.05);
+        let left_out = found.report.rows_astray;
+        assert!(glitches > 5 && left_out >= glitches && left_out <= 3 * glitches, "{left_out} for {glitches}");
+        // The spread of x is about eight, a glitch fifty times the noise.
+        let sigma = found.report.noise_deviations[0];
+        assert!((0.04..0.12).contains(&sigma), "{sigma}");
+    }
+}
+
+/// Terms that are the same on all data are told beside the one that is meant, and are no doubt.
+#[test]
+fn terms_that_are_the_same_on_all_data_are_told() {
+    let field: Field = |x, u| vec![1.2 + u - 0.5 * x[0] * x[0].abs()];
+    let recording = record(field, &[1.5], (400, 0.3), (1e-3, 1.0, false), 4);
+    assert!(recording.states.iter().all(|s| *s > 0.0));
+    let found =
+        Identifier::new(&spec(&[("s", Kind::Plain)], 0.3)).identify_recordings(&[recording]).expect("equations");
+    assert_equation(&found, 0, &[("1", 1.2), ("u", 1.0), ("s²", -0.5)], 0.05);
+    assert_eq!(found.report.equations[0].doubt, None, "{found}");
+    let warnings = found.report.warnings.join("\n");
+    assert!(warnings.contains("`s²` and `s·|s|` are the same on all data"), "{warnings}");
+}
+
+/// Prey N and predators P that saturate: a limit cycle with few of either most of the time, so that noise makes numbers negative. No polynomials come
+/// near, and while one equation is wrong the other cannot be judged by its trajectories.
+fn saturated_predators(x: &[f64], u: f64) -> Vec<f64> {
+    let eaten = x[0] * x[1] / (0.4 + x[0]);
+    vec![x[0] * (1.0 - 0.3 * x[0]) - eaten + 0.02 * (1.0 + u), 0.7 * eaten - 0.3 * x[1]]
+}
+
+#[test]
+fn ratios_in_two_equations_are_found_together() {
+    let kinds = [("N", Kind::Plain), ("P", Kind::Plain)];
+    for seed in 0..3 {
+        let recording = record(saturated_predators, &[1.0, 0.6], (500, 0.2), (1e-2, 1.0, false), seed);
+        assert!(recording.states.column(0).iter().any(|n| *n < 0.0));
+        let found = Identifier::new(&spec(&kinds, 0.2)).identify_recordings(&[recording]).expect("equations");
+        let names: Vec<&str> = equation(&found, 1).iter().map(|t| t.0).collect();
+        assert!(names.len() == 2 && names.iter().any(|name| name.starts_with("P·N/(")), "seed {seed}: {names:?}");
+        let parameter = &found.report.equations[1].parameters[0];
+        assert!((parameter.value / 0.4 - 1.0).abs() < 0.1, "seed {seed}: {parameter:?}");
+    }
+}

@@ -4,8 +4,10 @@ mod differences;
 mod filter;
 mod segment;
 mod smoother;
+mod stretches;
 mod variance;
 
-pub(crate) use segment::{Segment, sample_of, stretches};
+pub(crate) use segment::Segment;
 pub(crate) use smoother::{Signals, Smoother};
+pub(crate) use stretches::{sample_of, stretches};
 pub(crate) use variance::with_variances;

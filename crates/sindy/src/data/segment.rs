@@ -1,7 +1,5 @@
 //! Consecutive samples with nothing between them but the equations of motion.
 
-use std::ops::Range;
-
 use ndarray::{Array2, s};
 
 use crate::motion::Run;
@@ -49,36 +47,4 @@ impl Segment {
     pub(crate) fn relative(&self, t: usize, i: usize) -> f64 {
         self.relative.as_ref().map_or(1.0, |r| r[[t, i]])
     }
-}
-
-/// Steps of each stretch of a sample.
-const STRETCH: usize = 100;
-
-/// Stretches of `segments` with `steps` steps together, spread evenly over all of them; all if there are no more.
-pub(crate) fn sample_of(segments: &[Segment], steps: usize) -> Vec<Segment> {
-    stretches(segments, steps).into_iter().map(|(at, steps)| segments[at].part(steps.start, steps.end)).collect()
-}
-
-/// The same as numbers of segments, and of the steps in these.
-pub(crate) fn stretches(segments: &[Segment], steps: usize) -> Vec<(usize, Range<usize>)> {
-    let total: usize = segments.iter().map(Segment::len).sum();
-    if total <= steps {
-        return segments.iter().map(Segment::len).enumerate().map(|(at, len)| (at, 0..len)).collect();
-    }
-    let count = (steps / STRETCH).max(1);
-    let length = (steps / count).min(total);
-    let mut taken = Vec::new();
-    for stretch in 0..count {
-        let first = (total - length) * stretch / (count - 1).max(1);
-        let mut begun = 0;
-        for (at, segment) in segments.iter().enumerate() {
-            let from = first.max(begun) - begun;
-            let to = (first + length).min(begun + segment.len()).saturating_sub(begun);
-            if from < to {
-                taken.push((at, from..to));
-            }
-            begun += segment.len();
-        }
-    }
-    taken
 }

@@ -67,6 +67,8 @@ pub(crate) struct Estimate {
     pub(crate) inside: Vec<(usize, Vec<(f64, f64)>)>,
     /// One per state: terms, coefficients, the best subsets of each size. None for states with declared rates.
     pub(crate) fits: Vec<Selected>,
+    /// Terms in use, each with a candidate that is the same on all data.
+    pub(crate) twins: Vec<(usize, usize)>,
     /// How many terms of each equation, the last ones, have coefficients that were given.
     pub(crate) n_known: Vec<usize>,
     /// Standard errors of the coefficients of each equation.
@@ -140,7 +142,12 @@ impl Problem<'_> {
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
+        let mut twins = Vec::new();
         for (i, (regression, ties)) in regressions.iter().zip(rivals).enumerate() {
+            // Signs of what never changes its sign are the same as the constant, and nobody means them.
+            let own =
+                regression.twins(&best.supports[i]).into_iter().filter(|(own, _)| !self.terms[*own].expr.is_one());
+            twins.extend(own.filter(|pair| !twins.contains(pair)).collect::<Vec<_>>());
             let range = parameter..parameter + best.supports[i].len();
             parameter = range.end;
             // A declared rate is an equation of one term.
@@ -182,6 +189,7 @@ impl Problem<'_> {
             inside,
             fits,
             errors,
+            twins,
             n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),

@@ -17,6 +17,13 @@ const HOPELESS: f64 = 30.0;
 /// Other terms of an equation that explain the data as well.
 pub(super) type Rivals = Vec<Vec<usize>>;
 
+/// `support` with the term `other` instead of `out`.
+fn exchanged(support: &[usize], out: usize, other: usize) -> Vec<usize> {
+    let mut support: Vec<usize> = support.iter().map(|&j| if j == out { other } else { j }).collect();
+    support.sort_unstable();
+    support
+}
+
 impl Problem<'_> {
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much near it, as long as that
     /// improves the score. Also the regressions of the last pass and, per equation, the terms that
@@ -30,9 +37,10 @@ impl Problem<'_> {
             others.clear();
             let mut improved: Option<Hypothesis> = None;
             for (i, regression) in regressions.iter().enumerate() {
-                rivals[i] = regression.twins(&best.supports[i]);
+                let own = &best.supports[i];
                 // Of terms that are the same on all data the simplest is meant.
-                rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(&best.supports[i]));
+                rivals[i] = regression.twins(own).into_iter().map(|(out, other)| exchanged(own, out, other)).collect();
+                rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(own));
                 let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
                 if let Some(loose) = &loose {
                     let more = loose[i].near_best(NEAR, RIVALS, |support| self.penalty(support));

@@ -9,7 +9,7 @@ use crate::data::{Signals, sample_of, stretches};
 use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
-const SIMPLE: usize = 4;
+pub(super) const SIMPLE: usize = 4;
 
 /// Operations for a number of a small regression.
 const SOLVED: usize = 20;
@@ -78,8 +78,8 @@ impl Problem<'_> {
             for round in 0..TERMS {
                 // Once others have been found, with their parameters.
                 let shared = at >= equations.len();
-                let mut proposals =
-                    if round == 0 { self.measured_inside(&best, signals, i, shared) } else { Vec::new() };
+                let of = (&best.supports[..], &best.inside[..], best.flow.stepping());
+                let mut proposals = if round == 0 { self.measured_inside(of, signals, i, shared) } else { Vec::new() };
                 proposals.extend(self.propose_inside(&best, i));
                 let Some(better) = self.best_of(proposals, &best, i, &mut tried) else { break };
                 best = better;

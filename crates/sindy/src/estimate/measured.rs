@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, Axis, concatenate, s};
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::Inside;
 use super::inside::{Candidate, FAMILIES};
 use super::propose::{Effort, Proposal, Regression, THOROUGHLY};
 use super::search::{Problem, TIMES, measured};
@@ -10,6 +10,7 @@ use crate::Triangle;
 use crate::data::Signals;
 use crate::design::Path;
 use crate::library::{Shape, Term};
+use crate::motion::Stepping;
 
 /// Terms beside one with parameters inside, at most, in equations that are looked for from nothing.
 const OTHERS: usize = 8;
@@ -25,25 +26,26 @@ const STAYS: f64 = 0.01;
 const FINALISTS: usize = 8;
 
 impl Problem<'_> {
-    /// Proposals for equation `i` along the measured path; only of terms in other equations, if `shared`, or only of others.
+    /// Proposals for equation `i` along the measured path beside equations with the terms `supports`, some of which have parameters `inside`; only of
+    /// terms in other equations, if `shared`, or only of others.
     pub(super) fn measured_inside(
         &self,
-        best: &Hypothesis,
+        (supports, inside, stepping): (&[Vec<usize>], &[Inside], Stepping),
         signals: &Signals,
         i: usize,
         shared: bool,
     ) -> Vec<Proposal> {
-        let (mut terms, mut candidates) = self.candidates_inside(&best.supports, i);
+        let (mut terms, mut candidates) = self.candidates_inside(supports, i);
         candidates.retain(|c| c.slopes.is_empty() == shared);
         if candidates.is_empty() {
             return Vec::new();
         }
-        for (j, fitted) in &best.inside {
+        for (j, fitted) in inside {
             if let Some(shape) = &self.terms[*j].shape {
                 terms[*j].expr = shape.at(fitted);
             }
         }
-        let path = measured(signals, best.flow.stepping());
+        let path = measured(signals, stepping);
         let theta = self.averaged(&terms, &path);
         let plain = self.choice(i);
         let all: Vec<usize> = plain.iter().copied().chain(candidates.iter().flat_map(Candidate::columns)).collect();

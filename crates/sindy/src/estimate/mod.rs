@@ -10,6 +10,7 @@ mod exchange;
 mod hypothesis;
 mod implicit;
 mod inside;
+mod jointly;
 mod measured;
 mod mechanics;
 mod mirror;

@@ -370,17 +370,14 @@ impl Regression {
         Proposal { support, coefficients, inside: Vec::new(), score, residual }
     }
 
-    /// `support` with a term exchanged for one that has the same values on all data, up to a factor.
-    pub(super) fn twins(&self, support: &[usize]) -> Vec<Vec<usize>> {
-        let exchanged = |a: usize, b: usize| {
-            let at = support.iter().position(|&j| j == self.choice[self.n_required + a])?;
-            let mut other = support.to_vec();
-            other[at] = self.choice[self.n_required + b];
-            other.sort_unstable();
-            Some(other)
+    /// Terms of `support`, each with another that has the same values on all data, up to a factor.
+    pub(super) fn twins(&self, support: &[usize]) -> Vec<(usize, usize)> {
+        let term = |c: usize| self.choice[self.n_required + c];
+        let pair = |&(out, kept): &(usize, usize)| {
+            let pairs = [(term(kept), term(out)), (term(out), term(kept))];
+            pairs.into_iter().find(|(own, _)| support.contains(own))
         };
-        let equal = self.found.equal.iter();
-        equal.filter_map(|&(out, kept)| exchanged(kept, out).or_else(|| exchanged(out, kept))).collect()
+        self.found.equal.iter().filter_map(pair).collect()
     }
 
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.

@@ -59,13 +59,15 @@ impl Problem<'_> {
         let mut fresh: Option<Hypothesis> = None;
         for round in 0..ROUNDS {
             let mut along: Option<Hypothesis> = None;
-            for times in TIMES {
-                let (supports, xi) = self.best_terms(&proposed, times);
+            let plain = TIMES.map(|times| self.best_terms(&proposed, times));
+            let plain = plain.into_iter().map(|(supports, xi)| (supports, xi, Vec::new()));
+            let joint = if round == 0 { self.jointly(signals, &proposed, stepping) } else { Vec::new() };
+            for (supports, xi, inside) in joint.into_iter().chain(plain) {
                 if tried.contains(&supports) {
                     continue;
                 }
                 tried.push(supports.clone());
-                let from = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+                let from = Start { xi: &xi, inside: &inside, x: &signals.x, sigma: &signals.sigma };
                 // First with states that follow the data more than the equations, which may be wrong.
                 let Some(loose) = self.hypothesis(supports.clone(), stepping, from, 0..2) else { continue };
                 let bar = if round == 0 { &fresh } else { &best };

@@ -236,7 +236,7 @@ impl Report {
             noise_growing: of_noise(&found.growing),
             fit: of_noise(&found.fit),
             search_complete: found.complete,
-            warnings: too_coarse(names, found),
+            warnings: too_coarse(names, found).into_iter().chain(same_on_data(names, found)).collect(),
             equations: equations.collect(),
         }
     }
@@ -279,4 +279,15 @@ impl Report {
             equations: equations.collect(),
         }
     }
+}
+
+/// Warnings of terms that are the same as others on all data.
+fn same_on_data(names: &[String], found: &Estimate) -> Vec<String> {
+    let told = |(own, other): &(usize, usize)| {
+        let (own, other) = (feature(&found.terms[*own], names), feature(&found.terms[*other], names));
+        format!(
+            "`{own}` and `{other}` are the same on all data, up to a factor: which of them the equations have is not known"
+        )
+    };
+    found.twins.iter().map(told).collect()
 }

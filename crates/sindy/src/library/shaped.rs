@@ -37,6 +37,9 @@ const SMALLEST: f64 = 0.01;
 const LINEAR: f64 = 2.0;
 const UNSATURATED: f64 = 4.0;
 
+/// Multiple of the lowest value below zero that c of a/(c + a) is at least.
+const AWAY: f64 = 2.0;
+
 /// The same of e^(a/c), as multiples of the spread.
 const WIDTHS: [f64; 3] = [0.3, 1.0, 3.0];
 const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
@@ -58,7 +61,7 @@ const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 /// - tanh(a/c): saturation and smooth friction, of all of them; tanh((a − c₁)/c₂), sigmoids, of those that are neither rates nor controls,
 /// - of those that are neither rates nor angles max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or
 ///   a dead zone,
-/// - of states that are neither angles nor rates e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive a/(c + a) and a^c,
+/// - of states that are neither angles nor rates e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive but for noise a/(c + a), where they are positive a^c,
 /// - the exponentials and ratios times each other b.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
@@ -122,9 +125,11 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
                 let square = |e: Box<Expr>| Box::new(Expr::Power(e, 2));
                 let ratio = Expr::Div(square(x()), Box::new(Expr::Add(square(c(0)), square(x()))));
                 terms.add(factor.clone().times(ratio), vec![scale(part, UNSATURATED)]);
-                if extent.low > 0.0 {
+                // What is positive may seem negative in noise; the denominator stays away from zero.
+                let least = SMALLEST.max(AWAY * (-extent.low / largest));
+                if part > least {
                     let ratio = Expr::Div(x(), Box::new(Expr::Add(c(0), x())));
-                    terms.add(factor.clone().times(ratio), vec![scale(part, UNSATURATED)]);
+                    terms.add(factor.clone().times(ratio), vec![positive(part, (least, UNSATURATED), largest)]);
                 }
             }
         }

@@ -22,4 +22,4 @@ pub(crate) use averages::System;
 pub(crate) use polish::polished;
 pub(crate) use runs::{Run, at_limit, runs};
 pub(crate) use search::{Found, Search};
-pub(crate) use stepping::{Stepping, shown, simulators};
+pub(crate) use stepping::{MOST_SEMI_IMPLICIT, Stepping, shown, simulators};

@@ -47,7 +47,7 @@ impl Stepping {
 pub(super) const FINEST: usize = 8;
 
 /// Most semi-implicit steps per control interval that are tried, and how far from the likeliest number.
-const MOST_SEMI_IMPLICIT: usize = 20;
+pub(crate) const MOST_SEMI_IMPLICIT: usize = 20;
 const NEIGHBOURS: usize = 2;
 
 /// Difference of −2 ln L below which two ways of stepping are as good as each other.
@@ -106,23 +106,28 @@ pub(super) fn substeps_shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> 
     near
 }
 
+/// Share of the steps, those with the largest errors, that tell nothing of how a system is stepped: impacts and glitches.
+const UNLIKE: f64 = 0.05;
+
 /// −2 ln L of x⁺ = x + Δt (a v + b v⁺) for the states x with the rates v in `pairs`. Errors may be larger than they are said to be, so their size is
 /// estimated; smaller than rounding they are not.
 fn misfit(runs: &[Run], pairs: &[(usize, usize)], dt: f64, (a, b): (f64, f64)) -> f64 {
-    let steps = runs.iter().map(Run::len).sum::<usize>() as f64;
     let of = |&(i, v): &(usize, usize)| {
-        let squares = runs.iter().map(|run| chi_squared(run, i, v, dt, (a, b))).sum::<f64>();
-        steps * (squares / steps).max(1.0).ln()
+        let mut squares: Vec<f64> = runs.iter().flat_map(|run| squared_errors(run, i, v, dt, (a, b))).collect();
+        squares.sort_by(f64::total_cmp);
+        squares.truncate(squares.len() - (UNLIKE * squares.len() as f64) as usize);
+        let steps = squares.len() as f64;
+        steps * (squares.iter().sum::<f64>() / steps).max(1.0).ln()
     };
     pairs.iter().map(of).sum()
 }
 
-/// Σ of the squared, whitened errors of x⁺ = x + Δt (a v + b v⁺).
-fn chi_squared(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> f64 {
+/// The squared, whitened errors of x⁺ = x + Δt (a v + b v⁺).
+fn squared_errors(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> Vec<f64> {
     let error = |t: usize| (run.x[[t + 1, i]] - run.x[[t, i]]) / dt - a * run.x[[t, v]] - b * run.x[[t + 1, v]];
     let mut rows = ndarray::Array2::from_shape_fn((run.len(), 1), |(t, _)| error(t));
     // The error of the rate enters too.
     let sigma: Vec<f64> = (0..=run.len()).map(|t| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]])).collect();
     whiten(rows.view_mut(), &sigma, &vec![0.0; run.len()], &vec![dt; run.len()]);
-    rows.iter().map(|w| w * w).sum()
+    rows.iter().map(|w| w * w).collect()
 }
