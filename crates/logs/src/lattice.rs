@@ -44,7 +44,10 @@ pub(crate) fn step(values: impl Iterator<Item = f64>) -> Option<f64> {
         let at = (v - first) / common;
         (at - at.round()).abs() <= 10.0 * OFF + rounding / common
     };
-    values.iter().all(fits).then_some(common)
+    // A few values far from the others are no lattice, whatever the others are.
+    let mut occupied: Vec<i64> = values.iter().map(|v| ((v - first) / common).round() as i64).collect();
+    occupied.dedup();
+    (occupied.len() >= DISTINCT && values.iter().all(fits)).then_some(common)
 }
 
 #[cfg(test)]
@@ -66,5 +69,7 @@ mod tests {
         assert_eq!(step((0..500).map(|i| f64::from(encoder(i) as f32))), None, "float32 is no lattice");
         assert_eq!(step((0..500).map(f64::from)), None, "whole numbers are counts");
         assert_eq!(step([0.5, 1.5, 0.5, 1.5].into_iter()), None, "too few to tell");
+        let failing = (0..500).map(|i| if i % 40 == 7 { -999.0 } else { encoder(i) });
+        assert_eq!(step(failing), None, "a sentinel is no lattice");
     }
 }

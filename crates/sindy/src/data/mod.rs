@@ -2,11 +2,13 @@
 
 mod differences;
 mod filter;
+mod glitches;
 mod segment;
 mod smoother;
 mod stretches;
 mod variance;
 
+pub(crate) use glitches::without_glitches;
 pub(crate) use segment::Segment;
 pub(crate) use smoother::{Signals, Smoother};
 pub(crate) use stretches::{sample_of, stretches};

@@ -11,7 +11,7 @@ use super::hypothesis::{Hypothesis, Start};
 use super::propose::{Proposal, Regression};
 use super::strays::{Kept, Rejecting};
 use super::white::is_white;
-use crate::data::{Segment, Signals, Smoother, sample_of, with_variances};
+use crate::data::{Segment, Signals, Smoother, sample_of, with_variances, without_glitches};
 use crate::design::Path;
 use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
@@ -72,7 +72,15 @@ const NOTHING: f64 = 1e-9;
 /// The equations with the best score.
 pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let floor: Vec<f64> = (0..problem.rates.len()).map(|i| problem.floor[i].max(NOTHING * problem.spread(i))).collect();
-    let problem = &Problem { floor: &floor, ..*problem };
+    // Before anything is known of the equations the largest errors of sensors tell nothing but how wrong these may be.
+    let (segments, glitches) = without_glitches(problem.segments, &floor).unwrap_or((problem.segments.to_vec(), 0));
+    let problem = &Problem { floor: &floor, segments: &segments, ..*problem };
+    let found = estimated(problem, stepping)?;
+    Some(Estimate { astray: found.astray + glitches, ..found })
+}
+
+/// The equations with the best score, of noise that may grow with the value.
+fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let Accounted { best, found, kept } = searched(problem, stepping)?;
     if found.leaves_nothing || !problem.watch.go_on() {
         return Some(found);
