@@ -4,10 +4,11 @@ use std::f64::consts::{PI, TAU};
 
 use crate::recording::Recording;
 use crate::table::Column;
-use crate::{Note, roles, units};
+use crate::{Note, rates, roles, units};
 
 /// The states, whose columns are `states`, that turn as only angles do: beyond a whole turn, or from one end of it to the other at
-/// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are.
+/// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are. A name is not enough for
+/// what goes beyond a turn: `Th` may be a temperature, and is no angle beside states none of which is its rate.
 pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[&Column]) -> Vec<(usize, Note)> {
     let torque =
         inputs.iter().any(|c| roles::is_torque(&c.name) || ["Nm", "N m", "N\u{b7}m", "N*m"].contains(&c.unit.as_str()));
@@ -15,11 +16,13 @@ pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[
         "" => roles::is_angle(&c.name) || (torque && roles::is_position(&c.name)),
         unit => units::is_angle(unit),
     };
+    let seen = rates::recognised(recordings);
+    let moves = |i: usize| states.len() == 1 || !states[i].unit.is_empty() || seen.iter().any(|s| s.of == i);
     let turning = |(i, column): (usize, &Column)| {
         let folds = folds(recordings, i, TAU);
         let turns = span(recordings, i) / TAU;
         let note = Note::Angle { state: column.name.clone(), turns: (!folds).then_some(turns) };
-        (may_be(column) && (folds || turns > 1.0 + 1e-6)).then_some((i, note))
+        (may_be(column) && (folds || turns > 1.0 + 1e-6 && moves(i))).then_some((i, note))
     };
     states.iter().enumerate().filter_map(turning).collect()
 }
@@ -68,6 +71,14 @@ mod tests {
 
     fn column(name: &str, unit: &str) -> Column {
         Column { name: name.into(), unit: unit.into() }
+    }
+
+    #[test]
+    fn a_temperature_is_no_angle() {
+        let [mut hot] = recording(|t| 60.0 + 8.0 * t.sin());
+        hot.states = ndarray::concatenate![ndarray::Axis(1), hot.states, Array2::from_elem((100, 1), 20.0)];
+        hot.times = (0..100).map(|i| 0.1 * f64::from(i)).collect();
+        assert!(recognised(&[hot], &[column("Th", ""), column("Tc", "")], &[]).is_empty());
     }
 
     #[test]
