@@ -22,7 +22,7 @@ impl Problem<'_> {
         }
         let many = |i: usize| {
             let best = proposed[i].best(1.0, |support| self.penalty(support));
-            self.rates[i].is_none() && best.support.len() > SIMPLE
+            self.rates[i].is_none() && best.support.len() > SIMPLE && self.alone.get(i).is_none_or(Option::is_none)
         };
         let nothing = vec![Vec::new(); self.rates.len()];
         let of = |problem: &Problem<'_>, i: usize| match many(i) && problem.may_spend() {
@@ -35,7 +35,10 @@ impl Problem<'_> {
         for times in TIMES {
             let dear = |p: &Proposal| p.score + (times - 1.0) * self.penalty(&p.support);
             let best = |i: usize| {
-                let plain = proposed[i].best(times, |support| self.penalty(support));
+                let mut plain = proposed[i].best(times, |support| self.penalty(support));
+                if let Some(Some((support, coefficients))) = self.alone.get(i) {
+                    plain = Proposal { support: support.clone(), coefficients: coefficients.clone(), ..plain };
+                }
                 let other = inside[i].iter().min_by(|a, b| dear(a).total_cmp(&dear(b)));
                 other.filter(|other| dear(other) < plain.score).cloned().unwrap_or(plain)
             };

@@ -4,6 +4,7 @@
 //! error of whole trajectories, with one penalty for every term, decides.
 
 mod account;
+mod alone;
 mod constancy;
 mod constraints;
 mod exchange;

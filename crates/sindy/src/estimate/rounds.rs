@@ -37,10 +37,16 @@ impl Problem<'_> {
         inside.filter(|inside| inside.score < best.score).unwrap_or(best)
     }
 
-    /// The terms of every equation that are best if each costs `times` what it does, and their coefficients, equation by equation.
+    /// The terms of every equation that are best if each costs `times` what it does, and their coefficients, equation by equation; of equations that were found
+    /// alone those.
     fn best_terms(&self, proposed: &[Regression], times: f64) -> (Vec<Vec<usize>>, Vec<f64>) {
-        let proposals = proposed.iter().map(|r| r.best(times, |support| self.penalty(support)));
-        let (supports, xi): (_, Vec<Vec<f64>>) = proposals.map(|p| (p.support, p.coefficients)).unzip();
+        let of = |(i, r): (usize, &Regression)| {
+            self.alone.get(i).cloned().flatten().unwrap_or_else(|| {
+                let best = r.best(times, |support| self.penalty(support));
+                (best.support, best.coefficients)
+            })
+        };
+        let (supports, xi): (_, Vec<Vec<f64>>) = proposed.iter().enumerate().map(of).unzip();
         (supports, xi.concat())
     }
 

@@ -4,7 +4,8 @@ use std::cell::Cell;
 
 use ndarray::Array2;
 
-use super::account::Estimate;
+use super::account::{Doubt, Estimate};
+use super::alone::Alone;
 use super::constraints::Constraints;
 use super::exchange::Rivals;
 use super::hypothesis::{Hypothesis, Start};
@@ -39,6 +40,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) floor: &'a [f64],
     /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
     pub(crate) noise: &'a [f64],
+    /// Equations that are adequate without the other states, per state; empty if there are none.
+    pub(crate) alone: &'a [Alone],
     /// Ways in which a simulator may have gone from sample to sample.
     pub(crate) simulators: &'a [Stepping],
     pub(crate) solver: &'a BestSubset,
@@ -81,7 +84,18 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
 
 /// The equations with the best score, of noise that may grow with the value.
 fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
-    let Accounted { best, found, kept } = searched(problem, stepping)?;
+    let mut all = searched(problem, stepping)?;
+    // One equation that no terms can say spoils the others.
+    let spoilt = |doubt: &Option<Doubt>| matches!(doubt, Some(Doubt::Correlated | Doubt::Large | Doubt::Unfinished));
+    if all.found.doubts.iter().any(spoilt) {
+        let alone = problem.alone(stepping);
+        if !alone.is_empty() {
+            let spent = Cell::new(problem.budget / 4 * 3);
+            let again = searched(&Problem { alone: &alone, spent: &spent, ..*problem }, stepping);
+            all = again.filter(|again| again.found.score < all.found.score).unwrap_or(all);
+        }
+    }
+    let Accounted { best, found, kept } = all;
     if found.leaves_nothing || !problem.watch.go_on() {
         return Some(found);
     }
@@ -103,9 +117,9 @@ fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
 }
 
 /// What a search found, told in full, and the data without strays that it is fitted to.
-struct Accounted {
+pub(super) struct Accounted {
     best: Hypothesis,
-    found: Estimate,
+    pub(super) found: Estimate,
     kept: Kept,
 }
 
@@ -128,7 +142,7 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
 }
 
 /// The same, from `begun` or, without it, from nothing; terms are looked for in all samples.
-fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Accounted> {
+pub(super) fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Accounted> {
     let Rejecting { searched, signals, kept } = problem.rejecting(begun, stepping)?;
     let best = searched.best.clone();
     let found = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem }.account(searched, &signals);

@@ -195,6 +195,7 @@ impl Identifier {
             segments,
             floor,
             noise: &[],
+            alone: &[],
             simulators,
             solver,
             budget: BUDGET,

@@ -12,6 +12,7 @@ mod report;
 mod rows;
 mod shown;
 mod signals;
+mod warnings;
 
 use ndarray::Array2;
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Knowledge, Rng, Spec};

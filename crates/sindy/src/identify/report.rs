@@ -2,6 +2,7 @@
 
 use super::knowledge::Models;
 use super::rows::Rows;
+use super::warnings;
 use crate::Triangle;
 use crate::estimate::{Doubt, Estimate};
 use crate::library::Term;
@@ -118,7 +119,7 @@ pub(super) struct Counts {
 }
 
 /// The term as people write it.
-fn feature(term: &Term, names: &[String]) -> String {
+pub(super) fn feature(term: &Term, names: &[String]) -> String {
     if let Some(shape) = &term.shape {
         return shape.pretty(names);
     }
@@ -136,26 +137,6 @@ fn inside(found: &Estimate, support: &[usize]) -> Vec<InsideParameter> {
         values.iter().map(|&(value, standard_error)| InsideParameter { term: *j, value, standard_error })
     })
     .collect()
-}
-
-/// Part of a state's spread beyond which what is not smooth in it may as well be motion.
-const COARSE: f64 = 0.3;
-
-/// Warnings of states with unsettled equations that change too much from sample to sample for their noise to be told.
-fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
-    let coarse = |i: &usize| {
-        // 1 − fit is what is left as a part of the spread.
-        let spread = found.sigma[*i] / (1.0 - found.fit[*i]);
-        found.doubts[*i].is_some() && found.signal_noise[*i] > COARSE * spread
-    };
-    let told = |i: usize| {
-        format!(
-            "the state `{}` changes so much from sample to sample that its noise cannot be told from its motion: \
-             sample more often, or measure what moves it",
-            names[i]
-        )
-    };
-    (0..found.fits.len()).filter(coarse).map(told).collect()
 }
 
 impl Report {
@@ -236,7 +217,7 @@ impl Report {
             noise_growing: of_noise(&found.growing),
             fit: of_noise(&found.fit),
             search_complete: found.complete,
-            warnings: too_coarse(names, found).into_iter().chain(same_on_data(names, found)).collect(),
+            warnings: warnings::of(names, found),
             equations: equations.collect(),
         }
     }
@@ -279,15 +260,4 @@ impl Report {
             equations: equations.collect(),
         }
     }
-}
-
-/// Warnings of terms that are the same as others on all data.
-fn same_on_data(names: &[String], found: &Estimate) -> Vec<String> {
-    let told = |(own, other): &(usize, usize)| {
-        let (own, other) = (feature(&found.terms[*own], names), feature(&found.terms[*other], names));
-        format!(
-            "`{own}` and `{other}` are the same on all data, up to a factor: which of them the equations have is not known"
-        )
-    };
-    found.twins.iter().map(told).collect()
 }

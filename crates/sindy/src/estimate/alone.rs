@@ -1,0 +1,117 @@
+//! Parts of a system that need none of its other states: what these do wrong cannot spoil them.
+
+use std::cell::Cell;
+
+use ndarray::Axis;
+
+use super::search::{Problem, accounted};
+use crate::Expr;
+use crate::data::Segment;
+use crate::library::Term;
+use crate::motion::Stepping;
+
+/// Part of the budget of a search for each part of a system.
+const SHARE: f64 = 0.05;
+
+/// Times that parts are looked for beside those already found.
+const PASSES: usize = 2;
+
+/// Terms and coefficients of an equation that was found alone.
+pub(crate) type Alone = Option<(Vec<usize>, Vec<f64>)>;
+
+impl Problem<'_> {
+    /// Per state: its equation, if it is adequate in a part of the system that has no other states, without terms that have parameters inside. Empty if there is none.
+    pub(super) fn alone(&self, stepping: Stepping) -> Vec<Alone> {
+        let n = self.rates.len();
+        let chains = self.chains();
+        let mut found: Vec<Alone> = vec![None; n];
+        let mut known: Vec<usize> = Vec::new();
+        if self.constraints.iter().any(|c| !c.is_empty()) {
+            return Vec::new();
+        }
+        for _ in 0..PASSES {
+            let before = known.len();
+            for chain in &chains {
+                let states = [&known[..], chain].concat();
+                if known.contains(&chain[0]) || states.len() == n || !self.watch.go_on() {
+                    continue;
+                }
+                if let Some(equations) = self.of_states(&states, &found, stepping) {
+                    states.iter().zip(equations).for_each(|(&i, equation)| found[i] = equation);
+                    known = states;
+                }
+            }
+            if known.len() == before {
+                break;
+            }
+        }
+        if known.is_empty() { Vec::new() } else { found }
+    }
+
+    /// Each state with its rate, the rate of that, and so on.
+    fn chains(&self) -> Vec<Vec<usize>> {
+        let n = self.rates.len();
+        let heads = (0..n).filter(|i| !self.rates.contains(&Some(*i)));
+        heads.map(|head| std::iter::successors(Some(head), |&i| self.rates[i]).take(n).collect()).collect()
+    }
+
+    /// The equations of `states` without the others; `None` if they are not adequate.
+    fn of_states(&self, states: &[usize], known: &[Alone], stepping: Stepping) -> Option<Vec<Alone>> {
+        let n = self.rates.len();
+        let place = |i: usize| match i {
+            i if i < n => states.iter().position(|&k| k == i),
+            i => Some(states.len() + i - n),
+        };
+        let others: Vec<usize> = (0..n).filter(|i| !states.contains(i)).collect();
+        let inside = |t: &Term| {
+            !others.iter().any(|&i| t.expr.has(i)) && t.rate.is_none_or(|l| states.contains(&l)) && t.shape.is_none()
+        };
+        let chosen: Vec<usize> = (0..self.n_plain).filter(|&j| inside(&self.terms[j])).collect();
+        let placed = |&j: &usize| {
+            let term = &self.terms[j];
+            Term {
+                expr: term.expr.replaced(&|i| place(i).map(Expr::Variable)),
+                rate: term.rate.and_then(place),
+                ..term.clone()
+            }
+        };
+        let terms: Vec<Term> = chosen.iter().map(placed).collect();
+        let of = |s: &Segment| Segment {
+            x: s.x.select(Axis(1), states),
+            relative: s.relative.as_ref().map(|r| r.select(Axis(1), states)),
+            ..s.clone()
+        };
+        let segments: Vec<Segment> = self.segments.iter().map(of).collect();
+        let rates: Vec<Option<usize>> = states.iter().map(|&i| self.rates[i].and_then(place)).collect();
+        let floor: Vec<f64> = states.iter().map(|&i| self.floor[i]).collect();
+        let back = |j: usize| chosen.iter().position(|&k| k == j);
+        let told = |&i: &usize| -> Alone {
+            let (support, xi) = known[i].as_ref()?;
+            Some((support.iter().map(|&j| back(j)).collect::<Option<_>>()?, xi.clone()))
+        };
+        let known: Vec<Alone> = states.iter().map(told).collect();
+        let spent = Cell::new(0);
+        let part = Problem {
+            terms: &terms,
+            n_plain: terms.len(),
+            of_parts: None,
+            lagrangian: None,
+            rates: &rates,
+            constraints: &[],
+            segments: &segments,
+            floor: &floor,
+            alone: &known,
+            budget: (SHARE * self.budget as f64) as u64,
+            spent: &spent,
+            ..*self
+        };
+        let found = accounted(&part, None, stepping)?.found;
+        if found.doubts.iter().any(Option::is_some) || found.stepping.is_continuous() != stepping.is_continuous() {
+            return None;
+        }
+        let equation = |(k, fit): (usize, &crate::solve::Selected)| -> Alone {
+            rates[k].is_none().then(|| (fit.support.iter().map(|&j| chosen[j]).collect(), fit.coefficients.clone()))
+        };
+        Some(found.fits.iter().enumerate().map(equation).collect())
+    }
+}

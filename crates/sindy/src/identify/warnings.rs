@@ -1,0 +1,69 @@
+//! What is to be known of equations whose noise was estimated, though it is no doubt of any of them.
+
+use super::report::feature;
+use crate::Expr;
+use crate::estimate::Estimate;
+
+/// Part of a state's spread beyond which what is not smooth in it may as well be motion.
+const COARSE: f64 = 0.3;
+
+/// Warnings of terms that are the same as others on all data.
+fn same_on_data(names: &[String], found: &Estimate) -> Vec<String> {
+    let told = |(own, other): &(usize, usize)| {
+        let (own, other) = (feature(&found.terms[*own], names), feature(&found.terms[*other], names));
+        format!(
+            "`{own}` and `{other}` are the same on all data, up to a factor: which of them the equations have is not known"
+        )
+    };
+    found.twins.iter().map(told).collect()
+}
+
+/// Difference from 1 of the factor of a rate with an offset.
+const CLOSE: f64 = 0.05;
+
+/// Standard errors that an offset is at least.
+const SIGNIFICANT: f64 = 5.0;
+
+/// Warnings of states that change by another one but for a constant: that one is measured with an offset, and terms of it approximate others.
+fn offset_rates(names: &[String], found: &Estimate) -> Vec<String> {
+    let n_states = found.fits.len();
+    let offset = |i: usize| {
+        let (fit, errors) = (&found.fits[i], &found.errors[i]);
+        let at = |wanted: &dyn Fn(&Expr) -> bool| fit.support.iter().position(|&j| wanted(&found.terms[j].expr));
+        let (one, rate) = (at(&Expr::is_one)?, at(&|e| matches!(e, Expr::Variable(v) if *v < n_states && *v != i))?);
+        let (constant, factor) = (fit.coefficients[one], fit.coefficients[rate]);
+        let told = fit.support.len() == 2
+            && (factor - 1.0).abs() < CLOSE
+            && constant.abs() > SIGNIFICANT * errors.get(one).copied().unwrap_or(f64::INFINITY);
+        let (state, rate) = (&names[i], feature(&found.terms[fit.support[rate]], names));
+        told.then(|| {
+            format!(
+                "`{state}` changes by `{rate}` but for {constant:.4e}: `{rate}` may be measured with that offset, and its terms in other equations \
+                 then approximate those of `{rate}` without it"
+            )
+        })
+    };
+    (0..n_states).filter_map(offset).collect()
+}
+
+/// Warnings of states with unsettled equations that change too much from sample to sample for their noise to be told.
+fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
+    let coarse = |i: &usize| {
+        // 1 − fit is what is left as a part of the spread.
+        let spread = found.sigma[*i] / (1.0 - found.fit[*i]);
+        found.doubts[*i].is_some() && found.signal_noise[*i] > COARSE * spread
+    };
+    let told = |i: usize| {
+        format!(
+            "the state `{}` changes so much from sample to sample that its noise cannot be told from its motion: \
+             sample more often, or measure what moves it",
+            names[i]
+        )
+    };
+    (0..found.fits.len()).filter(coarse).map(told).collect()
+}
+
+/// All of them.
+pub(super) fn of(names: &[String], found: &Estimate) -> Vec<String> {
+    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found)].concat()
+}
