@@ -3,14 +3,14 @@
 use super::Segment;
 
 /// Distance of a glitch from the cubic through its neighbours, as a multiple of the typical one of all samples.
-const FAR: f64 = 15.0;
+const FAR: f64 = 8.0;
 
 /// Standard deviation of normal numbers, as a multiple of the median of their absolute values.
 const OF_MEDIAN: f64 = 1.4826;
 
 /// Part of that distance by which the samples beside a glitch seem to be away from theirs, on the other side. Of one alone it is two thirds; of a signal
 /// with a kink a half, of one that jumps a third on one side.
-const BESIDE: f64 = 0.58;
+const BESIDE: f64 = 0.52;
 
 /// Largest share of samples that are glitches.
 const MOST: f64 = 0.2;
