@@ -155,7 +155,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }
-        Doubt::Unfinished => "but the search for terms ended before it had tried all that it would",
+        Doubt::Unfinished => "but the search for terms reached its limit of operations",
         Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",
         Doubt::Asymmetric => {
             "but it is coupled to another joint otherwise than that one to it, and masses are symmetric"

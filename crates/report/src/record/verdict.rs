@@ -26,7 +26,7 @@ pub(super) fn blocks(account: &Account) -> Vec<Block> {
     let warnings = account.warnings.iter().take(MOST_WARNINGS);
     blocks.extend(warnings.map(|w| Block::text(format!("Warning: {}.", shortened(w)))));
     if !account.search_complete {
-        blocks.push(Block::text("The search for terms ended before all proposals were tried."));
+        blocks.push(Block::text("The search for terms reached its limit of operations."));
     }
     blocks
 }

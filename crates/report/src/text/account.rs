@@ -32,11 +32,19 @@ fn held_out_lines(held_out: &HeldOut) -> String {
     text
 }
 
+/// What is claimed of all equations together.
+fn claim(account: &Account) -> &'static str {
+    match (account.explained, account.noise) {
+        (Some(false), _) => "an approximation, ",
+        (Some(true), NoiseSource::Estimated) => "adequate among the candidate terms, ",
+        _ => "",
+    }
+}
+
 /// The equations, each with its terms, and what speaks for them.
 #[must_use]
 pub fn text(account: &Account) -> String {
-    let approximation = if account.explained == Some(false) { "an approximation, " } else { "" };
-    let mut text = format!("equations: {approximation}{}\n", account.stepping);
+    let mut text = format!("equations: {}{}\n", claim(account), account.stepping);
     for equation in &account.equations {
         let _ = writeln!(text, "  {}", equation.equation);
     }
@@ -65,7 +73,7 @@ pub fn text(account: &Account) -> String {
     }
     text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
     if !account.search_complete {
-        text += "\nthe search for terms ended before all proposals were tried: fewer rows or states make it complete";
+        text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
     }
     let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", account.features.len());
     text
@@ -99,7 +107,7 @@ fn steps(account: &Account) -> String {
         _ => format!(", left out {why}: {count}"),
     };
     let (at_limit, astray) = (account.rows_at_limit, account.rows_astray);
-    account.rows.to_string() + &left_out(at_limit, "at a limit") + &left_out(astray, "as unlike all others")
+    account.rows.to_string() + &left_out(at_limit, "at a limit") + &left_out(astray, "as outliers")
 }
 
 fn offset_lines(account: &Account) -> String {
@@ -145,10 +153,11 @@ fn table(account: &Account, equation: &Equation) -> String {
     } else {
         "; not every subset of this size was tried"
     };
-    let _ = writeln!(text, "  residual {residual}: {verdict}{search}");
+    let of = if sensors == ESTIMATED { "residual of the rate, one step" } else { "residual" };
+    let _ = writeln!(text, "  {of} {residual}: {verdict}{search}");
     if !equation.ties.is_empty() {
         let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
-        let _ = writeln!(text, "  the data cannot tell these terms from: {}", ties.join("; or "));
+        let _ = writeln!(text, "  equally good sets of terms: {}", ties.join("; or "));
     }
     text
 }
@@ -283,7 +292,7 @@ mod tests {
     fn ties_are_told() {
         let ties = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
         let table = super::table(&account(100), &Equation { ties, ..equation() });
-        assert!(table.ends_with("  the data cannot tell these terms from: th, w; or sin 2 th\n"), "{table}");
+        assert!(table.ends_with("  equally good sets of terms: th, w; or sin 2 th\n"), "{table}");
     }
 
     #[test]

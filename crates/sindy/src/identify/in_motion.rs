@@ -179,7 +179,7 @@ impl Identifier {
         let empty = states.filter(|((_, rate), equation)| rate.is_none() && equation.support.is_empty());
         let told = |((state, _), _): ((&Channel, _), _)| {
             format!(
-                "the equation of `{}` has no terms: the data show no motion of it, but noise at most about a constant",
+                "the equation of `{}` has no terms: no candidate explains more of its motion than noise does",
                 state.name
             )
         };

@@ -37,7 +37,7 @@ impl fmt::Display for Identified {
             }
             for tie in &equation.ties {
                 let terms: Vec<&str> = tie.iter().map(|&j| self.report.features[j].as_str()).collect();
-                writeln!(f, "  the data cannot tell these terms from: {}", terms.join(", "))?;
+                writeln!(f, "  equally good set of terms: {}", terms.join(", "))?;
             }
         }
         for (name, (sigma, fit)) in
