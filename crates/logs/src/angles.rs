@@ -16,8 +16,11 @@ pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[
         "" => roles::is_angle(&c.name) || (torque && roles::is_position(&c.name)),
         unit => units::is_angle(unit),
     };
-    let seen = rates::recognised(recordings);
-    let moves = |i: usize| states.len() == 1 || !states[i].unit.is_empty() || seen.iter().any(|s| s.of == i);
+    // Without time stamps no state is known to be the rate of another yet.
+    let timed = recordings.iter().all(|r| r.times.len() == r.states.nrows());
+    let seen = if timed { rates::recognised(recordings) } else { Vec::new() };
+    let alone = !timed || states.len() == 1;
+    let moves = |i: usize| alone || !states[i].unit.is_empty() || seen.iter().any(|s| s.of == i);
     let turning = |(i, column): (usize, &Column)| {
         let folds = folds(recordings, i, TAU);
         let turns = span(recordings, i) / TAU;
