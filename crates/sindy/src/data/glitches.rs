@@ -12,6 +12,9 @@ const OF_MEDIAN: f64 = 1.4826;
 /// with a kink a half, of one that jumps a third on one side.
 const BESIDE: f64 = 0.52;
 
+/// Samples on either side that tell what is usual near one.
+const AROUND: usize = 12;
+
 /// Largest share of samples that are glitches.
 const MOST: f64 = 0.2;
 
@@ -29,6 +32,8 @@ pub(crate) fn without_glitches(segments: &[Segment], floor: &[f64]) -> Option<(V
     let is_glitch = |at: usize, t: usize| {
         away.iter().zip(&typical).any(|(of_state, typical)| {
             let d = &of_state[at];
+            // Noise may grow with the value: what is usual thereabouts counts too.
+            let typical = typical.max(thereabouts(d, t));
             let beside = |k: usize| -d[k] * d[t].signum() > BESIDE * d[t].abs();
             d[t].abs() > FAR * typical && beside(t - 1) && beside(t + 1)
         })
@@ -56,6 +61,17 @@ pub(crate) fn without_glitches(segments: &[Segment], floor: &[f64]) -> Option<(V
         let lost = all - steps(&kept);
         (kept, lost)
     })
+}
+
+/// Standard deviation of most of the distances around that of sample `t`, but for those that have a part in it.
+fn thereabouts(distances: &[f64], t: usize) -> f64 {
+    let (first, last) = (t.saturating_sub(AROUND), (t + AROUND + 1).min(distances.len()));
+    let mut near: Vec<f64> = (first..last).filter(|k| k.abs_diff(t) > 2).map(|k| distances[k].abs()).collect();
+    if near.is_empty() {
+        return 0.0;
+    }
+    let middle = near.len() / 2;
+    OF_MEDIAN * *near.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// How far each sample of state `i` is from the cubic through two samples before and two after it; 0 at either end.
@@ -113,6 +129,15 @@ mod tests {
         let (kept, lost) = without_glitches(&[noisy], &[1e-12]).expect("glitches");
         assert_eq!((kept.len(), lost), (5, 8));
         assert_eq!(kept.iter().map(|s| s.x.nrows()).sum::<usize>(), 396);
+    }
+
+    #[test]
+    fn noise_that_grows_with_the_value_is_none() {
+        let growing = segment(|t| {
+            let value = 0.01 + (-(t as f64 - 200.0).powi(2) / 800.0).exp();
+            value * (1.0 + 50.0 * rough(t))
+        });
+        assert!(without_glitches(&[growing], &[1e-12]).is_none());
     }
 
     #[test]
