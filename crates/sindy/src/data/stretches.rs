@@ -24,7 +24,7 @@ pub(crate) fn sample_of(segments: &[Segment], steps: usize) -> Vec<Segment> {
 /// grows most, f being states, inputs and the changes of the states in a step, as parts of their ranges.
 ///
 /// # References
-/// Fedorov (1972), Theory of Optimal Experiments: D-optimal designs, here by greedy exchange.
+/// Fedorov (1972), Theory of Optimal Experiments: D-optimal designs, here chosen greedily.
 pub(crate) fn stretches(segments: &[Segment], steps: usize) -> Vec<(usize, Range<usize>)> {
     let total: usize = segments.iter().map(Segment::len).sum();
     if total <= steps {
