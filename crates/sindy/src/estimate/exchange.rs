@@ -116,7 +116,8 @@ impl Problem<'_> {
     fn is_rival(&self, rival: &Hypothesis, best: &Hypothesis, i: usize) -> bool {
         let (own, other) = (&best.supports[i], &rival.supports[i]);
         let as_few = self.n_parameters(other) <= self.n_parameters(own);
-        let before = if as_few { (self.prior(other) - self.prior(own)).max(0.0) } else { 0.0 };
+        let believed = |hypothesis: &Hypothesis, support| self.prior(support) + hypothesis.size;
+        let before = if as_few { (believed(rival, other) - believed(best, own)).max(0.0) } else { 0.0 };
         rival.score - before < best.score + TOLD_APART
     }
 }

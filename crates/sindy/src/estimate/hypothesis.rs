@@ -23,6 +23,8 @@ pub(super) struct Hypothesis {
     pub(super) inside: Vec<Inside>,
     /// Smaller is better.
     pub(super) score: f64,
+    /// The part of the score by which terms are believed to be no larger than the rates.
+    pub(super) size: f64,
     /// The largest contribution of a term to the rates, of each equation, as a multiple of these.
     pub(super) contributions: Vec<f64>,
     /// Whether what is left is no more than the finest Runge–Kutta steps are wrong.
@@ -160,7 +162,7 @@ impl Problem<'_> {
         // Contributions are of the size of the rates, or seldom larger: a Cauchy distribution. Terms that cancel are worth it only
         // where the data tell them so.
         let contributions = flow.contributions(self.segments, &fit.x, &fit.xi);
-        let prior: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
+        let size: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
         let mut rest = &contributions[..];
         let largest = |support: &Vec<usize>| {
             let (own, later) = rest.split_at(support.len());
@@ -168,11 +170,11 @@ impl Problem<'_> {
             own.iter().copied().fold(0.0, f64::max)
         };
         let contributions = supports.iter().map(largest).collect();
-        let score = self.score(&supports, &seen) + prior;
+        let score = self.score(&supports, &seen) + size;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);
         let innovations = OnceCell::new();
-        let found = Hypothesis { supports, flow, fit, inside, score, contributions, numerical, part, innovations };
+        let found = Hypothesis { supports, flow, fit, inside, score, size, contributions, numerical, part, innovations };
         found.score.is_finite().then_some(found)
     }
 
