@@ -313,3 +313,34 @@ fn ratios_in_two_equations_are_found_together() {
         assert!((parameter.value / 0.4 - 1.0).abs() < 0.1, "seed {seed}: {parameter:?}");
     }
 }
+
+/// A load on a spring that is shaken by something nobody measured: its motion is explained by no terms, that of the arm before it is.
+#[test]
+fn parts_that_need_no_other_states_are_found_beside_one_that_no_terms_can_say() {
+    let field: Field = |x, u| {
+        let hidden = x[4].sin() + (1.7 * x[5]).sin();
+        vec![x[1], -4.0 * x[0] - 0.5 * x[1] + 3.0 * u, x[3], 6.0 * (x[0] - x[2]) + 8.0 * hidden, x[5], -9.0 * x[4].sin()]
+    };
+    let kinds = [("x", Kind::Plain), ("v", Kind::RateOf(0)), ("y", Kind::Plain), ("w", Kind::RateOf(2))];
+    for seed in 0..3 {
+        let mut recording =
+            record(field, &[1.0, 0.0, 0.5, 0.0, 2.5, 0.0], (400, 0.05), (5e-3, 1.0, false), seed);
+        recording.states = recording.states.slice(ndarray::s![.., ..4]).to_owned();
+        let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
+        assert_equation(&found, 1, &[("x", -4.0), ("v", -0.5), ("u", 3.0)], 0.05);
+        assert!(found.report.equations[1].reached_floor, "seed {seed}: {found}");
+        assert!(!found.report.equations[3].reached_floor, "seed {seed}: {found}");
+    }
+}
+
+/// A log that ends at its equilibrium: the terms cancel there, and others explain it as well. Wrong terms are not called adequate.
+#[test]
+fn terms_that_cancel_at_an_equilibrium_are_not_hidden_behind_others() {
+    let field: Field = |x, _| vec![1.8 * x[0] - 0.11 * x[0] * x[0]];
+    for seed in 0..6 {
+        let recording = record(field, &[11.0], (500, 0.02), (0.5, 1.0, false), seed);
+        let found = Identifier::new(&spec(&PLAIN[..1], 0.02)).identify_recordings(&[recording]).expect("equations");
+        let names: Vec<&str> = equation(&found, 0).iter().map(|t| t.0).collect();
+        assert!(names == ["x", "x²"] || !found.report.equations[0].reached_floor, "seed {seed}: {found}");
+    }
+}

@@ -113,21 +113,68 @@ const UNLIKE: f64 = 0.05;
 /// estimated; smaller than rounding they are not.
 fn misfit(runs: &[Run], pairs: &[(usize, usize)], dt: f64, (a, b): (f64, f64)) -> f64 {
     let of = |&(i, v): &(usize, usize)| {
-        let mut squares: Vec<f64> = runs.iter().flat_map(|run| squared_errors(run, i, v, dt, (a, b))).collect();
-        squares.sort_by(f64::total_cmp);
-        squares.truncate(squares.len() - (UNLIKE * squares.len() as f64) as usize);
-        let steps = squares.len() as f64;
+        let all: Vec<Vec<f64>> = runs.iter().map(|run| errors(run, i, v, dt, (a, b))).collect();
+        let mut sizes: Vec<f64> = all.iter().flatten().map(|e| e.abs()).collect();
+        sizes.sort_by(f64::total_cmp);
+        let like = sizes.len() - (UNLIKE * sizes.len() as f64) as usize;
+        let largest = sizes.get(like.saturating_sub(1)).copied().unwrap_or(0.0);
+        let squares: Vec<f64> = runs.iter().zip(&all).flat_map(|(run, e)| squared(run, (i, v), dt, e, largest)).collect();
+        let steps = squares.len().max(1) as f64;
         steps * (squares.iter().sum::<f64>() / steps).max(1.0).ln()
     };
     pairs.iter().map(of).sum()
 }
 
-/// The squared, whitened errors of x⁺ = x + Δt (a v + b v⁺).
-fn squared_errors(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> Vec<f64> {
+/// The errors of x⁺ = x + Δt (a v + b v⁺), over Δt.
+fn errors(run: &Run, i: usize, v: usize, dt: f64, (a, b): (f64, f64)) -> Vec<f64> {
     let error = |t: usize| (run.x[[t + 1, i]] - run.x[[t, i]]) / dt - a * run.x[[t, v]] - b * run.x[[t + 1, v]];
-    let mut rows = ndarray::Array2::from_shape_fn((run.len(), 1), |(t, _)| error(t));
+    (0..run.len()).map(error).collect()
+}
+
+/// The squared, whitened errors of the steps of `run` whose error is no larger than `largest`. What is left out borders the others: one impact would
+/// be in the whitened errors of all steps after it.
+fn squared(run: &Run, (i, v): (usize, usize), dt: f64, errors: &[f64], largest: f64) -> Vec<f64> {
     // The error of the rate enters too.
-    let sigma: Vec<f64> = (0..=run.len()).map(|t| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]])).collect();
-    whiten(rows.view_mut(), &sigma, &vec![0.0; run.len()], &vec![dt; run.len()]);
-    rows.iter().map(|w| w * w).collect()
+    let sigma = |t: usize| run.sigma[[t, i]].hypot(dt * run.sigma[[t, v]]);
+    let mut squares = Vec::with_capacity(errors.len());
+    let mut first = 0;
+    for part in errors.split(|e| e.abs() > largest) {
+        let mut rows = ndarray::Array2::from_shape_fn((part.len(), 1), |(t, _)| part[t]);
+        let sigma: Vec<f64> = (first..=first + part.len()).map(sigma).collect();
+        whiten(rows.view_mut(), &sigma, &vec![0.0; part.len()], &vec![dt; part.len()]);
+        squares.extend(rows.iter().map(|w| w * w));
+        first += part.len() + 1;
+    }
+    squares
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use super::*;
+
+    /// A ball in the steps of a simulator that bounces: where it does, no rule of these steps holds.
+    fn bouncing(after: f64) -> Run {
+        let (steps, dt) = (400, 0.02);
+        let mut x = Array2::zeros((steps + 1, 2));
+        x[[0, 0]] = 1.0;
+        for t in 0..steps {
+            let v = x[[t, 1]] - 9.81 * dt;
+            let y = x[[t, 0]] + dt * ((1.0 - after) * x[[t, 1]] + after * v);
+            let hits = y < 0.0;
+            x[[t + 1, 0]] = if hits { -0.95 * y } else { y };
+            x[[t + 1, 1]] = if hits { -0.95 * v } else { v };
+        }
+        Run { x, u: Array2::zeros((steps, 0)), sigma: Array2::from_elem((steps + 1, 2), 1e-6) }
+    }
+
+    #[test]
+    fn a_few_impacts_hide_no_steps_of_a_simulator() {
+        let rates = [Some(1), None];
+        let shown = |after: f64| shown(&[bouncing(after)], &rates, 0.02);
+        assert_eq!(shown(1.0), Some(Stepping::SemiImplicit { substeps: 1 }));
+        assert_eq!(shown(0.0), Some(Stepping::Euler));
+        assert_eq!(shown(0.5), Some(Stepping::Continuous { substeps: 1 }));
+    }
 }
