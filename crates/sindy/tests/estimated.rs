@@ -344,3 +344,23 @@ fn terms_that_cancel_at_an_equilibrium_are_not_hidden_behind_others() {
         assert!(names == ["x", "x²"] || !found.report.equations[0].reached_floor, "seed {seed}: {found}");
     }
 }
+
+fn pendulum(x: &[f64], u: f64) -> Vec<f64> {
+    vec![x[1], -9.81 * x[0].sin() - 0.3 * x[1] + 4.0 * u]
+}
+
+/// An encoder alone: the rate of the angle is found with the equations.
+#[test]
+fn rates_that_were_not_measured_are_found_with_the_equations() {
+    let kinds = [("a", Kind::Angle), ("w", Kind::RateOf(0))];
+    for (noise, within) in [(0.0, 1e-6), (1e-3, 0.01), (1e-2, 0.05)] {
+        for seed in 0..3 {
+            let mut recording = record(pendulum, &[0.5, 0.0], (400, 0.05), (noise, 1.0, seed == 2), seed);
+            recording.states.column_mut(1).fill(f64::NAN);
+            let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
+            eprintln!("{noise} {seed} {found}");
+            assert_equation(&found, 1, &[("sin a", -9.81), ("w", -0.3), ("u", 4.0)], within);
+            assert!(found.report.equations[1].reached_floor, "{noise} {seed}: {found}");
+        }
+    }
+}

@@ -69,6 +69,9 @@ pub(super) trait Process {
 
     /// Per segment, values and derivatives of the chain (T + 1, chain), likewise.
     fn smoothed(&self, noise: &[f64], intensity: f64) -> Vec<(Array2<f64>, Array2<f64>)>;
+
+    /// Standard deviation of what the samples up to one leave unknown of derivative number `j` there, likewise.
+    fn uncertainty(&self, noise: &[f64], intensity: f64, j: usize) -> f64;
 }
 
 /// The process of order D of the states `chain`.
@@ -108,12 +111,13 @@ const DIFFUSE: f64 = 100.0;
 
 /// The state at the first sample of the polynomial through the first samples.
 fn start<const D: usize>(segment: &Segment, chain: &[usize], scale: &Scale) -> SVector<f64, D> {
-    let samples = D.div_ceil(chain.len()).min(segment.len() + 1);
+    let measured = chain.iter().filter(|i| segment.measures(**i)).count().max(1);
+    let samples = D.div_ceil(measured).min(segment.len() + 1);
     let mut time = 0.0;
     let (mut rows, mut values) = (Vec::new(), Vec::new());
     for t in 0..samples {
         let transition = transition::<D>(time);
-        for (j, &i) in chain.iter().enumerate() {
+        for (j, &i) in chain.iter().enumerate().filter(|(_, i)| segment.measures(**i)) {
             rows.push(transition.row(j).into_owned());
             values.push(segment.x[[t, i]] / scale.of_derivative(j));
         }
@@ -176,7 +180,7 @@ const EVEN: f64 = 1e-9;
 /// The interval of the samples of `segment`, if they are evenly spaced and equally exact.
 fn interval(segment: &Segment) -> Option<f64> {
     let first = *segment.dt.first()?;
-    let even = segment.relative.is_none() && segment.dt.iter().all(|dt| (dt - first).abs() <= EVEN * first);
+    let even = segment.is_equally_exact() && segment.dt.iter().all(|dt| (dt - first).abs() <= EVEN * first);
     even.then_some(first)
 }
 
@@ -230,6 +234,10 @@ impl<const D: usize> Wiener<'_, D> {
         let (mut variances, mut logs) = ([1.0; LONGEST], [0.0; LONGEST]);
         for (j, (&i, sigma)) in self.chain.iter().zip(noise).enumerate() {
             broken |= covariance[(j, j)] < 0.0;
+            if segment.relative(t, i).is_infinite() {
+                variances[j] = f64::INFINITY;
+                continue;
+            }
             variances[j] = covariance[(j, j)] + (sigma * segment.relative(t, i)).powi(2);
             logs[j] = variances[j].ln();
             gains[j] = covariance.column(j) / variances[j];
@@ -275,7 +283,7 @@ impl<const D: usize> Process for Wiener<'_, D> {
                 let gain = gains.at(t);
                 self.filter(segment, t, gain, &mut mean, |j, innovation| {
                     // The first samples only fix the start.
-                    if t >= D {
+                    if t >= D && gain.variances[j].is_finite() {
                         sums.count += 1.0;
                         sums.squares += innovation * innovation / gain.variances[j];
                         sums.logs += gain.logs[j];
@@ -323,6 +331,13 @@ impl<const D: usize> Process for Wiener<'_, D> {
             smoothed.push((x, x_dot));
         }
         smoothed
+    }
+
+    fn uncertainty(&self, noise: &[f64], intensity: f64, j: usize) -> f64 {
+        let longest = (0..self.segments.len()).max_by_key(|&at| self.segments[at].len());
+        let mut gains = Gains::none();
+        longest.into_iter().for_each(|at| self.gains(at, noise, intensity, &mut gains));
+        gains.steps.last().map_or(1.0, |gain| gain.covariance[(j, j)].max(0.0).sqrt())
     }
 }
 

@@ -13,7 +13,8 @@ pub(crate) struct Segment {
     pub(crate) u: Array2<f64>,
     /// Time from each sample to the next \[s\] (T).
     pub(crate) dt: Vec<f64>,
-    /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same.
+    /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same. Infinite where a state was
+    /// not measured: `x` is an estimate there, to begin with.
     pub(crate) relative: Option<Array2<f64>>,
 }
 
@@ -38,13 +39,30 @@ impl Segment {
         }
     }
 
-    /// Σ ln w² of the relative standard deviations w of all samples.
+    /// Σ ln w² of the relative standard deviations w of all samples that were measured.
     pub(crate) fn log_variances(&self) -> f64 {
-        self.relative.as_ref().map_or(0.0, |r| r.iter().map(|w| 2.0 * w.ln()).sum())
+        let of = |r: &Array2<f64>| r.iter().filter(|w| w.is_finite()).map(|w| 2.0 * w.ln()).sum();
+        self.relative.as_ref().map_or(0.0, of)
     }
 
     /// Standard deviation of the error of sample `t` of state `i`, relative to that of the channel.
     pub(crate) fn relative(&self, t: usize, i: usize) -> f64 {
         self.relative.as_ref().map_or(1.0, |r| r[[t, i]])
+    }
+
+    /// The same, and 1 for a sample that was not measured.
+    pub(crate) fn relative_or_one(&self, t: usize, i: usize) -> f64 {
+        Some(self.relative(t, i)).filter(|w| w.is_finite()).unwrap_or(1.0)
+    }
+
+    /// Whether state `i` was measured.
+    pub(crate) fn measures(&self, i: usize) -> bool {
+        self.relative.as_ref().is_none_or(|r| r.column(i).iter().any(|w| w.is_finite()))
+    }
+
+    /// Whether all samples of each state that was measured are equally exact.
+    pub(crate) fn is_equally_exact(&self) -> bool {
+        let same = |r: &Array2<f64>| r.iter().all(|w| *w == 1.0 || w.is_infinite());
+        self.relative.as_ref().is_none_or(same)
     }
 }

@@ -85,10 +85,13 @@ impl<'a> Smoother<'a> {
         for Chain { states, scale, order, intensity, noise } in &self.chains {
             let floored = |(j, sigma): (usize, &f64)| sigma.max(floor[states[j]] / scale.of_derivative(j));
             let noise: Vec<f64> = noise.iter().enumerate().map(floored).collect();
+            let process = order(self.segments, states, scale);
             for (j, &i) in states.iter().enumerate() {
-                signals.sigma[i] = noise[j] * scale.of_derivative(j);
+                let measured = self.segments.first().is_none_or(|s| s.measures(i));
+                let sigma = if measured { noise[j] } else { process.uncertainty(&noise, *intensity, j) };
+                signals.sigma[i] = sigma * scale.of_derivative(j);
             }
-            let smoothed = order(self.segments, states, scale).smoothed(&noise, *intensity);
+            let smoothed = process.smoothed(&noise, *intensity);
             for (at, (x, x_dot)) in smoothed.iter().enumerate() {
                 for (j, &i) in states.iter().enumerate() {
                     signals.x[at].column_mut(i).assign(&x.column(j));
@@ -125,14 +128,19 @@ impl Chain {
         go_on: &dyn Fn() -> bool,
     ) -> Option<Self> {
         let scale = Scale::of(segments, &states);
+        // States that were not measured come after one that was.
+        let measured: Vec<usize> =
+            (0..states.len()).filter(|&j| segments.first().is_none_or(|s| s.measures(states[j]))).collect();
         let of = |i: usize| {
             let by_differences = by_differences(segments, i);
             let least = (FACTORS.0.exp() * by_differences).max(floor[i]);
-            if states.len() == 1 && go_on() { noise_of(segments, i, least) } else { by_differences }
+            if measured.len() == 1 && go_on() { noise_of(segments, i, least) } else { by_differences }
         };
-        let alone = states.iter().enumerate().map(|(j, &i)| of(i).max(floor[i]) / scale.of_derivative(j));
-        let alone: Vec<f64> = alone.collect();
-        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone, go_on), *order);
+        let mut alone = vec![f64::INFINITY; states.len()];
+        measured.iter().for_each(|&j| alone[j] = of(states[j]).max(floor[states[j]]) / scale.of_derivative(j));
+        let least = alone.iter().copied().fold(f64::INFINITY, f64::min);
+        alone.iter_mut().filter(|noise| noise.is_infinite()).for_each(|noise| *noise = least);
+        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone, &measured, go_on), *order);
         let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
         likeliest.map(|((intensity, noise, _), order)| Self { states, scale, order, intensity, noise })
     }
@@ -151,8 +159,13 @@ fn noise_of(segments: &[Segment], i: usize, floor: f64) -> f64 {
 }
 
 /// The intensity of the process of a chain, the noise of its channels, and −2 ln L there; by searches along one of them after the
-/// other from the noise each channel has `alone`.
-fn together(process: &dyn Process, alone: &[f64], go_on: &dyn Fn() -> bool) -> (f64, Vec<f64>, f64) {
+/// other from the noise each channel has `alone`; that of channels other than those `measured` does not matter.
+fn together(
+    process: &dyn Process,
+    alone: &[f64],
+    measured: &[usize],
+    go_on: &dyn Fn() -> bool,
+) -> (f64, Vec<f64>, f64) {
     let mut noise = alone.to_vec();
     if !go_on() {
         return (1.0, noise, f64::INFINITY);
@@ -161,8 +174,8 @@ fn together(process: &dyn Process, alone: &[f64], go_on: &dyn Fn() -> bool) -> (
     let at = |intensity: f64, noise: &[f64]| process.likelihood(noise, intensity).total();
     let mut log = minimum(LOGS, |l| at(l.exp() * unit, &noise));
     // A channel by itself has the noise that it has; those of a chain tell of each other.
-    for _ in 0..if noise.len() > 1 { TURNS } else { 0 } {
-        for j in 0..noise.len() {
+    for _ in 0..if measured.len() > 1 { TURNS } else { 0 } {
+        for &j in measured {
             if !go_on() {
                 return (unit, noise, f64::INFINITY);
             }

@@ -22,7 +22,8 @@ pub(crate) fn with_variances(segments: &[Segment], path: &[Array2<f64>]) -> (Vec
     let n = path.first().map_or(0, Array2::ncols);
     let mut weighted = segments.to_vec();
     let shares = (0..n).map(|i| {
-        let share = likeliest(segments, path, i);
+        let measured = segments.first().is_none_or(|s| s.measures(i));
+        let share = if measured { likeliest(segments, path, i) } else { 0.0 };
         if share > 0.0 {
             let mean = mean_square(path, i);
             for (segment, x) in weighted.iter_mut().zip(path) {

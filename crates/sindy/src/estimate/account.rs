@@ -182,7 +182,7 @@ impl Problem<'_> {
         }
         let left = best.fit.left.clone();
         // Of a state that does not move there is nothing to fit.
-        let of_spread = |i: usize| if left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
+        let of_spread = |i: usize| if self.measures(i) && left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
         let fit = (0..n).map(of_spread).collect();
         Estimate {
             terms,

@@ -307,7 +307,8 @@ impl Problem<'_> {
     /// Chen, Chen (2008), Biometrika 95(3), with γ = 1.
     pub(super) fn score(&self, supports: &[Vec<usize>], sigma: &[f64]) -> f64 {
         let samples = self.samples();
-        let likelihood: f64 = sigma.iter().map(|s| 2.0 * samples * s.ln()).sum();
+        let measured = sigma.iter().enumerate().filter(|(i, _)| self.measures(*i));
+        let likelihood: f64 = measured.map(|(_, s)| 2.0 * samples * s.ln()).sum();
         likelihood + supports.iter().map(|support| self.penalty(support)).sum::<f64>()
     }
 
@@ -338,6 +339,11 @@ impl Problem<'_> {
         free.sort_unstable();
         free.dedup();
         free
+    }
+
+    /// Whether state `i` was measured.
+    pub(super) fn measures(&self, i: usize) -> bool {
+        self.segments.first().is_none_or(|s| s.measures(i))
     }
 
     pub(super) fn samples(&self) -> f64 {

@@ -210,7 +210,7 @@ impl Problem<'_> {
             let target = Array2::from_shape_fn((segment.len(), 1), |(t, _)| rate(t));
             let mut rows = concatenate![Axis(1), theta.select(Axis(1), choice), target];
             let extra: Vec<f64> = errors.column(i).to_vec();
-            let deviations: Vec<f64> = (0..=segment.len()).map(|t| sigma[i] * segment.relative(t, i)).collect();
+            let deviations: Vec<f64> = (0..=segment.len()).map(|t| sigma[i] * segment.relative_or_one(t, i)).collect();
             whiten(rows.view_mut(), &deviations, &extra, &segment.dt);
             whitened.push(rows);
         }

@@ -248,7 +248,8 @@ impl Problem<'_> {
             let problem = Problem { floor, noise: &signals.sigma, budget, ..*self };
             let from = begun.as_ref().and_then(|best| problem.fitted(best, signals));
             let Some(mut found) = problem.first(signals, from, stepping) else { break };
-            let is_noisy = |h: &Hypothesis| h.fit.left.iter().zip(floor).all(|(left, floor)| *left > FLOOR * floor);
+            let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
+            let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
                 let searched = problem.finished(found, signals);
                 if is_noisy(&searched.best) {
@@ -345,7 +346,7 @@ impl Problem<'_> {
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {
-            if !is_white(innovations, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
+            if self.measures(i) && !is_white(innovations, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
                 return false;
             }
             seen.push(i);

@@ -101,7 +101,8 @@ impl Problem<'_> {
         let start = Start { x: &x, ..best.start() };
         let again = kept.hypothesis(best.supports.clone(), best.flow.stepping(), start, 0..4)?;
         let n = self.rates.len() as f64;
-        let lone: f64 = (0..self.rates.len()).map(|i| 2.0 * self.spread(i).max(f64::MIN_POSITIVE).ln()).sum();
+        let measured = (0..self.rates.len()).filter(|&i| self.measures(i));
+        let lone: f64 = measured.map(|i| 2.0 * self.spread(i).max(f64::MIN_POSITIVE).ln()).sum();
         let price = (self.samples() - kept.samples()) * lone
             + astray as f64 * n * self.samples().ln()
             + 2.0 * binomial(steps, astray).ln();

@@ -11,6 +11,7 @@ use super::in_motion::stays;
 use super::knowledge::Models;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
+use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure, estimate};
@@ -83,13 +84,14 @@ impl Identifier {
         watch: &Watch<'_>,
     ) -> Result<Identified, FitError> {
         recordings.iter().try_for_each(|r| r.check(&self.spec))?;
-        if recordings.iter().all(|r| r.is_even(self.spec.dt)) {
+        let unmeasured = self.unmeasured(recordings)?;
+        if unmeasured.is_empty() && recordings.iter().all(|r| r.is_even(self.spec.dt)) {
             return self.identify_watched(&dataset(&self.spec, recordings)?, watch);
         }
         let failed = |reason: String| FitError::Regression { reason };
         let solver = self.motion_solver().ok_or_else(|| {
             failed(
-                "samples at uneven times need the target `motion` with best subsets in recognised coordinates".into(),
+                "samples at uneven times, and states that were not measured, need the target `motion` with best subsets in recognised coordinates".into(),
             )
         })?;
         let tiers = self.with_rates_of_motion(self.tiers().map_err(|e| failed(e.to_string()))?).terms;
@@ -104,9 +106,11 @@ impl Identifier {
         }
         let error = |i: usize| {
             let rows = recordings.iter().flat_map(|r| r.states.rows());
+            // The largest of numbers that are NaN is that of none.
             rows.map(|o| coordinates.error(i, o)).fold(0.0, f64::max)
         };
         let floor: Vec<f64> = (0..self.spec.state_dim()).map(error).collect();
+        let segments = if unmeasured.is_empty() { segments } else { begun(segments, &self.rates(), &floor) };
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
         let found = self.estimated(

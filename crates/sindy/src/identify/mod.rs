@@ -12,6 +12,7 @@ mod report;
 mod rows;
 mod shown;
 mod signals;
+mod unmeasured;
 mod warnings;
 
 use ndarray::Array2;

@@ -4,6 +4,7 @@ use ndarray::{Array2, Axis};
 use sindyna_core::{Dataset, FitError, Spec};
 
 use super::Identifier;
+use super::unmeasured::marked;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 
@@ -12,7 +13,7 @@ use crate::data::Segment;
 pub struct Recording {
     /// Times of the samples \[s\] (T + 1), increasing.
     pub times: Vec<f64>,
-    /// What the sensors show at these times (T + 1, m).
+    /// What the sensors show at these times (T + 1, m). The rate of a state that was not measured is NaN in every row: it is found with the equations.
     pub states: Array2<f64>,
     /// Controls (T, k), each held from one sample to the next.
     pub controls: Array2<f64>,
@@ -51,7 +52,8 @@ impl Recording {
                 self.times[at]
             ));
         }
-        let values = self.states.iter().chain(&self.controls).chain(&self.times);
+        let measured = self.states.columns().into_iter().filter(|c| !c.iter().all(|v| v.is_nan()));
+        let values = measured.flatten().chain(&self.controls).chain(&self.times);
         match values.copied().find(|v| !v.is_finite()) {
             Some(value) => failed(format!("a recorded value is {value}, which is not finite")),
             None => Ok(()),
@@ -64,12 +66,9 @@ impl Recording {
     }
 
     pub(super) fn segment(&self, coordinates: &Coordinates) -> Segment {
-        Segment {
-            x: coordinates.states(self.states.view()),
-            u: self.controls.clone(),
-            dt: self.times.windows(2).map(|t| t[1] - t[0]).collect(),
-            relative: None,
-        }
+        let (x, relative) = marked(coordinates.states(self.states.view()));
+        let dt = self.times.windows(2).map(|t| t[1] - t[0]).collect();
+        Segment { x, u: self.controls.clone(), dt, relative }
     }
 }
 

@@ -222,21 +222,27 @@ impl State {
         let n = self.sigma.len();
         let samples: usize = segments.iter().map(|s| s.len() + 1).sum();
         let fitted = flow.n_parameters() + segments.len() * n;
-        let freedom = (1.0 - fitted as f64 / (samples * n) as f64).max(0.1);
-        for i in 0..n {
+        let measured: Vec<usize> = (0..n).filter(|&i| segments.first().is_none_or(|s| s.measures(i))).collect();
+        let freedom = (1.0 - fitted as f64 / (samples * measured.len()).max(1) as f64).max(0.1);
+        for &i in &measured {
             let left = |(s, x): (&Segment, &Array2<f64>)| -> f64 {
                 (0..x.nrows()).map(|t| ((s.x[[t, i]] - x[[t, i]]) / s.relative(t, i)).powi(2)).sum()
             };
             let squares: f64 = segments.iter().zip(&self.x).map(left).sum();
             self.sigma[i] = (squares / (samples as f64 * freedom)).sqrt().max(noise.floor[i]);
         }
-        self.left.clone_from(&self.sigma);
+        self.left.fill(0.0);
+        measured.iter().for_each(|&i| self.left[i] = self.sigma[i]);
         // Of one channel a model can follow every sample at the cost of others: its likelihood then has no bound.
         let ratio = |i: usize| (self.sigma[i] / noise.shape[i]).ln();
-        let common = (0..n).map(ratio).sum::<f64>() / n.max(1) as f64;
+        let common = measured.iter().map(|&i| ratio(i)).sum::<f64>() / measured.len().max(1) as f64;
         for i in 0..n {
             let (low, high) = (common.exp() * noise.shape[i] / APART, common.exp() * noise.shape[i] * APART);
             self.sigma[i] = self.sigma[i].max(low).min(high).max(noise.floor[i]);
+        }
+        // How closely a state that was not measured follows its equation.
+        for i in (0..n).filter(|i| !measured.contains(i)) {
+            self.sigma[i] = common.exp() * noise.shape[i];
         }
     }
 }
