@@ -85,6 +85,13 @@ pub enum Note {
         /// The unit it was in.
         unit: String,
     },
+    /// The rate of a state was not measured, and is found with the equations.
+    Unmeasured {
+        /// The rate.
+        rate: String,
+        /// What it is the rate of.
+        of: String,
+    },
     /// A state was recognised as an angle.
     Angle {
         /// The state.
@@ -240,6 +247,12 @@ impl fmt::Display for Note {
                 plural(*rows, "row")
             ),
             Self::Radians { state, unit } => write!(f, "{state} is in {unit} and turned into radians"),
+            Self::Unmeasured { rate, of } => {
+                write!(
+                    f,
+                    "{rate}, the rate of {of}, was not measured; it is a state of the equations, and its values follow from these"
+                )
+            }
             Self::Angle { state, turns: Some(turns) } => {
                 write!(f, "{state} goes over {turns:.1} turns and is taken as an angle")
             }

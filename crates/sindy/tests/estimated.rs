@@ -319,12 +319,18 @@ fn ratios_in_two_equations_are_found_together() {
 fn parts_that_need_no_other_states_are_found_beside_one_that_no_terms_can_say() {
     let field: Field = |x, u| {
         let hidden = x[4].sin() + (1.7 * x[5]).sin();
-        vec![x[1], -4.0 * x[0] - 0.5 * x[1] + 3.0 * u, x[3], 6.0 * (x[0] - x[2]) + 8.0 * hidden, x[5], -9.0 * x[4].sin()]
+        vec![
+            x[1],
+            -4.0 * x[0] - 0.5 * x[1] + 3.0 * u,
+            x[3],
+            6.0 * (x[0] - x[2]) + 8.0 * hidden,
+            x[5],
+            -9.0 * x[4].sin(),
+        ]
     };
     let kinds = [("x", Kind::Plain), ("v", Kind::RateOf(0)), ("y", Kind::Plain), ("w", Kind::RateOf(2))];
     for seed in 0..3 {
-        let mut recording =
-            record(field, &[1.0, 0.0, 0.5, 0.0, 2.5, 0.0], (400, 0.05), (5e-3, 1.0, false), seed);
+        let mut recording = record(field, &[1.0, 0.0, 0.5, 0.0, 2.5, 0.0], (400, 0.05), (5e-3, 1.0, false), seed);
         recording.states = recording.states.slice(ndarray::s![.., ..4]).to_owned();
         let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
         assert_equation(&found, 1, &[("x", -4.0), ("v", -0.5), ("u", 3.0)], 0.05);

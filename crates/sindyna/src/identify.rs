@@ -4,15 +4,21 @@
 //! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
 //! PySINDy.
 
+mod unmeasured;
+
 use sindyna_core::{Dataset, Rollout, Spec};
 pub use sindyna_record::identification::{Account, Equation, HeldOut};
+use sindyna_sindy::Watch;
 pub use sindyna_sindy::{
     Identified, Identifier, Library, Model, NoiseChoice, Recording, Signals, Sindy, SolverChoice, Stlsq, Target,
     Trajectory, export,
 };
 
 use crate::Error;
-use crate::logs::Log;
+use crate::logs::{Log, Samples};
+
+pub use unmeasured::Unmeasured;
+pub(crate) use unmeasured::with_rates;
 
 /// Equations that were identified.
 #[derive(Debug, Clone)]
@@ -52,7 +58,7 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
     Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
 }
 
-/// Identifies equations in a log.
+/// Identifies equations in a log. Rates that were not measured are states where the data speak for it.
 ///
 /// # Errors
 /// [`Error::Fit`] if no equations are found.
@@ -62,7 +68,13 @@ pub fn log(log: &Log) -> Result<Found, Error> {
         None => identifier.identify(&log.data)?,
         Some(times) => identifier.identify_recordings(&recordings(&log.data, times))?,
     };
-    Ok(Found::new(found, &log.spec))
+    let kept = Samples { data: log.data.clone(), times: log.times.clone() };
+    let choice = (Some(&found), &Unmeasured::Auto);
+    let of = |spec: &Spec| Ok::<_, Error>(Identifier::new(spec));
+    match with_rates(log, &kept, choice, of, &Watch::default())? {
+        Some(with) => Ok(Found::new(with.found.clone(), &with.log(log).spec)),
+        None => Ok(Found::new(found, &log.spec)),
+    }
 }
 
 /// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].

@@ -137,7 +137,8 @@ impl Account {
             },
             noise_deviations: {
                 let states = model.states().iter().zip(&report.noise_deviations);
-                states.zip(&report.fit).zip(&report.noise_growing).map(deviation).collect()
+                let all = states.zip(&report.fit).zip(&report.noise_growing).enumerate();
+                all.filter(|(i, _)| !report.unmeasured.contains(i)).map(|(_, noise)| deviation(noise)).collect()
             },
             search_complete: report.search_complete,
             warnings: report.warnings.clone(),

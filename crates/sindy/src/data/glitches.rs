@@ -26,8 +26,7 @@ const MOST: f64 = 0.2;
 /// # References
 /// Tukey (1977), Exploratory Data Analysis: residuals from running fits, judged by their median.
 pub(crate) fn without_glitches(segments: &[Segment], floor: &[f64]) -> Option<(Vec<Segment>, usize)> {
-    let measured: Vec<usize> =
-        (0..floor.len()).filter(|&i| segments.first().is_none_or(|s| s.measures(i))).collect();
+    let measured: Vec<usize> = (0..floor.len()).filter(|&i| segments.first().is_none_or(|s| s.measures(i))).collect();
     let away: Vec<Vec<Vec<f64>>> =
         measured.iter().map(|&i| segments.iter().map(|s| distances(s, i)).collect()).collect();
     let typical: Vec<f64> = away.iter().zip(&measured).map(|(of_state, &i)| typical(of_state).max(floor[i])).collect();

@@ -140,7 +140,8 @@ impl Chain {
         measured.iter().for_each(|&j| alone[j] = of(states[j]).max(floor[states[j]]) / scale.of_derivative(j));
         let least = alone.iter().copied().fold(f64::INFINITY, f64::min);
         alone.iter_mut().filter(|noise| noise.is_infinite()).for_each(|noise| *noise = least);
-        let of = |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone, &measured, go_on), *order);
+        let of =
+            |order: &Order| (together(order(segments, &states, &scale).as_ref(), &alone, &measured, go_on), *order);
         let likeliest = orders.iter().map(of).min_by(|a, b| a.0.2.total_cmp(&b.0.2));
         likeliest.map(|((intensity, noise, _), order)| Self { states, scale, order, intensity, noise })
     }

@@ -41,6 +41,13 @@ pub enum Doubt {
     AboveRounding,
 }
 
+impl Doubt {
+    /// Whether it is one of terms that are missing altogether, which spoils the other equations too.
+    pub(crate) fn is_spoilt(self) -> bool {
+        matches!(self, Self::Correlated | Self::Large | Self::Unfinished)
+    }
+}
+
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -80,6 +87,10 @@ pub(crate) struct Estimate {
     pub(crate) sigma: Vec<f64>,
     /// The same by how smooth the signals are, before any equation is known.
     pub(crate) signal_noise: Vec<f64>,
+    /// Whether each state was measured (n).
+    pub(crate) measured: Vec<bool>,
+    /// Per state: the state that is its rate (n).
+    pub(crate) rates: Vec<Option<usize>>,
     /// The states that follow the equations, at the samples of each segment (T + 1, n).
     pub(crate) path: Vec<Array2<f64>>,
     /// Smaller is better.
@@ -182,7 +193,9 @@ impl Problem<'_> {
         }
         let left = best.fit.left.clone();
         // Of a state that does not move there is nothing to fit.
-        let of_spread = |i: usize| if self.measures(i) && left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN };
+        let of_spread = |i: usize| {
+            if self.measures(i) && left[i] < self.spread(i) { 1.0 - left[i] / self.spread(i) } else { f64::NAN }
+        };
         let fit = (0..n).map(of_spread).collect();
         Estimate {
             terms,
@@ -197,6 +210,8 @@ impl Problem<'_> {
             rounding: self.is_rounding(&best).then(|| self.floor.iter().map(|floor| FLOOR * floor).collect()),
             posterior: self.posterior(&best, &others),
             sigma: left,
+            measured: (0..n).map(|i| self.measures(i)).collect(),
+            rates: self.rates.to_vec(),
             signal_noise: signals.sigma.clone(),
             score: best.score,
             path: best.fit.x.clone(),

@@ -174,7 +174,8 @@ impl Problem<'_> {
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);
         let innovations = OnceCell::new();
-        let found = Hypothesis { supports, flow, fit, inside, score, size, contributions, numerical, part, innovations };
+        let found =
+            Hypothesis { supports, flow, fit, inside, score, size, contributions, numerical, part, innovations };
         found.score.is_finite().then_some(found)
     }
 

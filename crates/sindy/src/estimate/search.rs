@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use ndarray::Array2;
 
-use super::account::{Doubt, Estimate};
+use super::account::Estimate;
 use super::alone::Alone;
 use super::constraints::Constraints;
 use super::exchange::Rivals;
@@ -86,8 +86,7 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
 fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let mut all = searched(problem, stepping)?;
     // One equation that no terms can say spoils the others.
-    let spoilt = |doubt: &Option<Doubt>| matches!(doubt, Some(Doubt::Correlated | Doubt::Large | Doubt::Unfinished));
-    if all.found.doubts.iter().any(spoilt) {
+    if all.found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt()) {
         let alone = problem.alone(stepping);
         if !alone.is_empty() {
             let spent = Cell::new(problem.budget / 4 * 3);
@@ -112,7 +111,10 @@ fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let begun = begun.filter(|begun| begun.score + paid < best.score);
     let growing = begun.and_then(|begun| accounted(problem, Some(begun), stepping));
     let growing = growing.filter(|g| g.found.score + kept.price + paid < found.score);
-    let with_shares = |g: Accounted| Estimate { growing: shares, astray: kept.astray + g.found.astray, ..g.found };
+    let with_shares = |g: Accounted| {
+        let score = g.found.score + kept.price + paid;
+        Estimate { growing: shares, astray: kept.astray + g.found.astray, score, ..g.found }
+    };
     Some(growing.map_or(found, with_shares))
 }
 
@@ -346,7 +348,11 @@ impl Problem<'_> {
         let mut at = Some(i);
         let mut seen = Vec::new();
         while let Some(i) = at.filter(|i| !seen.contains(i)) {
-            if self.measures(i) && !is_white(innovations, i) && hypothesis.fit.left[i] > FLOOR * self.floor[i] && !hypothesis.numerical {
+            if self.measures(i)
+                && !is_white(innovations, i)
+                && hypothesis.fit.left[i] > FLOOR * self.floor[i]
+                && !hypothesis.numerical
+            {
                 return false;
             }
             seen.push(i);

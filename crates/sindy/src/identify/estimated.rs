@@ -104,12 +104,7 @@ impl Identifier {
             let unknowns = format!("{} equations", self.spec.state_dim());
             return Err(FitError::TooFewRows { got: rows, needed, unknowns });
         }
-        let error = |i: usize| {
-            let rows = recordings.iter().flat_map(|r| r.states.rows());
-            // The largest of numbers that are NaN is that of none.
-            rows.map(|o| coordinates.error(i, o)).fold(0.0, f64::max)
-        };
-        let floor: Vec<f64> = (0..self.spec.state_dim()).map(error).collect();
+        let floor = self.smallest_errors(&coordinates, recordings);
         let segments = if unmeasured.is_empty() { segments } else { begun(segments, &self.rates(), &floor) };
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };

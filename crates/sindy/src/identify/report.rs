@@ -8,7 +8,7 @@ use crate::estimate::{Doubt, Estimate};
 use crate::library::Term;
 use crate::model::{Model, as_text};
 use crate::motion::Found;
-use crate::solve::{Selected, SizeReport};
+use crate::solve::{Selected, SizeReport, binomial};
 use serde::{Deserialize, Serialize};
 
 /// An identified model and the account of how it was found.
@@ -47,9 +47,16 @@ pub struct Report {
     /// Normalised root mean square error as a goodness of fit, 1 − ‖x − x̂‖/‖x − mean x‖ (n), of the states x̂ that follow the
     /// equations along each recording from a start that is estimated too; empty where the noise was not estimated.
     pub fit: Vec<f64>,
+    /// States that were not measured, ascending.
+    #[serde(default)]
+    pub unmeasured: Vec<usize>,
     /// Whether the search tried all it would; it ends early where the data are many and the terms too. Terms with parameters inside have a share of
     /// the effort, and that this share was used up is not told here.
     pub search_complete: bool,
+    /// −2 ln L of what was measured, with what terms and parameters cost (extended BIC); the smaller of two of the same data is the better one. `None`
+    /// where the noise was not estimated.
+    #[serde(default)]
+    pub score: Option<f64>,
     /// What the data do not show, in sentences: inputs that never change, states that change too much from sample to sample.
     pub warnings: Vec<String>,
     /// One entry per state.
@@ -65,6 +72,14 @@ pub enum Noise {
     Declared,
     /// It was estimated from the data, and again from what the equations leave.
     Estimated,
+}
+
+impl EquationReport {
+    /// Whether it leaves what none of the terms explains: a state may not have been measured.
+    #[must_use]
+    pub fn is_spoilt(&self) -> bool {
+        self.doubt.is_some_and(Doubt::is_spoilt)
+    }
 }
 
 /// The account of one equation.
@@ -181,7 +196,9 @@ impl Report {
             noise_deviations: Vec::new(),
             noise_growing: Vec::new(),
             fit: Vec::new(),
+            unmeasured: Vec::new(),
             search_complete: true,
+            score: None,
             warnings: Vec::new(),
             equations: equations.collect(),
         }
@@ -189,12 +206,16 @@ impl Report {
 
     /// The account of an estimate. Residuals are those of one step: what the noise of both samples adds to Δx/Δt.
     pub(super) fn estimated(names: &[String], counts: Counts, found: &Estimate, dt: f64) -> Self {
-        let of_a_step = |sigma: f64| 2_f64.sqrt() * sigma / dt;
+        // Of a rate that was not measured: what noise of the state that was adds to its second or third differences.
+        let of_a_step = |levels: &[f64], i: usize| {
+            let (head, order) = measured(found, i);
+            binomial(2 * order, order).sqrt() * levels[head] / dt.powi(order as i32)
+        };
         let of_noise = |values: &Vec<f64>| if found.rounding.is_some() { Vec::new() } else { values.clone() };
         let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
             state: state.clone(),
-            residual: of_a_step(found.sigma[i]),
-            floor: of_a_step(found.rounding.as_ref().unwrap_or(&found.signal_noise)[i]),
+            residual: of_a_step(&found.sigma, i),
+            floor: of_a_step(found.rounding.as_ref().unwrap_or(&found.signal_noise), i),
             reached_floor: found.doubts[i].is_none(),
             doubt: found.doubts[i],
             proved: false,
@@ -217,6 +238,8 @@ impl Report {
             noise_growing: of_noise(&found.growing),
             fit: of_noise(&found.fit),
             search_complete: found.complete,
+            unmeasured: (0..found.measured.len()).filter(|&i| !found.measured[i]).collect(),
+            score: Some(found.score).filter(|score| score.is_finite()),
             warnings: warnings::of(names, found),
             equations: equations.collect(),
         }
@@ -255,9 +278,23 @@ impl Report {
             noise_deviations: Vec::new(),
             noise_growing: Vec::new(),
             fit: Vec::new(),
+            unmeasured: Vec::new(),
             search_complete: true,
+            score: None,
             warnings: Vec::new(),
             equations: equations.collect(),
         }
     }
+}
+
+/// The state that was measured of which state `i` is the rate, or the rate of its rate, and the order of the derivative that the equation of `i` is about: 1 for a
+/// state that was measured.
+fn measured(found: &Estimate, mut i: usize) -> (usize, usize) {
+    for order in 1..=found.measured.len() {
+        if found.measured[i] {
+            return (i, order);
+        }
+        i = found.rates.iter().position(|rate| *rate == Some(i)).unwrap_or(i);
+    }
+    (i, 1)
 }

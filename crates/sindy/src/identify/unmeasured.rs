@@ -1,11 +1,17 @@
 //! States that nobody measured: rates of states that were.
 
 use ndarray::Array2;
-use sindyna_core::FitError;
+use sindyna_core::{FitError, Scheme};
 
 use super::Identifier;
 use super::recording::Recording;
+use crate::CoordinateMode;
+use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
+use crate::library::Term;
+use crate::model::{Form, Model};
+use crate::motion::Stepping;
+use crate::shooting::{self, Bounds, Flow, Given, Work};
 
 impl Identifier {
     /// Numbers of the observed values that are NaN in all `recordings`: they were not measured.
@@ -56,3 +62,70 @@ pub(super) fn marked(mut x: Array2<f64>) -> (Array2<f64>, Option<Array2<f64>>) {
     (x, Some(relative))
 }
 
+impl Identifier {
+    /// `recordings` with the states that were not measured, as `model` and the states that were tell them: the path that follows both best.
+    ///
+    /// # Errors
+    /// [`FitError`] if the recordings do not have the spec's shape, or a state that was not measured is no rate of one that was.
+    pub fn filled(&self, model: &Model, recordings: &[Recording]) -> Result<Vec<Recording>, FitError> {
+        recordings.iter().try_for_each(|r| r.check(&self.spec))?;
+        let unmeasured = self.unmeasured(recordings)?;
+        let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
+            .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
+        let segments: Vec<Segment> = recordings.iter().map(|r| r.segment(&coordinates)).collect();
+        let (rates, floor) = (self.rates(), self.smallest_errors(&coordinates, recordings));
+        let smoother = Smoother::new(&segments, &rates, &floor, &|| true);
+        let signals = smoother.signals(&floor);
+        let flow = flow(model, &rates, self.spec.control_dim());
+        let bounds = Bounds { floor: &floor, shape: &signals.sigma };
+        let start = (&[][..], &signals.x[..]);
+        let fitted =
+            shooting::fit(&flow, &segments, start, &signals.sigma, bounds, FOLLOWED, (&Work::default(), &|| true));
+        let x = fitted.map_or(signals.x.clone(), |fit| fit.x);
+        let mut filled = recordings.to_vec();
+        for (recording, x) in filled.iter_mut().zip(&x) {
+            for &o in &unmeasured {
+                let state = self.spec.state.iter().position(|s| s.name == self.spec.observation[o].name);
+                state.into_iter().for_each(|i| recording.states.column_mut(o).assign(&x.column(i)));
+            }
+        }
+        Ok(filled)
+    }
+
+    /// The smallest error of each state (n) that is believed: that of its rounding.
+    pub(super) fn smallest_errors(&self, coordinates: &Coordinates, recordings: &[Recording]) -> Vec<f64> {
+        let error = |i: usize| {
+            let rows = recordings.iter().flat_map(|r| r.states.rows());
+            // Of a state that was not measured the errors are NaN, and the largest is that of none.
+            rows.map(|o| coordinates.error(i, o)).fold(0.0, f64::max)
+        };
+        (0..self.spec.state_dim()).map(error).collect()
+    }
+}
+
+/// How closely the states follow the equations in the end: a model that is nearly right leads them no further than the data allow.
+const FOLLOWED: std::ops::Range<usize> = 0..3;
+
+/// The equations of `model`, all of whose coefficients are given.
+fn flow(model: &Model, rates: &[Option<usize>], n_controls: usize) -> Flow {
+    let exprs = model.shifted_terms();
+    let (mut terms, mut given): (Vec<Term>, Vec<Given>) = (Vec::new(), vec![Given::new(); rates.len()]);
+    for i in (0..rates.len()).filter(|&i| rates[i].is_none()) {
+        for entry in model.coefficients(i) {
+            given[i].push((terms.len(), entry.coefficient));
+            let expr = exprs[entry.term].clone();
+            terms.push(Term { expr, name: String::new(), complexity: 0, rate: entry.rate, shape: None });
+        }
+    }
+    let substeps = match model.form() {
+        Form::Continuous(Scheme::Rk4 { substeps }) => substeps,
+        _ => 1,
+    };
+    Flow::new(
+        &terms,
+        (&vec![Vec::new(); rates.len()], &given, &[]),
+        rates,
+        n_controls,
+        Stepping::Continuous { substeps },
+    )
+}

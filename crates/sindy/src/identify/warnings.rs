@@ -51,7 +51,7 @@ fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
     let coarse = |i: &usize| {
         // 1 − fit is what is left as a part of the spread.
         let spread = found.sigma[*i] / (1.0 - found.fit[*i]);
-        found.doubts[*i].is_some() && found.signal_noise[*i] > COARSE * spread
+        found.measured[*i] && found.doubts[*i].is_some() && found.signal_noise[*i] > COARSE * spread
     };
     let told = |i: usize| {
         format!(

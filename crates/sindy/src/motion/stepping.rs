@@ -118,7 +118,8 @@ fn misfit(runs: &[Run], pairs: &[(usize, usize)], dt: f64, (a, b): (f64, f64)) -
         sizes.sort_by(f64::total_cmp);
         let like = sizes.len() - (UNLIKE * sizes.len() as f64) as usize;
         let largest = sizes.get(like.saturating_sub(1)).copied().unwrap_or(0.0);
-        let squares: Vec<f64> = runs.iter().zip(&all).flat_map(|(run, e)| squared(run, (i, v), dt, e, largest)).collect();
+        let squares: Vec<f64> =
+            runs.iter().zip(&all).flat_map(|(run, e)| squared(run, (i, v), dt, e, largest)).collect();
         let steps = squares.len().max(1) as f64;
         steps * (squares.iter().sum::<f64>() / steps).max(1.0).ln()
     };

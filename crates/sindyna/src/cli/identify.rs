@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sindyna_core::{Dataset, FitError};
+use sindyna_core::{Dataset, FitError, Spec};
 use sindyna_logs::{Log, Samples, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
@@ -22,7 +22,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
-use crate::identify::recordings;
+use crate::identify::{Unmeasured, recordings, with_rates};
 use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
 use crate::settings::IdentificationConfig;
 use crate::training::{identified_bytes, predictions, timed};
@@ -98,21 +98,18 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     args.identification.check(&settings)?;
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(console);
-    let log = args.reading.read(&args.logs)?;
+    let mut log = args.reading.read(&args.logs)?;
     let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
-    let identifier = settings.identifier(&log.spec)?;
-    let identifier =
-        if args.reading.is_without_noise() { identifier.with_noise(NoiseChoice::Rounding) } else { identifier };
-    let (samples, held_out) = match args.holdout {
-        Some(share) => {
-            let (samples, held_out) = held_out(&log, share)?;
-            (samples, Some(held_out).filter(|h| h.data.n_steps() > 0))
-        }
-        None => (Samples { data: log.data.clone(), times: log.times.clone() }, None),
+    let unmeasured = args.reading.unmeasured()?;
+    let without_noise = args.reading.is_without_noise();
+    let identifier_of = |spec: &Spec| -> Result<Identifier, Failure> {
+        let identifier = settings.identifier(spec)?;
+        Ok(if without_noise { identifier.with_noise(NoiseChoice::Rounding) } else { identifier })
     };
-    let Samples { data, times } = &samples;
-    check_size(&identifier, &log, data)?;
+    let mut identifier = identifier_of(&log.spec)?;
+    let (mut samples, mut held_out) = split(&log, args.holdout)?;
+    check_size(&identifier, &log, &samples.data)?;
     progress.detail(|| {
         format!(
             "{} candidate terms, at least {} rows needed",
@@ -120,23 +117,36 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             identifier.needed_rows()
         )
     });
-    let found = args.common.pool()?.install(|| {
+    let looked = args.common.pool()?.install(|| -> Result<_, Failure> {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
         let telling = |stage| looking.tell(stage);
         let watch = Watch::going_on(&go_on).telling(&telling);
-        match times {
-            None => identifier.identify_watched(data, &watch),
-            Some(times) => identifier.identify_recordings_watched(&recordings(data, times), &watch),
-        }
+        let first = match (&unmeasured, &samples.times) {
+            (Unmeasured::Given(_), _) => None,
+            (_, None) => Some(identifier.identify_watched(&samples.data, &watch)),
+            (_, Some(times)) => Some(identifier.identify_recordings_watched(&recordings(&samples.data, times), &watch)),
+        };
+        let first = first.transpose().map_err(|e| failed(e, logs[0], &log))?;
+        let with = with_rates(&log, &samples, (first.as_ref(), &unmeasured), &identifier_of, &watch)?;
+        Ok((first, with))
     });
     progress.finish();
-    let found = match found {
-        Err(FitError::Interrupted) => {
+    let found = match looked {
+        Err(_) if interrupt.pressed() => {
             progress.say("interrupted: nothing was written");
             return Ok(Answer::silent(Verdict::Interrupted));
         }
-        found => found.map_err(|e| explain(e, logs[0], &log))?,
+        Err(failure) => return Err(failure),
+        Ok((_, Some(with))) => {
+            log = with.log(&log);
+            (samples, held_out) = split(&log, args.holdout)?;
+            identifier = with.identifier;
+            with.found
+        }
+        Ok((Some(found), None)) => found,
+        Ok((None, None)) => return Err(Failure::new("no rates to find").hint("name them by --unmeasured RATE=OF")),
     };
+    let Samples { data, times } = &samples;
     let mut account = Account::new(&found, &log.spec);
     if let Some(Samples { data, times }) = &held_out {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
@@ -188,6 +198,17 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     Ok(Answer::new(came_out, text, &told)?.and(written))
 }
 
+/// `log`, and its last `share`, which is held out if there is one.
+fn split(log: &Log, share: Option<f64>) -> Result<(Samples, Option<Samples>), Failure> {
+    match share {
+        Some(share) => {
+            let (samples, held_out) = held_out(log, share)?;
+            Ok((samples, Some(held_out).filter(|h| h.data.n_steps() > 0)))
+        }
+        None => Ok((Samples { data: log.data.clone(), times: log.times.clone() }, None)),
+    }
+}
+
 /// Refuses what could not be told apart, or not in reasonable time.
 fn check_size(identifier: &Identifier, log: &Log, data: &Dataset) -> Result<(), Failure> {
     /// Candidate terms that are still searched in seconds.
@@ -212,7 +233,7 @@ fn check_size(identifier: &Identifier, log: &Log, data: &Dataset) -> Result<(), 
 }
 
 /// What can be done about data in which nothing was found.
-fn explain(error: FitError, path: &Path, log: &Log) -> Failure {
+fn failed(error: FitError, path: &Path, log: &Log) -> Failure {
     let limited = log.spec.state.iter().filter(|s| s.prior.bounds.0.is_finite() || s.prior.bounds.1.is_finite());
     let limited: Vec<String> = limited.map(|s| format!("`{}`", s.name)).collect();
     let hint = match &error {

@@ -8,6 +8,7 @@ use sindyna_core::{Channel, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
 
 use crate::cli::failure::Failure;
+use crate::identify::Unmeasured;
 use crate::settings::PrecisionName;
 
 /// Options that say what the columns of a log are.
@@ -25,6 +26,10 @@ pub(crate) struct ReadingOptions {
     /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     rates: Vec<String>,
+    /// Rates of states that are no columns, such as `w=th`: they are found with the equations; `none` for none [default: those without which
+    /// the equations leave what no term explains, if the data speak for them]
+    #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
+    unmeasured: Vec<String>,
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
@@ -108,6 +113,17 @@ impl ReadingOptions {
         self.noise.iter().any(|n| n.trim() == "none")
     }
 
+    /// Which states have a rate that was not measured.
+    pub(crate) fn unmeasured(&self) -> Result<Unmeasured, Failure> {
+        let given: Vec<String> = self.unmeasured.iter().map(|n| n.trim().to_owned()).collect();
+        let hint = "--unmeasured w=th says that w is the rate of th, and no column";
+        Ok(match pairs("--unmeasured", "RATE=OF", hint, &given)? {
+            None => Unmeasured::Auto,
+            Some(pairs) if pairs.is_empty() => Unmeasured::None,
+            Some(pairs) => Unmeasured::Given(pairs),
+        })
+    }
+
     fn options(&self) -> Result<LogOptions, Failure> {
         let names = |list: &[String]| -> Vec<String> {
             list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
@@ -154,7 +170,12 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
         let unit = if channel.unit.is_empty() { String::new() } else { format!(" [{}]", channel.unit) };
         match channel.kind {
             Kind::Angle => format!("{}{unit} (angle)", channel.name),
-            Kind::RateOf(i) => format!("{}{unit} (rate of {})", channel.name, spec.state[i].name),
+            Kind::RateOf(i) => {
+                let hidden =
+                    log.notes.iter().any(|n| matches!(n, Note::Unmeasured { rate, .. } if *rate == channel.name));
+                let hidden = if hidden { ", not measured" } else { "" };
+                format!("{}{unit} (rate of {}{hidden})", channel.name, spec.state[i].name)
+            }
             _ => format!("{}{unit}", channel.name),
         }
     };
@@ -189,6 +210,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Rate { .. } => "; say --rates none to stop this",
         Note::Rounded { .. } | Note::Lattice { .. } => "; say --precision f64 to stop this",
         Note::Layout { .. } => "; --delimiter says otherwise",
+        Note::Unmeasured { .. } => "; say --unmeasured none to stop this",
         Note::Angle { .. } => "; say --angles none to stop this",
         Note::Degrees { .. } => ": say --units STATE=deg then",
         Note::Roles { .. } => "; --states and --inputs say otherwise",

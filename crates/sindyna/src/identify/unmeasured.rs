@@ -1,0 +1,180 @@
+//! Logs of positions alone: rates that were not measured, found with the equations.
+
+use ndarray::{Array2, Axis, concatenate};
+use sindyna_core::{Certainty, Channel, Dataset, FitError, Kind, Spec};
+use sindyna_sindy::{Identified, Identifier, Recording, Watch};
+
+use crate::logs::{Log, Note, Samples};
+
+/// Which states have a rate that was not measured.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Unmeasured {
+    /// Those whose equations leave a doubt, if the data speak for it.
+    #[default]
+    Auto,
+    /// None.
+    None,
+    /// These, as (name of the rate, state).
+    Given(Vec<(String, String)>),
+}
+
+/// Equations in which rates that were not measured are states.
+pub(crate) struct WithRates {
+    pub(crate) found: Identified,
+    pub(crate) identifier: Identifier,
+    /// The system with these rates.
+    spec: Spec,
+    /// The whole log with their values, as the equations and the states that were measured tell them.
+    data: Dataset,
+}
+
+impl WithRates {
+    /// `log` with the rates, and a note of each.
+    pub(crate) fn log(&self, log: &Log) -> Log {
+        let mut notes = log.notes.clone();
+        for state in self.spec.state.iter().skip(log.spec.state_dim()) {
+            let Kind::RateOf(of) = state.kind else { continue };
+            let of = self.spec.state[of].name.clone();
+            notes.push(Note::Unmeasured { rate: state.name.clone(), of });
+        }
+        Log { spec: self.spec.clone(), data: self.data.clone(), times: log.times.clone(), rows: log.rows, notes }
+    }
+}
+
+/// Equations of the system of `log` with rates that were not measured, found in `kept` of it, if `choice` says so or they are better than `first`, which was found without.
+/// `identifier` makes one for a system.
+///
+/// # Errors
+/// [`FitError::Interrupted`] if `watch` said so; any other error only where rates were given.
+pub(crate) fn with_rates<E: From<FitError>>(
+    log: &Log,
+    kept: &Samples,
+    (first, choice): (Option<&Identified>, &Unmeasured),
+    identifier: impl Fn(&Spec) -> Result<Identifier, E>,
+    watch: &Watch<'_>,
+) -> Result<Option<WithRates>, E> {
+    let rates = match (choice, first) {
+        (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
+        (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec),
+        _ => Vec::new(),
+    };
+    if rates.is_empty() {
+        return Ok(None);
+    }
+    let spec = enlarged(&log.spec, &rates);
+    let identifier = identifier(&spec)?;
+    let found =
+        match identifier.identify_recordings_watched(&hidden(&kept.data, kept.times.as_deref(), rates.len()), watch) {
+            Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
+            Err(_) if first.is_some() => return Ok(None),
+            found => found?,
+        };
+    if first.is_some_and(|first| !is_better(&found, first)) {
+        return Ok(None);
+    }
+    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), rates.len()))?;
+    let data = dataset(&filled, &spec)?;
+    let spec = with_scales(spec, &filled, log.spec.observation_dim());
+    Ok(Some(WithRates { found, identifier, spec, data }))
+}
+
+/// The rates of the states whose equations leave what a state that was not measured may explain.
+fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
+    let has_rate = |i: usize| spec.state.iter().any(|s| s.kind == Kind::RateOf(i));
+    let shown = |i: usize| spec.observation.iter().any(|o| o.name == spec.state[i].name);
+    let equations = &found.report.equations;
+    let open = |i: &usize| !has_rate(*i) && shown(*i) && equations.get(*i).is_some_and(|e| e.is_spoilt());
+    let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
+    let mut rates = Vec::new();
+    for i in (0..spec.state_dim()).filter(open) {
+        let mut name = format!("{}_dot", spec.state[i].name);
+        while names.contains(&name) {
+            name += "_";
+        }
+        names.push(name.clone());
+        rates.push((name, i));
+    }
+    rates
+}
+
+/// The given pairs (rate, state).
+fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>, FitError> {
+    let failed = |reason: String| FitError::Regression { reason };
+    let mut rates: Vec<(String, usize)> = Vec::new();
+    for (rate, of) in pairs {
+        let channels = spec.state.iter().chain(&spec.control).chain(&spec.observation);
+        if channels.map(|c| &c.name).chain(rates.iter().map(|r| &r.0)).any(|name| name == rate) {
+            return Err(failed(format!("`{rate}` is a column of the log, and so was measured")));
+        }
+        let state = spec.state.iter().position(|s| s.name == *of);
+        let state = state.ok_or_else(|| failed(format!("there is no state `{of}` for `{rate}` to be the rate of")))?;
+        if spec.state.iter().any(|s| s.kind == Kind::RateOf(state)) || rates.iter().any(|r| r.1 == state) {
+            return Err(failed(format!("`{of}` has a rate already, and `{rate}` cannot be it too")));
+        }
+        rates.push((rate.clone(), state));
+    }
+    Ok(rates)
+}
+
+/// `spec` with a state for every rate.
+fn enlarged(spec: &Spec, rates: &[(String, usize)]) -> Spec {
+    let mut spec = spec.clone();
+    for (name, of) in rates {
+        let unit = &spec.state[*of].unit;
+        let unit = if unit.is_empty() { String::new() } else { format!("{unit}/s") };
+        let channel = Channel::new(name, &unit, Kind::RateOf(*of), 1.0);
+        spec.state.push(channel.clone());
+        spec.observation.push(channel);
+    }
+    spec
+}
+
+/// `spec` whose observed values from `first` on reach as far as they do in `recordings`.
+fn with_scales(mut spec: Spec, recordings: &[Recording], first: usize) -> Spec {
+    for o in first..spec.observation_dim() {
+        let values = recordings.iter().flat_map(|r| r.states.column(o).to_vec());
+        let reach = values.fold(0.0, |m: f64, v| m.max(v.abs())).max(f64::MIN_POSITIVE);
+        // Where noise is declared, scales of observations are its deviations; a rate that was not measured has no sensor.
+        spec.observation[o].prior.scale = if spec.noise > 0.0 { 0.0 } else { reach };
+        let name = spec.observation[o].name.clone();
+        spec.state.iter_mut().filter(|s| s.name == name).for_each(|s| s.prior.scale = reach);
+    }
+    spec
+}
+
+/// The trajectories of `data` with `count` more states that were not measured.
+fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -> Vec<Recording> {
+    let recording = |(at, rollout): (usize, sindyna_core::Rollout<'_>)| {
+        let rows = rollout.observations.nrows();
+        let states = concatenate![Axis(1), rollout.observations, Array2::from_elem((rows, count), f64::NAN)];
+        let even = Recording::even(data.dt(), states, Some(rollout.controls.to_owned()));
+        match times.and_then(|all| all.get(at)) {
+            Some(times) => Recording { times: times.clone(), ..even },
+            None => even,
+        }
+    };
+    data.rollouts().enumerate().map(recording).collect()
+}
+
+/// `recordings` as a data set of the system `spec`.
+fn dataset(recordings: &[Recording], spec: &Spec) -> Result<Dataset, FitError> {
+    let failed = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
+    let (m, k) = (spec.observation_dim(), spec.control_dim());
+    let mut data = Dataset::new(m, k, k, spec.dt);
+    for recording in recordings {
+        data.begin(&recording.states.row(0).to_vec()).map_err(failed)?;
+        for (t, input) in recording.controls.rows().into_iter().enumerate() {
+            let input = input.to_vec();
+            data.push(&input, &input, 0.0, &recording.states.row(t + 1).to_vec()).map_err(failed)?;
+        }
+    }
+    Ok(data)
+}
+
+/// Whether `found`, with rates that were not measured, is better than `first` without: by the score where both have one, as both speak of the same samples.
+fn is_better(found: &Identified, first: &Identified) -> bool {
+    match (found.report.score, first.report.score) {
+        (Some(found), Some(first)) => found < first,
+        _ => found.certainty() > first.certainty() || first.certainty() == Certainty::Doubted,
+    }
+}
