@@ -16,6 +16,7 @@ mod measured;
 mod mechanics;
 mod mirror;
 mod near;
+mod positions;
 mod posterior;
 mod propose;
 mod prune;

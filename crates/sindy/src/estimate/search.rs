@@ -78,12 +78,12 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     // Before anything is known of the equations the largest errors of sensors tell nothing but how wrong these may be.
     let (segments, glitches) = without_glitches(problem.segments, &floor).unwrap_or((problem.segments.to_vec(), 0));
     let problem = &Problem { floor: &floor, segments: &segments, ..*problem };
-    let found = estimated(problem, stepping)?;
+    let found = problem.as_stepped(estimated(problem, stepping)?);
     Some(Estimate { astray: found.astray + glitches, ..found })
 }
 
 /// The equations with the best score, of noise that may grow with the value.
-fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
+pub(super) fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let mut all = searched(problem, stepping)?;
     // One equation that no terms can say spoils the others.
     if all.found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt()) {

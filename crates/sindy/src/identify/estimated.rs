@@ -108,30 +108,15 @@ impl Identifier {
         let segments = if unmeasured.is_empty() { segments } else { begun(segments, &self.rates(), &floor) };
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
-        // Positions alone do not show how a simulator moved them; uneven samples are none of a simulator.
-        let even = recordings.iter().all(|r| r.is_even(self.spec.dt));
-        let discrete = if even { &[Stepping::SemiImplicit { substeps: 1 }, Stepping::Euler][..] } else { &[] };
-        let mut found: Option<Identified> = None;
-        for &stepping in [Stepping::Continuous { substeps: 1 }].iter().chain(discrete) {
-            let tried = self.estimated(
-                (tiers.clone(), None),
-                &segments,
-                &floor,
-                (stepping, &[]),
-                counts,
-                &space,
-                (solver, watch),
-            )?;
-            let score = |found: &Identified| found.report.score.unwrap_or(f64::INFINITY);
-            if let Some(tried) = tried.filter(|t| found.as_ref().is_none_or(|f| score(t) < score(f))) {
-                found = Some(tried);
-            }
-            let is_explained =
-                |f: &Identified| !f.report.equations.iter().any(super::report::EquationReport::is_spoilt);
-            if found.as_ref().is_some_and(is_explained) || !watch.go_on() {
-                break;
-            }
-        }
+        let found = self.estimated(
+            (tiers, None),
+            &segments,
+            &floor,
+            (Stepping::Continuous { substeps: 1 }, &[]),
+            counts,
+            &space,
+            (solver, watch),
+        )?;
         if !watch.go_on() {
             return Err(FitError::Interrupted);
         }
