@@ -28,6 +28,7 @@ mod triangle;
 mod watch;
 
 pub use coordinates::CoordinateMode;
+pub use data::LONGEST_CHAIN;
 pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
 pub use error::{InvalidParam, UnknownName};
 pub use estimate::Doubt;

@@ -364,9 +364,86 @@ fn rates_that_were_not_measured_are_found_with_the_equations() {
             let mut recording = record(pendulum, &[0.5, 0.0], (400, 0.05), (noise, 1.0, seed == 2), seed);
             recording.states.column_mut(1).fill(f64::NAN);
             let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
-            eprintln!("{noise} {seed} {found}");
             assert_equation(&found, 1, &[("sin a", -9.81), ("w", -0.3), ("u", 4.0)], within);
             assert!(found.report.equations[1].reached_floor, "{noise} {seed}: {found}");
         }
     }
+}
+
+/// A motor's speed alone, behind a filter: its rate and the rate of that are found, and so the linear equation of third order.
+#[test]
+fn rates_of_rates_that_were_not_measured_are_found() {
+    let field: Field = |x, u| vec![x[1] - x[0], 2.0 * (x[2] - x[1]), 5.0 * (u - x[2])];
+    let kinds = [("x", Kind::Plain), ("v", Kind::RateOf(0)), ("a", Kind::RateOf(1))];
+    for (noise, within) in [(0.0, 1e-5), (1e-2, 0.05)] {
+        let mut recording = record(field, &[0.0, 0.0, 0.0], (500, 0.1), (noise, 1.0, false), 1);
+        recording.states.slice_mut(ndarray::s![.., 1..]).fill(f64::NAN);
+        let found = Identifier::new(&spec(&kinds, 0.1)).identify_recordings(&[recording]).expect("equations");
+        assert_equation(&found, 2, &[("x", -10.0), ("v", -17.0), ("a", -8.0), ("u", 10.0)], within);
+        // With noise the sine of a small x is as good.
+        assert!(noise > 0.0 || found.report.equations[2].reached_floor, "{noise}: {found}");
+        assert_eq!(found.report.unmeasured, [1, 2]);
+    }
+}
+
+/// Angles in the steps of a simulator that moves them by the new rates.
+#[test]
+fn positions_may_be_those_of_a_simulator() {
+    let kinds = [("a", Kind::Angle), ("w", Kind::RateOf(0))];
+    for noise in [0.0, 1e-2] {
+        let mut rng = Seed::new(4).stream("simulated", 0);
+        let (mut a, mut w, dt) = (3.0_f64, 0.0, 0.05);
+        let mut states = Array2::from_elem((400, 2), f64::NAN);
+        let mut controls = Array2::zeros((399, 1));
+        for t in 0..400 {
+            states[[t, 0]] = a + noise * normal(&mut rng);
+            if t < 399 {
+                controls[[t, 0]] = if t % 5 == 0 { 2.0 * rng.random::<f64>() - 1.0 } else { controls[[t - 1, 0]] };
+                w += dt * (15.0 * a.sin() - 0.2 * w + 3.0 * controls[[t, 0]]);
+                a += dt * w;
+            }
+        }
+        let recording = Recording::even(dt, states, Some(controls));
+        let found = Identifier::new(&spec(&kinds, dt)).identify_recordings(&[recording]).expect("equations");
+        assert_equation(&found, 1, &[("sin a", 15.0), ("w", -0.2), ("u", 3.0)], if noise > 0.0 { 0.05 } else { 1e-6 });
+        assert!(matches!(found.model.form(), sindyna_sindy::Form::SemiImplicit { .. }), "{found}");
+    }
+}
+
+/// What follows from the equations and the angles is the rate that nobody measured; the measured angles stay.
+#[test]
+fn rates_that_were_not_measured_are_filled_in() {
+    let kinds = [("a", Kind::Angle), ("w", Kind::RateOf(0))];
+    let whole = record(pendulum, &[0.5, 0.0], (300, 0.05), (1e-3, 1.0, false), 7);
+    let clean = record(pendulum, &[0.5, 0.0], (300, 0.05), (0.0, 1.0, false), 7);
+    let mut recording = whole.clone();
+    recording.states.column_mut(1).fill(f64::NAN);
+    let identifier = Identifier::new(&spec(&kinds, 0.05));
+    let found = identifier.identify_recordings(&[recording.clone()]).expect("equations");
+    let filled = identifier.filled(&found.model, &[recording]).expect("states");
+    assert_eq!(filled[0].states.column(0), whole.states.column(0));
+    let (w, truth) = (filled[0].states.column(1), clean.states.column(1));
+    let off = (&w - &truth).mapv(|d| d * d).mean().expect("samples").sqrt();
+    let spread = truth.mapv(|v| v * v).mean().expect("samples").sqrt();
+    assert!(off < 2e-3 * spread, "{off} of {spread}");
+}
+
+#[test]
+fn only_rates_of_measured_states_may_be_unmeasured() {
+    let mut recording = record(van_der_pol, &[1.0, 0.0], (100, 0.05), (1e-2, 1.0, false), 5);
+    recording.states.column_mut(1).fill(f64::NAN);
+    let of = |kinds: &[(&str, Kind)], recording: &Recording| {
+        Identifier::new(&spec(kinds, 0.05))
+            .identify_recordings(std::slice::from_ref(recording))
+            .expect_err("refused")
+            .to_string()
+    };
+    let refused = of(&PLAIN[..2], &recording);
+    assert!(refused.contains("`y` was never measured, and is no rate"), "{refused}");
+    recording.states[[3, 0]] = f64::NAN;
+    let refused = of(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], &recording);
+    assert!(refused.contains("not finite"), "{refused}");
+    recording.states.column_mut(0).fill(f64::NAN);
+    let refused = of(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], &recording);
+    assert!(refused.contains("`x` was never measured"), "{refused}");
 }

@@ -143,8 +143,8 @@ fn gathered<const D: usize>(h: f64) -> SMatrix<f64, D, D> {
     })
 }
 
-/// States of a chain, at most.
-pub(super) const LONGEST: usize = 3;
+/// Longest chain of a state, its rate, the rate of that and so on that is smoothed as one, and of which states may not have been measured.
+pub const LONGEST_CHAIN: usize = 3;
 
 /// Relative change of the covariance from sample to sample below which it stays as it is.
 const STAYS: f64 = 1e-12;
@@ -156,9 +156,9 @@ struct Gain<const D: usize> {
     /// Covariance before the measurements.
     predicted: SMatrix<f64, D, D>,
     /// Per measured state, by how much its innovation moves the mean, the variance of the innovation, and its logarithm.
-    gains: [SVector<f64, D>; LONGEST],
-    variances: [f64; LONGEST],
-    logs: [f64; LONGEST],
+    gains: [SVector<f64, D>; LONGEST_CHAIN],
+    variances: [f64; LONGEST_CHAIN],
+    logs: [f64; LONGEST_CHAIN],
     /// Covariance after the measurements.
     covariance: SMatrix<f64, D, D>,
 }
@@ -230,8 +230,8 @@ impl<const D: usize> Wiener<'_, D> {
         (transition, predicted): (SMatrix<f64, D, D>, SMatrix<f64, D, D>),
     ) -> (Gain<D>, bool) {
         let (mut covariance, mut broken) = (predicted, false);
-        let mut gains = [SVector::zeros(); LONGEST];
-        let (mut variances, mut logs) = ([1.0; LONGEST], [0.0; LONGEST]);
+        let mut gains = [SVector::zeros(); LONGEST_CHAIN];
+        let (mut variances, mut logs) = ([1.0; LONGEST_CHAIN], [0.0; LONGEST_CHAIN]);
         for (j, (&i, sigma)) in self.chain.iter().zip(noise).enumerate() {
             broken |= covariance[(j, j)] < 0.0;
             if segment.relative(t, i).is_infinite() {

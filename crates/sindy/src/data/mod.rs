@@ -8,6 +8,7 @@ mod smoother;
 mod stretches;
 mod variance;
 
+pub use filter::LONGEST_CHAIN;
 pub(crate) use glitches::without_glitches;
 pub(crate) use segment::Segment;
 pub(crate) use smoother::{Signals, Smoother};

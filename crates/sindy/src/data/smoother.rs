@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::differences::by_differences;
-use super::filter::{LONGEST, Process, Scale, process};
+use super::filter::{LONGEST_CHAIN, Process, Scale, process};
 use super::{Segment, sample_of};
 
 /// Smoothed channels.
@@ -62,7 +62,7 @@ impl<'a> Smoother<'a> {
             let mut states = Vec::new();
             let mut next = Some(head);
             // A chain that is too long goes on with the next head.
-            while let Some(i) = next.filter(|&i| !done[i] && states.len() < LONGEST) {
+            while let Some(i) = next.filter(|&i| !done[i] && states.len() < LONGEST_CHAIN) {
                 done[i] = true;
                 states.push(i);
                 next = rates[i];

@@ -40,10 +40,12 @@ impl fmt::Display for Identified {
                 writeln!(f, "  equally good set of terms: {}", terms.join(", "))?;
             }
         }
-        for (name, (sigma, fit)) in
-            self.model.states().iter().zip(self.report.noise_deviations.iter().zip(&self.report.fit))
-        {
-            writeln!(f, "{name}: noise {sigma:.2e}, fit {:.1} %", 100.0 * fit)?;
+        let noise = self.report.noise_deviations.iter().zip(&self.report.fit);
+        for (i, (name, (sigma, fit))) in self.model.states().iter().zip(noise).enumerate() {
+            match self.report.unmeasured.contains(&i) {
+                true => writeln!(f, "{name}: not measured")?,
+                false => writeln!(f, "{name}: noise {sigma:.2e}, fit {:.1} %", 100.0 * fit)?,
+            }
         }
         Ok(())
     }

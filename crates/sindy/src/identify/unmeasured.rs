@@ -7,7 +7,7 @@ use super::Identifier;
 use super::recording::Recording;
 use crate::CoordinateMode;
 use crate::coordinates::Coordinates;
-use crate::data::{Segment, Smoother};
+use crate::data::{LONGEST_CHAIN, Segment, Smoother};
 use crate::library::Term;
 use crate::model::{Form, Model};
 use crate::motion::Stepping;
@@ -30,6 +30,14 @@ impl Identifier {
                 let reason = format!("`{name}` was never measured, and is no rate of a state that was");
                 return Err(FitError::Regression { reason });
             }
+        }
+        let longest =
+            (0..rates.len()).map(|i| std::iter::successors(Some(i), |&i| rates[i]).take(rates.len()).count()).max();
+        if !found.is_empty() && longest.is_some_and(|longest| longest > LONGEST_CHAIN) {
+            let reason = format!(
+                "a state, its rate, the rate of that and so on may be {LONGEST_CHAIN} where some of them were not measured"
+            );
+            return Err(FitError::Regression { reason });
         }
         Ok(found)
     }

@@ -17,7 +17,7 @@ use super::answer::{Answer, Verdict};
 use super::common::Common;
 use super::console::Console;
 use super::identification::IdentificationOptions;
-use super::reading::{ReadingOptions, heading, source};
+use super::reading::{ReadingOptions, heading, pairs, source};
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
@@ -45,6 +45,10 @@ pub(crate) struct Args {
     reading: ReadingOptions,
     #[command(flatten)]
     identification: IdentificationOptions,
+    /// Rates of states that are no columns, such as `w=th`: they are found with the equations; `none` for none [default: those without which
+    /// the equations leave what no term explains, if the data speak for them]
+    #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
+    unmeasured: Vec<String>,
     /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
     #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
     holdout: Option<f64>,
@@ -69,6 +73,17 @@ what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FO
 
 const EXAMPLE: &str = "\
 Example:  sindyna identify examples/logs/pendulum.csv --states th,w --inputs u --angles th";
+
+/// Which states have a rate that was not measured.
+fn unmeasured(given: &[String]) -> Result<Unmeasured, Failure> {
+    let given: Vec<String> = given.iter().map(|n| n.trim().to_owned()).collect();
+    let hint = "--unmeasured w=th says that w is the rate of th, and no column";
+    Ok(match pairs("--unmeasured", "RATE=OF", hint, &given)? {
+        None => Unmeasured::Auto,
+        Some(pairs) if pairs.is_empty() => Unmeasured::None,
+        Some(pairs) => Unmeasured::Given(pairs),
+    })
+}
 
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -101,7 +116,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     let mut log = args.reading.read(&args.logs)?;
     let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
-    let unmeasured = args.reading.unmeasured()?;
+    let unmeasured = unmeasured(&args.unmeasured)?;
     let without_noise = args.reading.is_without_noise();
     let identifier_of = |spec: &Spec| -> Result<Identifier, Failure> {
         let identifier = settings.identifier(spec)?;
@@ -127,7 +142,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             (_, Some(times)) => Some(identifier.identify_recordings_watched(&recordings(&samples.data, times), &watch)),
         };
         let first = first.transpose().map_err(|e| failed(e, logs[0], &log))?;
-        let with = with_rates(&log, &samples, (first.as_ref(), &unmeasured), &identifier_of, &watch)?;
+        let with = with_rates(&log, &samples, (first.as_ref(), &unmeasured), identifier_of, &watch)?;
         Ok((first, with))
     });
     progress.finish();

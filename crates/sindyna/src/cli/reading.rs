@@ -8,7 +8,6 @@ use sindyna_core::{Channel, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
 
 use crate::cli::failure::Failure;
-use crate::identify::Unmeasured;
 use crate::settings::PrecisionName;
 
 /// Options that say what the columns of a log are.
@@ -26,10 +25,6 @@ pub(crate) struct ReadingOptions {
     /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     rates: Vec<String>,
-    /// Rates of states that are no columns, such as `w=th`: they are found with the equations; `none` for none [default: those without which
-    /// the equations leave what no term explains, if the data speak for them]
-    #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
-    unmeasured: Vec<String>,
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
@@ -111,17 +106,6 @@ impl ReadingOptions {
     /// Whether nothing but rounding is to be believed.
     pub(crate) fn is_without_noise(&self) -> bool {
         self.noise.iter().any(|n| n.trim() == "none")
-    }
-
-    /// Which states have a rate that was not measured.
-    pub(crate) fn unmeasured(&self) -> Result<Unmeasured, Failure> {
-        let given: Vec<String> = self.unmeasured.iter().map(|n| n.trim().to_owned()).collect();
-        let hint = "--unmeasured w=th says that w is the rate of th, and no column";
-        Ok(match pairs("--unmeasured", "RATE=OF", hint, &given)? {
-            None => Unmeasured::Auto,
-            Some(pairs) if pairs.is_empty() => Unmeasured::None,
-            Some(pairs) => Unmeasured::Given(pairs),
-        })
     }
 
     fn options(&self) -> Result<LogOptions, Failure> {
@@ -223,7 +207,12 @@ fn instead(note: &Note) -> &'static str {
 }
 
 /// The pairs `list` names; none given: `None`; `none`: no pair.
-fn pairs(option: &str, form: &str, hint: &str, list: &[String]) -> Result<Option<Vec<(String, String)>>, Failure> {
+pub(crate) fn pairs(
+    option: &str,
+    form: &str,
+    hint: &str,
+    list: &[String],
+) -> Result<Option<Vec<(String, String)>>, Failure> {
     let pair = |text: &String| match text.split_once('=') {
         Some((one, other)) => Ok((one.trim().to_owned(), other.trim().to_owned())),
         None => Err(Failure::new(format!("{option} takes {form} or `none`, got `{text}`")).hint(hint)),

@@ -2,7 +2,7 @@
 
 use ndarray::{Array2, Axis, concatenate};
 use sindyna_core::{Certainty, Channel, Dataset, FitError, Kind, Spec};
-use sindyna_sindy::{Identified, Identifier, Recording, Watch};
+use sindyna_sindy::{EquationReport, Identified, Identifier, LONGEST_CHAIN, Recording, Watch};
 
 use crate::logs::{Log, Note, Samples};
 
@@ -53,46 +53,61 @@ pub(crate) fn with_rates<E: From<FitError>>(
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     watch: &Watch<'_>,
 ) -> Result<Option<WithRates>, E> {
-    let rates = match (choice, first) {
+    let mut rates = match (choice, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
         (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec),
         _ => Vec::new(),
     };
-    if rates.is_empty() {
-        return Ok(None);
-    }
-    let spec = enlarged(&log.spec, &rates);
-    let identifier = identifier(&spec)?;
-    let found =
-        match identifier.identify_recordings_watched(&hidden(&kept.data, kept.times.as_deref(), rates.len()), watch) {
+    let mut best: Option<(Identified, Identifier, Spec)> = None;
+    while !rates.is_empty() {
+        let spec = enlarged(&log.spec, &rates);
+        let identifier = identifier(&spec)?;
+        let recordings = hidden(&kept.data, kept.times.as_deref(), rates.len());
+        let found = match identifier.identify_recordings_watched(&recordings, watch) {
             Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
-            Err(_) if first.is_some() => return Ok(None),
+            Err(_) if first.is_some() => break,
             found => found?,
         };
-    if first.is_some_and(|first| !is_better(&found, first)) {
-        return Ok(None);
+        let before = best.as_ref().map(|best| &best.0).or(first);
+        if before.is_some_and(|before| !is_better(&found, before)) {
+            break;
+        }
+        // What these rates do not explain those of the rates may.
+        let more = if *choice == Unmeasured::Auto { suggested(&found, &spec) } else { Vec::new() };
+        best = Some((found, identifier, spec));
+        if more.is_empty() {
+            break;
+        }
+        rates.extend(more);
     }
-    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), rates.len()))?;
+    let Some((found, identifier, spec)) = best else { return Ok(None) };
+    let count = spec.state_dim() - log.spec.state_dim();
+    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
     let data = dataset(&filled, &spec)?;
     let spec = with_scales(spec, &filled, log.spec.observation_dim());
     Ok(Some(WithRates { found, identifier, spec, data }))
 }
 
-/// The rates of the states whose equations leave what a state that was not measured may explain.
+/// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not too long.
 fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
     let has_rate = |i: usize| spec.state.iter().any(|s| s.kind == Kind::RateOf(i));
     let shown = |i: usize| spec.observation.iter().any(|o| o.name == spec.state[i].name);
-    let equations = &found.report.equations;
-    let open = |i: &usize| !has_rate(*i) && shown(*i) && equations.get(*i).is_some_and(|e| e.is_spoilt());
+    let length = |i: usize| {
+        let before = |&i: &usize| if let Kind::RateOf(of) = spec.state[i].kind { Some(of) } else { None };
+        std::iter::successors(Some(i), before).take(LONGEST_CHAIN + 1).count()
+    };
+    let spoilt = |i: usize| found.report.equations.get(i).is_some_and(EquationReport::is_spoilt);
+    let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < LONGEST_CHAIN && spoilt(*i);
     let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
     let mut rates = Vec::new();
     for i in (0..spec.state_dim()).filter(open) {
-        let mut name = format!("{}_dot", spec.state[i].name);
-        while names.contains(&name) {
-            name += "_";
+        let name = &spec.state[i].name;
+        let mut rate = name.strip_suffix("_dot").map_or_else(|| format!("{name}_dot"), |stem| format!("{stem}_ddot"));
+        while names.contains(&rate) {
+            rate += "_";
         }
-        names.push(name.clone());
-        rates.push((name, i));
+        names.push(rate.clone());
+        rates.push((rate, i));
     }
     rates
 }
@@ -106,7 +121,8 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
         if channels.map(|c| &c.name).chain(rates.iter().map(|r| &r.0)).any(|name| name == rate) {
             return Err(failed(format!("`{rate}` is a column of the log, and so was measured")));
         }
-        let state = spec.state.iter().position(|s| s.name == *of);
+        let names = spec.state.iter().map(|s| &s.name).chain(rates.iter().map(|r| &r.0));
+        let state = names.into_iter().position(|name| name == of);
         let state = state.ok_or_else(|| failed(format!("there is no state `{of}` for `{rate}` to be the rate of")))?;
         if spec.state.iter().any(|s| s.kind == Kind::RateOf(state)) || rates.iter().any(|r| r.1 == state) {
             return Err(failed(format!("`{of}` has a rate already, and `{rate}` cannot be it too")));

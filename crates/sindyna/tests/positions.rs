@@ -1,0 +1,102 @@
+//! Logs of positions alone: rates that were not measured are found with the equations.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+
+use common::{json, parts, sindyna};
+
+/// Rows `t,q,u` of q' = v, v' = `rate`(q, v, u) every 0.05 s under steps of u, without v; `wrong` is added to each q.
+fn positions(rate: impl Fn(f64, f64, f64) -> f64, count: usize, wrong: impl Fn(usize) -> f64) -> String {
+    const PARTS: usize = 50;
+    let (mut q, mut v) = (0.6_f64, 0.0_f64);
+    let mut text = "t,q,u\n".to_owned();
+    for i in 0..count {
+        let u = ((i / 6 * 7919) % 17) as f64 / 8.0 - 1.0;
+        writeln!(text, "{},{},{u}", 0.05 * i as f64, q + wrong(i)).unwrap();
+        let h = 0.05 / PARTS as f64;
+        for _ in 0..PARTS {
+            let f = |q: f64, v: f64| (v, rate(q, v, u));
+            let k1 = f(q, v);
+            let k2 = f(q + 0.5 * h * k1.0, v + 0.5 * h * k1.1);
+            let k3 = f(q + 0.5 * h * k2.0, v + 0.5 * h * k2.1);
+            let k4 = f(q + h * k3.0, v + h * k3.1);
+            q += h / 6.0 * (k1.0 + 2.0 * k2.0 + 2.0 * k3.0 + k4.0);
+            v += h / 6.0 * (k1.1 + 2.0 * k2.1 + 2.0 * k3.1 + k4.1);
+        }
+    }
+    text
+}
+
+fn pendulum(q: f64, v: f64, u: f64) -> f64 {
+    -9.81 * q.sin() - 0.3 * v + 4.0 * u
+}
+
+/// Numbers between −1 and 1 that look like chance.
+fn shaken(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.547;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+#[test]
+fn a_pendulum_is_found_in_its_angle_alone() {
+    let temp = tempfile::tempdir().unwrap();
+    for (wrong, within) in [(0.0, 1e-5), (0.005, 0.02)] {
+        fs::write(temp.path().join("log.csv"), positions(pendulum, 400, |i| wrong * shaken(i))).unwrap();
+        let out = format!("model-{wrong}");
+        let (code, stdout, stderr) =
+            parts(&sindyna(temp.path(), &["identify", "log.csv", "--strict", "--holdout", "0.2", "--out", &out]));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        assert!(stdout.contains("states: q, q_dot (rate of q, not measured); inputs: u"), "{stdout}");
+        assert!(stdout.contains("say --unmeasured none to stop this"), "{stdout}");
+        let account = json(&temp.path().join(&out).join("identify.json"));
+        let terms = account["equations"][1]["terms"].as_array().unwrap();
+        assert_eq!(terms.len(), 3, "{stdout}");
+        for (term, truth) in [("sin q", -9.81), ("q_dot", -0.3), ("u", 4.0)] {
+            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
+            assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < within, "{term}: {stdout}");
+        }
+        // The rate's own column is what the equations say; its prediction is told with that of the angle.
+        let free = &account["held_out"]["predictions"][2]["fit_percent"];
+        assert!(free[0][1].as_f64().unwrap() > 95.0 && free[1][1].as_f64().unwrap() > 95.0, "{free}");
+        let data = fs::read_to_string(temp.path().join(&out).join("data.csv")).unwrap();
+        assert!(data.lines().next().unwrap().contains("q_dot"), "{data}");
+    }
+}
+
+#[test]
+fn rates_that_are_not_wanted_are_not_looked_for_and_those_named_are() {
+    let temp = tempfile::tempdir().unwrap();
+    fs::write(temp.path().join("log.csv"), positions(pendulum, 300, |_| 0.0)).unwrap();
+    let with = |more: &[&str]| parts(&sindyna(temp.path(), &[&["identify", "log.csv", "--no-report"], more].concat()));
+    let (code, stdout, _) = with(&["--unmeasured", "none"]);
+    assert_eq!(code, 0);
+    assert!(stdout.contains("states: q; inputs: u") && stdout.contains("an approximation"), "{stdout}");
+    let (code, stdout, _) = with(&["--unmeasured", "w=q"]);
+    assert_eq!(code, 0);
+    assert!(stdout.contains("w (rate of q, not measured)") && stdout.contains("4 u"), "{stdout}");
+    for (given, says) in [
+        ("u=q", "`u` is a column of the log"),
+        ("w=z", "there is no state `z`"),
+        ("w=q,p=q", "`q` has a rate already"),
+        ("w=q,a=w,j=a", "may be 3"),
+        ("w", "--unmeasured takes RATE=OF"),
+    ] {
+        let (code, stdout, stderr) = with(&["--unmeasured", given]);
+        assert!(code == 2 && stderr.contains(says), "{given}: {stdout}{stderr}");
+    }
+}
+
+/// A law of the angle that is no candidate: with a rate it is still an approximation, and called one.
+#[test]
+fn what_a_rate_does_not_explain_is_still_an_approximation() {
+    let temp = tempfile::tempdir().unwrap();
+    let odd = |q: f64, v: f64, u: f64| -9.0 * (5.0 * q).tanh() * (1.0 + 0.5 * (7.0 * q).sin()) - 0.3 * v + 4.0 * u;
+    fs::write(temp.path().join("log.csv"), positions(odd, 300, |_| 0.0)).unwrap();
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--strict", "--no-report"]));
+    assert_eq!(code, 1, "{stdout}{stderr}");
+    assert!(stdout.contains("an approximation"), "{stdout}");
+}
