@@ -17,7 +17,7 @@ use crate::{
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Log {
     /// Channels, their roles and units, the sampling interval; of samples that are not evenly spaced the median of their steps.
     pub spec: Spec,

@@ -91,6 +91,15 @@ pub enum Note {
         rate: String,
         /// What it is the rate of.
         of: String,
+        /// Whether that was said.
+        given: bool,
+    },
+    /// Inputs act later than over the step after their row.
+    Delayed {
+        /// By how many rows; earlier where it is negative.
+        rows: f64,
+        /// By how much time \[s\].
+        seconds: f64,
     },
     /// A state was recognised as an angle.
     Angle {
@@ -247,7 +256,17 @@ impl fmt::Display for Note {
                 plural(*rows, "row")
             ),
             Self::Radians { state, unit } => write!(f, "{state} is in {unit} and turned into radians"),
-            Self::Unmeasured { rate, of } => {
+            Self::Delayed { rows, seconds } => {
+                let when = if *rows < 0.0 { "earlier" } else { "later" };
+                let (by, seconds) = (significant(rows.abs(), 6), significant(seconds.abs(), 6));
+                write!(f, "inputs are taken to act {by} rows ({seconds} s) {when} than over the step after their row")?;
+                match rows {
+                    -1.0 => f.write_str(": over the step before it"),
+                    -0.5 => f.write_str(": as a straight line from row to row"),
+                    _ => Ok(()),
+                }
+            }
+            Self::Unmeasured { rate, of, .. } => {
                 write!(
                     f,
                     "{rate}, the rate of {of}, was not measured; it is a state of the equations, and its values follow from these"

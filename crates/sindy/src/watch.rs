@@ -50,7 +50,9 @@ impl<'a> Watch<'a> {
         Self { tell, ..self }
     }
 
-    pub(crate) fn go_on(&self) -> bool {
+    /// Whether to go on.
+    #[must_use]
+    pub fn go_on(&self) -> bool {
         (self.go_on)()
     }
 

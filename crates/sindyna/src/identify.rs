@@ -4,6 +4,8 @@
 //! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
 //! PySINDy.
 
+mod delay;
+mod hypotheses;
 mod unmeasured;
 
 use sindyna_core::{Dataset, Rollout, Spec};
@@ -17,8 +19,9 @@ pub use sindyna_sindy::{
 use crate::Error;
 use crate::logs::{Log, Samples};
 
+pub use delay::Delay;
+pub(crate) use hypotheses::{Asked, Looked, looked};
 pub use unmeasured::Unmeasured;
-pub(crate) use unmeasured::with_rates;
 
 /// Equations that were identified.
 #[derive(Debug, Clone)]
@@ -58,23 +61,23 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
     Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
 }
 
-/// Identifies equations in a log. Rates that were not measured are states where the data speak for it.
+/// Identifies equations in a log. Where these leave what no term explains, rates that were not measured are states, and inputs act earlier or later, if the data
+/// speak for it.
 ///
 /// # Errors
 /// [`Error::Fit`] if no equations are found.
 pub fn log(log: &Log) -> Result<Found, Error> {
-    let identifier = Identifier::new(&log.spec);
-    let found = match &log.times {
-        None => identifier.identify(&log.data)?,
-        Some(times) => identifier.identify_recordings(&recordings(&log.data, times))?,
+    let kept = |log: &Log| Ok::<_, Error>(Samples { data: log.data.clone(), times: log.times.clone() });
+    let asked = Asked {
+        unmeasured: &Unmeasured::Auto,
+        delay: Delay::Auto,
+        kept: &kept,
+        identifier: &|spec| Ok(Identifier::new(spec)),
+        watch: &Watch::default(),
+        say: &|_| {},
     };
-    let kept = Samples { data: log.data.clone(), times: log.times.clone() };
-    let choice = (Some(&found), &Unmeasured::Auto);
-    let of = |spec: &Spec| Ok::<_, Error>(Identifier::new(spec));
-    match with_rates(log, &kept, choice, of, &Watch::default())? {
-        Some(with) => Ok(Found::new(with.found.clone(), &with.log(log).spec)),
-        None => Ok(Found::new(found, &log.spec)),
-    }
+    let Looked { found, log, .. } = looked(log.clone(), &asked)?;
+    Ok(Found::new(found, &log.spec))
 }
 
 /// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].

@@ -100,3 +100,46 @@ fn what_a_rate_does_not_explain_is_still_an_approximation() {
     assert_eq!(code, 1, "{stdout}{stderr}");
     assert!(stdout.contains("an approximation"), "{stdout}");
 }
+
+/// An input that acts two rows late, and one that goes from row to row in a straight line.
+#[test]
+fn inputs_that_act_at_other_times_are_told_or_named() {
+    let temp = tempfile::tempdir().unwrap();
+    let log = |late: i64, smooth: bool| {
+        let (mut q, mut v) = (0.6_f64, 0.0_f64);
+        let at = |i: i64| match smooth {
+            true => (0.1 * i as f64).sin() + (0.047 * i as f64).cos(),
+            false => ((i.max(0) / 6 * 7919) % 17) as f64 / 8.0 - 1.0,
+        };
+        let mut text = "t,q,v,u\n".to_owned();
+        for i in 0..260_i64 {
+            let noisy = |x: f64, k: usize| x + 0.004 * shaken(2 * i as usize + k);
+            writeln!(text, "{},{},{},{}", 0.05 * i as f64, noisy(q, 0), noisy(v, 1), at(i)).unwrap();
+            let h = 0.05 / 200.0;
+            for part in 0..200 {
+                let share = if smooth { f64::from(part) / 200.0 } else { 0.0 };
+                let u = at(i - late) + share * (at(i - late + 1) - at(i - late));
+                v += h * pendulum(q, v, u);
+                q += h * v;
+            }
+        }
+        text
+    };
+    for (late, smooth, says) in [(2, false, "act 2 rows (0.1 s) later"), (0, true, "as a straight line")] {
+        fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        assert!(stdout.contains(says) && stdout.contains("say --delay 0 to stop this"), "{says}: {stdout}");
+        assert!(stdout.contains("sin q"), "{stdout}");
+    }
+    fs::write(temp.path().join("log.csv"), log(2, false)).unwrap();
+    let (code, stdout, _) =
+        parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report", "--strict", "--delay", "2"]));
+    assert!(code == 0 && stdout.contains("sin q"), "{stdout}");
+    for delay in ["soon", "nan", "1001"] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", delay]));
+        assert!(code == 2 && stderr.contains("a delay is"), "{stderr}");
+    }
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", "500"]));
+    assert!(code == 2 && stderr.contains("no trajectory is longer"), "{stderr}");
+}

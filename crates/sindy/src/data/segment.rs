@@ -62,7 +62,7 @@ impl Segment {
 
     /// Whether all samples of each state that was measured are equally exact.
     pub(crate) fn is_equally_exact(&self) -> bool {
-        let same = |r: &Array2<f64>| r.iter().all(|w| *w == 1.0 || w.is_infinite());
+        let same = |r: &Array2<f64>| r.iter().all(|w| w.is_infinite() || (w - 1.0).abs() < f64::EPSILON);
         self.relative.as_ref().is_none_or(same)
     }
 }

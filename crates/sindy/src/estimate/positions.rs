@@ -18,7 +18,7 @@ impl Problem<'_> {
     pub(super) fn as_stepped(&self, found: Estimate) -> Estimate {
         let spoilt = |found: &Estimate| found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt());
         let measured = (0..self.rates.len()).all(|i| self.measures(i));
-        if measured || !spoilt(&found) || !self.is_even() {
+        if measured || !self.discrete || !spoilt(&found) || !self.is_even() {
             return found;
         }
         let (budget, mut best) = ((SHARE * self.budget as f64) as u64, found);

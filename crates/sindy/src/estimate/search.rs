@@ -51,6 +51,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) spent: &'a Cell<u64>,
     /// Whether the search begins with equations that were found in a part of the samples.
     pub(crate) again: bool,
+    /// Whether positions whose rates were not measured may be those of a simulator.
+    pub(crate) discrete: bool,
     pub(crate) watch: &'a Watch<'a>,
 }
 

@@ -197,8 +197,9 @@ impl Identifier {
             alone: &[],
             simulators,
             solver,
-            budget: BUDGET,
+            budget: (self.effort * BUDGET as f64) as u64,
             again: false,
+            discrete: self.simulators,
             spent: &Cell::new(0),
             watch,
         };

@@ -77,6 +77,8 @@ pub struct Identifier {
     target: Target,
     coordinates: CoordinateMode,
     noise: NoiseChoice,
+    effort: f64,
+    simulators: bool,
     constraints: Vec<(usize, EquationConstraint)>,
 }
 
@@ -92,6 +94,8 @@ impl Identifier {
             target: Target::Motion,
             coordinates: CoordinateMode::Recognised,
             noise: NoiseChoice::Declared,
+            effort: 1.0,
+            simulators: true,
             constraints: Vec::new(),
         }
     }
@@ -155,6 +159,18 @@ impl Identifier {
             self.spec.noise = 0.0;
         }
         Self { noise, ..self }
+    }
+
+    /// The same with the part `effort` (0 to 1) of the usual operations for a search where the noise is estimated.
+    #[must_use]
+    pub fn with_effort(self, effort: f64) -> Self {
+        Self { effort: if effort.is_nan() { 1.0 } else { effort.clamp(0.0, 1.0) }, ..self }
+    }
+
+    /// Whether positions whose rates were not measured may be those of a simulator.
+    #[must_use]
+    pub fn with_simulators(self, simulators: bool) -> Self {
+        Self { simulators, ..self }
     }
 
     /// The same in other coordinates. Choose them before terms of your own, which are checked against their names.

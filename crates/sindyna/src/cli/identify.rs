@@ -22,7 +22,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
-use crate::identify::{Unmeasured, recordings, with_rates};
+use crate::identify::{Asked, Delay, Looked, Unmeasured, looked};
 use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
 use crate::settings::IdentificationConfig;
 use crate::training::{identified_bytes, predictions, timed};
@@ -49,6 +49,10 @@ pub(crate) struct Args {
     /// the equations leave what no term explains, if the data speak for them]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     unmeasured: Vec<String>,
+    /// Rows by which inputs act later than over the step after theirs; −1 for an input that acted over the step before its row, −0.5 for one that goes
+    /// from row to row in a straight line [default: 0, or where that leaves what no term explains the one for which the data speak]
+    #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
+    delay: Delay,
     /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
     #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
     holdout: Option<f64>,
@@ -85,6 +89,15 @@ fn unmeasured(given: &[String]) -> Result<Unmeasured, Failure> {
     })
 }
 
+fn delay(text: &str) -> Result<Delay, String> {
+    const MOST: f64 = 1000.0;
+    match (text, text.parse::<f64>()) {
+        ("auto", _) => Ok(Delay::Auto),
+        (_, Ok(rows)) if rows.abs() <= MOST => Ok(Delay::Rows(rows)),
+        _ => Err(format!("a delay is `auto` or a number of rows from −{MOST} to {MOST}")),
+    }
+}
+
 fn share(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
@@ -113,7 +126,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     args.identification.check(&settings)?;
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(console);
-    let mut log = args.reading.read(&args.logs)?;
+    let log = args.reading.read(&args.logs)?;
     let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let unmeasured = unmeasured(&args.unmeasured)?;
@@ -122,45 +135,36 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         let identifier = settings.identifier(spec)?;
         Ok(if without_noise { identifier.with_noise(NoiseChoice::Rounding) } else { identifier })
     };
-    let mut identifier = identifier_of(&log.spec)?;
-    let (mut samples, mut held_out) = split(&log, args.holdout)?;
-    check_size(&identifier, &log, &samples.data)?;
+    let identifier = identifier_of(&log.spec)?;
+    check_size(&identifier, &log, &split(&log, args.holdout)?.0.data)?;
     progress.detail(|| {
-        format!(
-            "{} candidate terms, at least {} rows needed",
-            identifier.terms().map_or(0, |terms| terms.len()),
-            identifier.needed_rows()
-        )
+        let terms = identifier.terms().map_or(0, |terms| terms.len());
+        format!("{terms} candidate terms, at least {} rows needed", identifier.needed_rows())
     });
-    let looked = args.common.pool()?.install(|| -> Result<_, Failure> {
+    let found = args.common.pool()?.install(|| {
         let (go_on, looking) = (|| !interrupt.pressed(), Looking::new(&progress));
         let telling = |stage| looking.tell(stage);
-        let watch = Watch::going_on(&go_on).telling(&telling);
-        let first = match (&unmeasured, &samples.times) {
-            (Unmeasured::Given(_), _) => None,
-            (_, None) => Some(identifier.identify_watched(&samples.data, &watch)),
-            (_, Some(times)) => Some(identifier.identify_recordings_watched(&recordings(&samples.data, times), &watch)),
+        let asked = Asked {
+            unmeasured: &unmeasured,
+            delay: args.delay,
+            kept: &|log| Ok(split(log, args.holdout).map_err(Trouble::Other)?.0),
+            identifier: &|spec| identifier_of(spec).map_err(Trouble::Other),
+            watch: &Watch::going_on(&go_on).telling(&telling),
+            say: &|tried| progress.say(tried),
         };
-        let first = first.transpose().map_err(|e| failed(e, logs[0], &log))?;
-        let with = with_rates(&log, &samples, (first.as_ref(), &unmeasured), identifier_of, &watch)?;
-        Ok((first, with))
+        looked(log.clone(), &asked)
     });
     progress.finish();
-    let found = match looked {
+    let Looked { found, identifier, log } = match found {
         Err(_) if interrupt.pressed() => {
             progress.say("interrupted: nothing was written");
             return Ok(Answer::silent(Verdict::Interrupted));
         }
-        Err(failure) => return Err(failure),
-        Ok((_, Some(with))) => {
-            log = with.log(&log);
-            (samples, held_out) = split(&log, args.holdout)?;
-            identifier = with.identifier;
-            with.found
-        }
-        Ok((Some(found), None)) => found,
-        Ok((None, None)) => return Err(Failure::new("no rates to find").hint("name them by --unmeasured RATE=OF")),
+        Err(Trouble::Fit(error)) => return Err(failed(error, logs[0], &log)),
+        Err(Trouble::Other(failure)) => return Err(failure),
+        Ok(found) => found,
     };
+    let (samples, held_out) = split(&log, args.holdout)?;
     let Samples { data, times } = &samples;
     let mut account = Account::new(&found, &log.spec);
     if let Some(Samples { data, times }) = &held_out {
@@ -211,6 +215,18 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     };
     let came_out = if missed { Verdict::MissedTarget } else { Verdict::Done };
     Ok(Answer::new(came_out, text, &told)?.and(written))
+}
+
+/// Why nothing was found.
+enum Trouble {
+    Fit(FitError),
+    Other(Failure),
+}
+
+impl From<FitError> for Trouble {
+    fn from(error: FitError) -> Self {
+        Self::Fit(error)
+    }
 }
 
 /// `log`, and its last `share`, which is held out if there is one.

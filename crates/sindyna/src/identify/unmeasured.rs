@@ -19,40 +19,60 @@ pub enum Unmeasured {
 }
 
 /// Equations in which rates that were not measured are states.
-pub(crate) struct WithRates {
-    pub(crate) found: Identified,
-    pub(crate) identifier: Identifier,
-    /// The system with these rates.
-    spec: Spec,
-    /// The whole log with their values, as the equations and the states that were measured tell them.
-    data: Dataset,
+pub(super) struct Rates {
+    pub(super) found: Identified,
+    pub(super) identifier: Identifier,
+    /// The log with these rates as columns, as the equations and the states that were measured tell them.
+    pub(super) log: Log,
 }
 
-impl WithRates {
-    /// `log` with the rates, and a note of each.
-    pub(crate) fn log(&self, log: &Log) -> Log {
-        let mut notes = log.notes.clone();
-        for state in self.spec.state.iter().skip(log.spec.state_dim()) {
-            let Kind::RateOf(of) = state.kind else { continue };
-            let of = self.spec.state[of].name.clone();
-            notes.push(Note::Unmeasured { rate: state.name.clone(), of });
-        }
-        Log { spec: self.spec.clone(), data: self.data.clone(), times: log.times.clone(), rows: log.rows, notes }
-    }
+/// How many rates of rates are looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    Second,
+    Any,
 }
 
-/// Equations of the system of `log` with rates that were not measured, found in `kept` of it, if `choice` says so or they are better than `first`, which was found without.
-/// `identifier` makes one for a system.
+/// Who may end a search, and who is told what is tried.
+type Following<'a> = (&'a Watch<'a>, &'a dyn Fn(&str));
+
+/// Equations of the system of `log` with rates that were not measured, found in `kept` of it, if `choice` says so or they are better than `first`, which was found
+/// without. `identifier` makes one for a system.
 ///
 /// # Errors
-/// [`FitError::Interrupted`] if `watch` said so; any other error only where rates were given.
-pub(crate) fn with_rates<E: From<FitError>>(
+/// [`FitError::Interrupted`] if whoever watches said so; any other error only where rates were given.
+pub(super) fn with_rates<E: From<FitError>>(
+    log: &Log,
+    kept: &Samples,
+    choice: (Option<&Identified>, &Unmeasured),
+    identifier: impl Fn(&Spec) -> Result<Identifier, E>,
+    following: Following<'_>,
+) -> Result<Option<Rates>, E> {
+    let best = with_rates_of(log, kept, choice, identifier, following, Order::Any)?;
+    let Some((found, identifier, spec)) = best else { return Ok(None) };
+    let count = spec.state_dim() - log.spec.state_dim();
+    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
+    let data = dataset(&filled, &spec)?;
+    let spec = with_scales(spec, &filled, log.spec.observation_dim());
+    let mut notes = log.notes.clone();
+    for state in &spec.state[log.spec.state_dim()..] {
+        let Kind::RateOf(of) = state.kind else { continue };
+        let (rate, of) = (state.name.clone(), spec.state[of].name.clone());
+        notes.push(Note::Unmeasured { rate, of, given: matches!(choice.1, Unmeasured::Given(_)) });
+    }
+    let log = Log { spec, data, times: log.times.clone(), rows: log.rows, notes };
+    Ok(Some(Rates { found, identifier, log }))
+}
+
+/// The same equations alone, the identifier that found them, and the system with these rates.
+pub(super) fn with_rates_of<E: From<FitError>>(
     log: &Log,
     kept: &Samples,
     (first, choice): (Option<&Identified>, &Unmeasured),
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
-    watch: &Watch<'_>,
-) -> Result<Option<WithRates>, E> {
+    (watch, say): Following<'_>,
+    order: Order,
+) -> Result<Option<(Identified, Identifier, Spec)>, E> {
     let mut rates = match (choice, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
         (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec),
@@ -61,6 +81,8 @@ pub(crate) fn with_rates<E: From<FitError>>(
     let mut best: Option<(Identified, Identifier, Spec)> = None;
     while !rates.is_empty() {
         let spec = enlarged(&log.spec, &rates);
+        let names: Vec<&str> = rates.iter().map(|r| r.0.as_str()).collect();
+        say(&format!("trying {}, not measured", names.join(" and ")));
         let identifier = identifier(&spec)?;
         let recordings = hidden(&kept.data, kept.times.as_deref(), rates.len());
         let found = match identifier.identify_recordings_watched(&recordings, watch) {
@@ -73,19 +95,25 @@ pub(crate) fn with_rates<E: From<FitError>>(
             break;
         }
         // What these rates do not explain those of the rates may.
-        let more = if *choice == Unmeasured::Auto { suggested(&found, &spec) } else { Vec::new() };
+        let more =
+            if *choice == Unmeasured::Auto && order == Order::Any { suggested(&found, &spec) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
             break;
         }
         rates.extend(more);
     }
-    let Some((found, identifier, spec)) = best else { return Ok(None) };
-    let count = spec.state_dim() - log.spec.state_dim();
-    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
-    let data = dataset(&filled, &spec)?;
-    let spec = with_scales(spec, &filled, log.spec.observation_dim());
-    Ok(Some(WithRates { found, identifier, spec, data }))
+    Ok(best)
+}
+
+/// `choice`, or where that is open and `first` leaves what no term explains of states whose rates were not measured, these rates.
+pub(super) fn lone(first: &Identified, spec: &Spec, choice: &Unmeasured) -> Unmeasured {
+    let is_rate = |i: usize| matches!(spec.state[i].kind, Kind::RateOf(_));
+    let rates: Vec<(String, usize)> = suggested(first, spec).into_iter().filter(|(_, of)| !is_rate(*of)).collect();
+    if *choice != Unmeasured::Auto || rates.is_empty() {
+        return choice.clone();
+    }
+    Unmeasured::Given(rates.into_iter().map(|(rate, of)| (rate, spec.state[of].name.clone())).collect())
 }
 
 /// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not too long.
@@ -100,7 +128,9 @@ fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
     let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < LONGEST_CHAIN && spoilt(*i);
     let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
     let mut rates = Vec::new();
-    for i in (0..spec.state_dim()).filter(open) {
+    // States of which nothing but themselves was measured before rates that were.
+    let shortest = (0..spec.state_dim()).filter(open).map(length).min();
+    for i in (0..spec.state_dim()).filter(open).filter(|&i| Some(length(i)) == shortest) {
         let name = &spec.state[i].name;
         let mut rate = name.strip_suffix("_dot").map_or_else(|| format!("{name}_dot"), |stem| format!("{stem}_ddot"));
         while names.contains(&rate) {
