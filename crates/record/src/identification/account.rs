@@ -37,6 +37,9 @@ pub struct Account {
     /// Measurement noise of each state, where it was estimated.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub noise_deviations: Vec<StateNoise>,
+    /// States that were not measured: their values follow from the equations.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmeasured: Vec<String>,
     /// Whether the search for terms tried all it would.
     pub search_complete: bool,
     /// What the data do not show.
@@ -140,6 +143,7 @@ impl Account {
                 let all = states.zip(&report.fit).zip(&report.noise_growing).enumerate();
                 all.filter(|(i, _)| !report.unmeasured.contains(i)).map(|(_, noise)| deviation(noise)).collect()
             },
+            unmeasured: report.unmeasured.iter().filter_map(|&i| model.states().get(i).cloned()).collect(),
             search_complete: report.search_complete,
             warnings: report.warnings.clone(),
             held_out: None,

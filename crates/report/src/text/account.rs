@@ -71,6 +71,10 @@ pub fn text(account: &Account) -> String {
         let all: Vec<String> = account.noise_deviations.iter().map(sigma).collect();
         let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
     }
+    if !account.unmeasured.is_empty() {
+        let _ =
+            write!(text, "\nnot measured: {}, whose values follow from the equations", account.unmeasured.join(", "));
+    }
     text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
     if !account.search_complete {
         text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
@@ -247,6 +251,7 @@ mod tests {
             equations: vec![],
             noise: NoiseSource::Rounding,
             noise_deviations: vec![],
+            unmeasured: vec![],
             search_complete: true,
             warnings: vec![],
             held_out: None,
