@@ -49,4 +49,14 @@ impl Log {
     pub fn variables(&self) -> Vec<String> {
         self.states.iter().chain(&self.controls).cloned().collect()
     }
+
+    /// The same without the samples of states that are rates of others: NaN, as what was not measured is.
+    #[must_use]
+    pub fn without_rates(mut self) -> Self {
+        let rates = (0..self.roles.len()).filter(|&i| matches!(self.roles[i], Role::RateOf(_)));
+        for i in rates {
+            self.trajectories.iter_mut().for_each(|t| t.states.column_mut(i).fill(f64::NAN));
+        }
+        self
+    }
 }

@@ -35,6 +35,9 @@ struct Options {
     /// Seeds, such as 0-9.
     #[arg(long, value_parser = seeds, default_value = "0-9")]
     seeds: (u64, u64),
+    /// Without the states that are rates of others: systems that have none are left out.
+    #[arg(long)]
+    positions: bool,
     /// Seconds a run may take.
     #[arg(long, default_value_t = 60.0)]
     limit: f64,
@@ -65,6 +68,9 @@ struct Case {
     noise: f64,
     samples: usize,
     seed: u64,
+    /// Whether rates were not measured.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    positions: bool,
 }
 
 /// One run.
@@ -130,11 +136,12 @@ fn cases(options: &Options) -> anyhow::Result<Vec<(System, Case)>> {
         names => names.iter().map(named).collect::<anyhow::Result<_>>()?,
     };
     let mut cases = Vec::new();
-    for system in chosen {
+    for system in chosen.into_iter().filter(|s| !options.positions || s.has_rates()) {
         for &noise in &options.noise {
             for &samples in &options.samples {
                 for seed in options.seeds.0..=options.seeds.1 {
-                    let case = Case { system: system.name().to_owned(), noise, samples, seed };
+                    let case =
+                        Case { system: system.name().to_owned(), noise, samples, seed, positions: options.positions };
                     cases.push((system.clone(), case));
                 }
             }
@@ -146,6 +153,7 @@ fn cases(options: &Options) -> anyhow::Result<Vec<(System, Case)>> {
 /// One run in this process.
 fn alone(system: &System, case: Case) -> anyhow::Result<Line> {
     let log = generate(system, case.samples, case.noise, Seed::new(case.seed))?;
+    let log = if case.positions { log.without_rates() } else { log };
     let judge = Judge::new(system)?;
     let start = ProcessTime::now();
     let found = method::identify(&log);
@@ -167,7 +175,8 @@ fn alone(system: &System, case: Case) -> anyhow::Result<Line> {
 fn watched(case: &Case, limit: f64) -> anyhow::Result<String> {
     let (noise, samples, seed) = (case.noise.to_string(), case.samples.to_string(), case.seed.to_string());
     let arguments = ["--alone", "--systems", &case.system, "--noise", &noise, "--samples", &samples, "--seeds", &seed];
-    let ended = child::run(&arguments.map(str::to_owned), Duration::from_secs_f64(limit))?;
+    let arguments = arguments.into_iter().chain(case.positions.then_some("--positions"));
+    let ended = child::run(&arguments.map(str::to_owned).collect::<Vec<_>>(), Duration::from_secs_f64(limit))?;
     let without = |outcome, reason| serde_json::to_string(&Line::without(case.clone(), outcome, reason));
     Ok(match ended {
         Ended::Done(text) => text.trim_end().to_owned(),
@@ -187,7 +196,7 @@ fn progress(number: usize, of: usize, case: &Case, line: &str) -> anyhow::Result
         _ => "unreadable",
     };
     let seconds = line["seconds"].as_f64().map_or(String::new(), |s| format!(", {s:.2} s"));
-    let Case { system, noise, samples, seed } = case;
+    let Case { system, noise, samples, seed, .. } = case;
     writeln!(io::stderr(), "{number}/{of} {system} noise {noise} samples {samples} seed {seed}: {said}{seconds}")?;
     Ok(())
 }

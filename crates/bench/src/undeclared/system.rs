@@ -103,6 +103,12 @@ impl System {
         self.name
     }
 
+    /// Whether one of its states is the rate of another.
+    #[must_use]
+    pub fn has_rates(&self) -> bool {
+        self.states.iter().any(|s| matches!(s.role, Role::RateOf(_)))
+    }
+
     /// Names of the states.
     #[must_use]
     pub fn states(&self) -> Vec<String> {
