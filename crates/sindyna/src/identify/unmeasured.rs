@@ -94,9 +94,9 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         if before.is_some_and(|before| !is_better(&found, before)) {
             break;
         }
-        // What these rates do not explain those of the rates may.
-        let more =
-            if *choice == Unmeasured::Auto && order == Order::Any { suggested(&found, &spec) } else { Vec::new() };
+        // What these rates do not explain those of the rates may, unless the search ended before it knew.
+        let goes_on = *choice == Unmeasured::Auto && order == Order::Any && found.report.search_complete;
+        let more = if goes_on { suggested(&found, &spec) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
             break;
