@@ -167,6 +167,13 @@ impl Identifier {
         Self { effort: if effort.is_nan() { 1.0 } else { effort.clamp(0.0, 1.0) }, ..self }
     }
 
+    /// The same with the part `part` (0 to 1) of the effort it would make.
+    #[must_use]
+    pub fn with_less_effort(self, part: f64) -> Self {
+        let effort = self.effort * part;
+        self.with_effort(effort)
+    }
+
     /// Whether positions whose rates were not measured may be those of a simulator.
     #[must_use]
     pub fn with_simulators(self, simulators: bool) -> Self {

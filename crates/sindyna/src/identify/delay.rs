@@ -24,8 +24,8 @@ const TRIED: [(f64, bool); 6] = [(0.0, false), (-1.0, false), (-0.5, false), (1.
 const MARGINS: (usize, usize) = (2, 1);
 
 /// Steps by which they are told apart, at most, and the part of the usual effort for each.
-const STEPS: usize = 250;
-const EFFORT: f64 = 0.3;
+const STEPS: usize = 300;
+const EFFORT: f64 = 0.1;
 
 /// Difference of scores by which one of them is believed: odds of twenty to one, and one of six.
 const TOLD_APART: f64 = 6.0 + 2.0 * 1.791_759;

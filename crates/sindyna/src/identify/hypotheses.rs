@@ -5,7 +5,7 @@ use sindyna_sindy::{EquationReport, Identified, Identifier, Watch};
 
 use super::delay::{Delay, delayed, fits, told_apart};
 use super::recordings;
-use super::unmeasured::{Rates, Unmeasured, with_rates};
+use super::unmeasured::{Rates, Unmeasured, lone, with_rates};
 use crate::logs::{Log, Samples};
 
 /// What is asked about a log, and who is told.
@@ -49,7 +49,12 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         Unmeasured::Given(_) => None,
         _ => Some(as_read(&identifier, &kept, asked.watch)?),
     };
-    if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
+    // A search that was not finished says nothing of how the log is to be read, unless only positions were measured.
+    let tells = |first: &Identified| {
+        let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
+        is_spoilt(first) && (first.report.search_complete || has_lone)
+    };
+    if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.

@@ -33,6 +33,9 @@ pub(super) enum Order {
     Any,
 }
 
+/// Part of the effort of the search before.
+const LESS: f64 = 0.6;
+
 /// Who may end a search, and who is told what is tried.
 type Following<'a> = (&'a Watch<'a>, &'a dyn Fn(&str));
 
@@ -80,22 +83,25 @@ pub(super) fn with_rates_of<E: From<FitError>>(
     };
     let mut best: Option<(Identified, Identifier, Spec)> = None;
     while !rates.is_empty() {
+        let before = best.as_ref().map(|best| &best.0).or(first);
         let spec = enlarged(&log.spec, &rates);
         let names: Vec<&str> = rates.iter().map(|r| r.0.as_str()).collect();
         say(&format!("trying {}, not measured", names.join(" and ")));
         let identifier = identifier(&spec)?;
+        // Where the states as measured were searched first there is less left.
+        let searches = usize::from(first.is_some()) + usize::from(best.is_some());
+        let identifier = identifier.with_less_effort(LESS.powi(searches as i32));
         let recordings = hidden(&kept.data, kept.times.as_deref(), rates.len());
         let found = match identifier.identify_recordings_watched(&recordings, watch) {
             Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
             Err(_) if first.is_some() => break,
             found => found?,
         };
-        let before = best.as_ref().map(|best| &best.0).or(first);
         if before.is_some_and(|before| !is_better(&found, before)) {
             break;
         }
-        // What these rates do not explain those of the rates may, unless the search ended before it knew.
-        let goes_on = *choice == Unmeasured::Auto && order == Order::Any && found.report.search_complete;
+        // What these rates do not explain those of the rates may.
+        let goes_on = *choice == Unmeasured::Auto && order == Order::Any;
         let more = if goes_on { suggested(&found, &spec) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
@@ -125,7 +131,9 @@ fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
         std::iter::successors(Some(i), before).take(LONGEST_CHAIN + 1).count()
     };
     let spoilt = |i: usize| found.report.equations.get(i).is_some_and(EquationReport::is_spoilt);
-    let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < LONGEST_CHAIN && spoilt(*i);
+    // A search that was not finished is no reason for rates of rates.
+    let longest = if found.report.search_complete { LONGEST_CHAIN } else { 2 };
+    let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < longest && spoilt(*i);
     let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
     let mut rates = Vec::new();
     // States of which nothing but themselves was measured before rates that were.
