@@ -395,8 +395,10 @@ fn positions_may_be_those_of_a_simulator() {
         let (mut a, mut w, dt) = (3.0_f64, 0.0, 0.05);
         let mut states = Array2::from_elem((400, 2), f64::NAN);
         let mut controls = Array2::zeros((399, 1));
+        let mut rates = ndarray::Array1::zeros(400);
         for t in 0..400 {
             states[[t, 0]] = a + noise * normal(&mut rng);
+            rates[t] = w;
             if t < 399 {
                 controls[[t, 0]] = if t % 5 == 0 { 2.0 * rng.random::<f64>() - 1.0 } else { controls[[t - 1, 0]] };
                 w += dt * (15.0 * a.sin() - 0.2 * w + 3.0 * controls[[t, 0]]);
@@ -404,7 +406,11 @@ fn positions_may_be_those_of_a_simulator() {
             }
         }
         let recording = Recording::even(dt, states, Some(controls));
-        let found = Identifier::new(&spec(&kinds, dt)).identify_recordings(&[recording]).expect("equations");
+        let identifier = Identifier::new(&spec(&kinds, dt));
+        let found = identifier.identify_recordings(std::slice::from_ref(&recording)).expect("equations");
+        let filled = identifier.filled(&found.model, &[recording]).expect("states");
+        let off = (&filled[0].states.column(1) - &rates).mapv(|d| d * d).mean().expect("samples").sqrt();
+        assert!(off < if noise > 0.0 { 0.05 } else { 1e-6 }, "{noise}: {off}");
         assert_equation(&found, 1, &[("sin a", 15.0), ("w", -0.2), ("u", 3.0)], if noise > 0.0 { 0.05 } else { 1e-6 });
         assert!(matches!(found.model.form(), sindyna_sindy::Form::SemiImplicit { .. }), "{found}");
     }

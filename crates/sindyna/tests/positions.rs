@@ -59,9 +59,9 @@ fn a_pendulum_is_found_in_its_angle_alone() {
             let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
             assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < within, "{term}: {stdout}");
         }
-        // The rate's own column is what the equations say; its prediction is told with that of the angle.
-        let free = &account["held_out"]["predictions"][2]["fit_percent"];
-        assert!(free[0][1].as_f64().unwrap() > 95.0 && free[1][1].as_f64().unwrap() > 95.0, "{free}");
+        // Of the rate there is nothing to compare a prediction with.
+        let free = account["held_out"]["predictions"][2]["fit_percent"].as_array().unwrap();
+        assert!(free.len() == 1 && free[0][0] == "q" && free[0][1].as_f64().unwrap() > 95.0, "{free:?}");
         let data = fs::read_to_string(temp.path().join(&out).join("data.csv")).unwrap();
         assert!(data.lines().next().unwrap().contains("q_dot"), "{data}");
     }

@@ -20,7 +20,7 @@ pub struct HeldOut {
 pub struct FreeRun {
     /// Steps ahead; `null` for a free run from the first sample.
     pub horizon: Option<usize>,
-    /// Per state: 100 (1 − NRMSE), `null` where the state never changes.
+    /// Per state that was measured: 100 (1 − NRMSE), `null` where the state never changes.
     pub fit_percent: Vec<(String, Option<f64>)>,
 }
 
@@ -28,13 +28,14 @@ pub struct FreeRun {
 const HORIZONS: [Option<usize>; 3] = [Some(1), Some(10), None];
 
 impl HeldOut {
-    /// How well `model` predicts `recordings` that it was not fitted to.
+    /// How well `model` predicts `recordings` that it was not fitted to; of states that were `unmeasured` there is nothing to compare with.
     #[must_use]
-    pub fn of(model: &Model, recordings: &[Recording]) -> Self {
+    pub fn of(model: &Model, recordings: &[Recording], unmeasured: &[String]) -> Self {
         let of = |horizon: &Option<usize>| {
             let fit = model.compare(recordings, *horizon)?;
             let percent = fit.iter().map(|f| Some(100.0 * f).filter(|f| f.is_finite()));
-            let fit_percent = model.states().iter().cloned().zip(percent).collect();
+            let all = model.states().iter().cloned().zip(percent);
+            let fit_percent = all.filter(|(state, _)| !unmeasured.contains(state)).collect();
             Ok::<_, AnalysisError>(FreeRun { horizon: *horizon, fit_percent })
         };
         let (predictions, failed): (Vec<_>, Vec<_>) = HORIZONS.iter().map(of).partition(Result::is_ok);

@@ -1,6 +1,6 @@
 //! Samples that a sensor got wrong: single values away from what those before and after them say.
 
-use super::Segment;
+use super::{Segment, measures};
 
 /// Distance of a glitch from the cubic through its neighbours, as a multiple of the typical one of all samples.
 const FAR: f64 = 8.0;
@@ -26,7 +26,7 @@ const MOST: f64 = 0.2;
 /// # References
 /// Tukey (1977), Exploratory Data Analysis: residuals from running fits, judged by their median.
 pub(crate) fn without_glitches(segments: &[Segment], floor: &[f64]) -> Option<(Vec<Segment>, usize)> {
-    let measured: Vec<usize> = (0..floor.len()).filter(|&i| segments.first().is_none_or(|s| s.measures(i))).collect();
+    let measured: Vec<usize> = (0..floor.len()).filter(|&i| measures(segments, i)).collect();
     let away: Vec<Vec<Vec<f64>>> =
         measured.iter().map(|&i| segments.iter().map(|s| distances(s, i)).collect()).collect();
     let typical: Vec<f64> = away.iter().zip(&measured).map(|(of_state, &i)| typical(of_state).max(floor[i])).collect();

@@ -66,3 +66,8 @@ impl Segment {
         self.relative.as_ref().is_none_or(same)
     }
 }
+
+/// Whether state `i` was measured in `segments`: in all of them, or in none.
+pub(crate) fn measures(segments: &[Segment], i: usize) -> bool {
+    segments.first().is_none_or(|s| s.measures(i))
+}

@@ -4,7 +4,7 @@ use ndarray::Array2;
 
 use super::differences::by_differences;
 use super::filter::{LONGEST_CHAIN, Process, Scale, process};
-use super::{Segment, sample_of};
+use super::{Segment, measures, sample_of};
 
 /// Smoothed channels.
 #[derive(Debug, Clone)]
@@ -87,7 +87,7 @@ impl<'a> Smoother<'a> {
             let noise: Vec<f64> = noise.iter().enumerate().map(floored).collect();
             let process = order(self.segments, states, scale);
             for (j, &i) in states.iter().enumerate() {
-                let measured = self.segments.first().is_none_or(|s| s.measures(i));
+                let measured = measures(self.segments, i);
                 let sigma = if measured { noise[j] } else { process.uncertainty(&noise, *intensity, j) };
                 signals.sigma[i] = sigma * scale.of_derivative(j);
             }
@@ -129,8 +129,7 @@ impl Chain {
     ) -> Option<Self> {
         let scale = Scale::of(segments, &states);
         // States that were not measured come after one that was.
-        let measured: Vec<usize> =
-            (0..states.len()).filter(|&j| segments.first().is_none_or(|s| s.measures(states[j]))).collect();
+        let measured: Vec<usize> = (0..states.len()).filter(|&j| measures(segments, states[j])).collect();
         let of = |i: usize| {
             let by_differences = by_differences(segments, i);
             let least = (FACTORS.0.exp() * by_differences).max(floor[i]);

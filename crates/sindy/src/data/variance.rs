@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use super::Segment;
+use super::{Segment, measures};
 
 /// Shares of the variance that are proportional to the square of the value, among which the likeliest is taken.
 const SHARES: [f64; 6] = [0.0, 0.5, 0.8, 0.95, 0.99, 1.0];
@@ -22,8 +22,7 @@ pub(crate) fn with_variances(segments: &[Segment], path: &[Array2<f64>]) -> (Vec
     let n = path.first().map_or(0, Array2::ncols);
     let mut weighted = segments.to_vec();
     let shares = (0..n).map(|i| {
-        let measured = segments.first().is_none_or(|s| s.measures(i));
-        let share = if measured { likeliest(segments, path, i) } else { 0.0 };
+        let share = if measures(segments, i) { likeliest(segments, path, i) } else { 0.0 };
         if share > 0.0 {
             let mean = mean_square(path, i);
             for (segment, x) in weighted.iter_mut().zip(path) {

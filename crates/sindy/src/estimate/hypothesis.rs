@@ -7,6 +7,7 @@ use ndarray::{Array2, s};
 
 use super::search::Problem;
 use crate::Stage;
+use crate::data::measures;
 use crate::library::Shape;
 use crate::motion::Stepping;
 use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Samples, Work};
@@ -344,7 +345,7 @@ impl Problem<'_> {
 
     /// Whether state `i` was measured.
     pub(super) fn measures(&self, i: usize) -> bool {
-        self.segments.first().is_none_or(|s| s.measures(i))
+        measures(self.segments, i)
     }
 
     pub(super) fn samples(&self) -> f64 {

@@ -20,6 +20,14 @@ pub struct Recording {
 }
 
 impl Recording {
+    /// Recordings of the system `spec` as rollouts, whatever the times of their samples.
+    ///
+    /// # Errors
+    /// [`FitError::Regression`] if a value is not finite.
+    pub fn dataset(recordings: &[Self], spec: &Spec) -> Result<Dataset, FitError> {
+        dataset(spec, recordings)
+    }
+
     /// Samples `states` (T + 1, m) every `dt` \[s\], from time 0 on, with controls (T, k) held from one to the next; none for a
     /// system without any.
     #[must_use]

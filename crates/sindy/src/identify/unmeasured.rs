@@ -125,15 +125,11 @@ fn flow(model: &Model, rates: &[Option<usize>], n_controls: usize) -> Flow {
             terms.push(Term { expr, name: String::new(), complexity: 0, rate: entry.rate, shape: None });
         }
     }
-    let substeps = match model.form() {
-        Form::Continuous(Scheme::Rk4 { substeps }) => substeps,
-        _ => 1,
+    let stepping = match model.form() {
+        Form::SemiImplicit { substeps } => Stepping::SemiImplicit { substeps },
+        Form::Continuous(Scheme::Euler) => Stepping::Euler,
+        Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Continuous { substeps },
+        _ => Stepping::Continuous { substeps: 1 },
     };
-    Flow::new(
-        &terms,
-        (&vec![Vec::new(); rates.len()], &given, &[]),
-        rates,
-        n_controls,
-        Stepping::Continuous { substeps },
-    )
+    Flow::new(&terms, (&vec![Vec::new(); rates.len()], &given, &[]), rates, n_controls, stepping)
 }

@@ -7,7 +7,7 @@ use super::flow::Flow;
 use super::passes::Samples;
 use super::work::Work;
 use crate::Triangle;
-use crate::data::Segment;
+use crate::data::{Segment, measures};
 
 /// Steps tried along one direction, each half as long as the one before.
 const HALVINGS: i32 = 5;
@@ -222,7 +222,7 @@ impl State {
         let n = self.sigma.len();
         let samples: usize = segments.iter().map(|s| s.len() + 1).sum();
         let fitted = flow.n_parameters() + segments.len() * n;
-        let measured: Vec<usize> = (0..n).filter(|&i| segments.first().is_none_or(|s| s.measures(i))).collect();
+        let measured: Vec<usize> = (0..n).filter(|&i| measures(segments, i)).collect();
         let freedom = (1.0 - fitted as f64 / (samples * measured.len()).max(1) as f64).max(0.1);
         for &i in &measured {
             let left = |(s, x): (&Segment, &Array2<f64>)| -> f64 {

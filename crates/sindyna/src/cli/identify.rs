@@ -170,7 +170,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     let mut account = Account::new(&found, &log.spec);
     if let Some(Samples { data, times }) = &held_out {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
-        account.held_out = Some(HeldOut::of(&found.model, &recordings));
+        account.held_out = Some(HeldOut::of(&found.model, &recordings, &account.unmeasured));
     }
 
     // What was found is told even if it cannot be written down.

@@ -55,7 +55,7 @@ pub(super) fn with_rates<E: From<FitError>>(
     let Some((found, identifier, spec)) = best else { return Ok(None) };
     let count = spec.state_dim() - log.spec.state_dim();
     let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
-    let data = dataset(&filled, &spec)?;
+    let data = Recording::dataset(&filled, &spec)?;
     let spec = with_scales(spec, &filled, log.spec.observation_dim());
     let mut notes = log.notes.clone();
     for state in &spec.state[log.spec.state_dim()..] {
@@ -208,21 +208,6 @@ fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -> Vec<Recor
         }
     };
     data.rollouts().enumerate().map(recording).collect()
-}
-
-/// `recordings` as a data set of the system `spec`.
-fn dataset(recordings: &[Recording], spec: &Spec) -> Result<Dataset, FitError> {
-    let failed = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
-    let (m, k) = (spec.observation_dim(), spec.control_dim());
-    let mut data = Dataset::new(m, k, k, spec.dt);
-    for recording in recordings {
-        data.begin(&recording.states.row(0).to_vec()).map_err(failed)?;
-        for (t, input) in recording.controls.rows().into_iter().enumerate() {
-            let input = input.to_vec();
-            data.push(&input, &input, 0.0, &recording.states.row(t + 1).to_vec()).map_err(failed)?;
-        }
-    }
-    Ok(data)
 }
 
 /// Whether `found`, with rates that were not measured, is better than `first` without: by the score where both have one, as both speak of the same samples.
