@@ -7,7 +7,7 @@ pub trait Catalog {
     /// Names of the methods in their usual order, which is that of their colours; variants come last.
     fn methods(&self) -> Vec<&str>;
 
-    /// The system called `task`, with its true equations.
+    /// The system of `task`, with its true equations; noise changes none of them.
     fn system(&self, task: &str) -> Option<System>;
 
     /// Whether `method` is a reference whose real steps say nothing: it knows what others have to learn, or learns nothing.

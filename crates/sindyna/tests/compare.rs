@@ -116,6 +116,35 @@ fn a_comparison_killed_ten_times_leaves_the_same_bytes() {
 }
 
 #[test]
+fn tasks_with_and_without_noise_stand_side_by_side() {
+    let temp = tempfile::tempdir().unwrap();
+    let of = |noise: &str, out: &str| {
+        let (code, stdout, stderr) = compare(temp.path(), &["--noise", noise, "--seeds", "2", "--out", out]);
+        assert_eq!(code, 0, "{stderr}");
+        (stdout, json(&temp.path().join(out).join("summary.json")))
+    };
+    let ((table, both), (_, quiet), (_, noisy)) = (of("0,0.2", "both"), of("0", "quiet"), of("0.2", "noisy"));
+    assert!(table.contains("pendulum+noise-0.2"), "{table}");
+    // Each is what it is alone; noise is seen by a controller and changes nothing for who looks at no sensor.
+    let all = both.as_array().unwrap();
+    let alone = [quiet.as_array().unwrap(), noisy.as_array().unwrap()];
+    assert_eq!(all.len(), alone[0].len() + alone[1].len());
+    let earned = |groups: &[serde_json::Value], task: &str, method: &str| {
+        groups.iter().find(|g| g["task"] == task && g["method"] == method).unwrap()["returns"].clone()
+    };
+    for (task, method) in [("pendulum", "hand"), ("pendulum", "random")] {
+        let noisy_task = format!("{task}+noise-0.2");
+        let (without, with) = (earned(all, task, method), earned(all, &noisy_task, method));
+        assert_eq!(without, earned(alone[0], task, method));
+        assert_eq!(with, earned(alone[1], &noisy_task, method));
+        assert_eq!(without == with, method == "random", "{task} {method}: {without} {with}");
+    }
+    // The digest tells as much.
+    let again = parts(&sindyna(temp.path(), &["report", "both/digest"]));
+    assert_eq!((again.0, again.1.contains("cart-pole+noise-0.2")), (0, true), "{}", again.2);
+}
+
+#[test]
 fn a_part_of_a_comparison_leaves_the_report_on_the_rest_as_it_is() {
     let temp = tempfile::tempdir().unwrap();
     assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "all"]).0, 0);

@@ -28,11 +28,14 @@ pub fn gather(root: &Path, names: &Names<'_>) -> Result<Digest, RecordError> {
     Ok(digest)
 }
 
-/// The tasks in their usual order, those of task files after them.
+/// The tasks in their usual order, those of task files after them, each followed by what there is of it with noise.
 fn tasks(root: &Path, names: &Names<'_>) -> Vec<String> {
-    let mut others = names_in(&root.join("runs"));
-    others.retain(|name| names.has_task(name) && !names.tasks.contains(&name.as_str()));
-    names.tasks.iter().map(ToString::to_string).chain(others).collect()
+    let mut found = names_in(&root.join("runs"));
+    found.retain(|name| names.has_task(name));
+    let place = |name: &str| names.tasks.iter().position(|task| *task == base(name)).unwrap_or(names.tasks.len());
+    // Names are in order already, and a task's own comes before those that begin with it.
+    found.sort_by_key(|name| place(name));
+    found
 }
 
 /// Names of what lies in `folder`, in order.

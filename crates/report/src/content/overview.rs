@@ -1,6 +1,6 @@
 //! The whole report, and what is not in it.
 
-use sindyna_record::comparison::Digest;
+use sindyna_record::comparison::{Digest, base};
 
 use super::steps::speed_ups;
 use super::{costs, found, returns, steps};
@@ -67,10 +67,16 @@ fn overview(digest: &Digest) -> String {
     let mut seeds: Vec<u64> = digest.runs.iter().map(|run| run.seed).collect();
     seeds.sort_unstable();
     seeds.dedup();
+    let noise = if tasks.iter().any(|task| base(task) != *task) {
+        " A task called TASK+noise-F has sensors with Gaussian noise, independent from step to step, whose standard deviation is the fraction F of \
+         each channel's scale; no method is told, and policies are judged under it."
+    } else {
+        ""
+    };
     format!(
         "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
          settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 10,000 samples, each task and method drawn from \
-         itself).",
+         itself).{noise}",
         plural(digest.runs.len(), "run"),
         plural(methods.len(), "method"),
         plural(tasks.len(), "task"),

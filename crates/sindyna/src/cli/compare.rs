@@ -61,9 +61,10 @@ pub(crate) struct Args {
     /// Real steps at most, for sac, sac20, mbpo, mbpo-paper and sindy-mbpo; the others take what they need [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
-    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.0, value_parser = noise)]
-    noise: f64,
+    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too.
+    /// Several, such as 0,0.01, stand side by side: pendulum and pendulum+noise-0.01
+    #[arg(long, value_name = "FRACTIONS", value_delimiter = ',', default_value = "0", value_parser = noise)]
+    noise: Vec<f64>,
     /// Go on after a task is solved, up to the last of the real steps: what methods reach in the end
     #[arg(long)]
     whole_budget: bool,
@@ -205,7 +206,7 @@ fn fits(method: Method, system: &dyn Problem) -> bool {
 
 impl Args {
     /// The task that comes along as `task`, or that of a task file.
-    fn system(&self, task: &str) -> Result<Arc<dyn Problem>, Failure> {
+    fn system(task: &str, noise: f64) -> Result<Arc<dyn Problem>, Failure> {
         let path = Path::new(task);
         let source = match path.extension() {
             Some(end) if end == "toml" => Source::File(path.to_owned()),
@@ -217,7 +218,7 @@ impl Args {
             return Err(Failure::new(format!("{task} is called `{}`, as a task that comes along", spec.name))
                 .hint("give the task in the file another name"));
         }
-        Ok(source.problem(simulator, self.noise)?)
+        Ok(source.problem(simulator, noise)?)
     }
 
     fn jobs(&self, progress: &Progress) -> Result<Vec<Job>, Failure> {
@@ -229,14 +230,19 @@ impl Args {
         unique(&mut methods);
         different_names(&methods)?;
         unique(&mut tasks);
-        let systems = tasks.iter().map(|task| self.system(task)).collect::<Result<Vec<_>, _>>()?;
+        let mut noises = self.noise.clone();
+        unique(&mut noises);
+        let each = tasks.iter().flat_map(|task| noises.iter().map(move |noise| (task, *noise)));
+        let systems =
+            each.map(|(task, noise)| Ok((Self::system(task, noise)?, noise))).collect::<Result<Vec<_>, Failure>>()?;
         let (budget, whole_budget) = (self.budget.map(|steps| steps as usize), self.whole_budget);
         // Seed by seed: what is cut off has as many of every method, and soon tells how long the rest will take.
         for seed in self.seeds.iter() {
-            for system in &systems {
+            for (system, noise) in &systems {
                 let fitting = methods.iter().filter(|m| fits(m.method, &**system));
                 let job = |contender: &Contender| Job {
                     system: system.clone(),
+                    noise: *noise,
                     contender: contender.clone(),
                     seed,
                     budget,
@@ -246,8 +252,9 @@ impl Args {
             }
         }
         for method in &methods {
-            let not = systems.iter().filter(|system| !fits(method.method, &***system));
-            let not: Vec<&str> = not.map(|system| system.spec().name.as_str()).collect();
+            let not = systems.iter().filter(|(system, _)| !fits(method.method, &**system));
+            let mut not: Vec<&str> = not.map(|(system, _)| system.spec().name.as_str()).collect();
+            not.dedup();
             if !not.is_empty() {
                 progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
             }
@@ -300,14 +307,8 @@ struct Settings {
     isa: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     budget: Option<u64>,
-    #[serde(skip_serializing_if = "is_zero")]
-    noise: f64,
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     whole_budget: bool,
-}
-
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 fn settings(args: &Args) -> Result<String, Failure> {
@@ -316,7 +317,6 @@ fn settings(args: &Args) -> Result<String, Failure> {
         commit: env!("SINDYNA_COMMIT"),
         isa: Isa::widest().name(),
         budget: args.budget,
-        noise: args.noise,
         whole_budget: args.whole_budget,
     };
     Ok(toml::to_string(&settings)?)

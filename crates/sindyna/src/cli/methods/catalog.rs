@@ -1,7 +1,7 @@
 //! What is known of tasks and methods besides the records of their runs.
 
 use sindyna_envs::System;
-use sindyna_record::comparison::{Digest, Names};
+use sindyna_record::comparison::{Digest, Names, base};
 use sindyna_report::{Catalog, Published};
 
 use super::{Method, first_check, paper};
@@ -46,7 +46,7 @@ impl Catalog for Known {
     }
 
     fn system(&self, task: &str) -> Option<System> {
-        sindyna_envs::find(task)
+        sindyna_envs::find(base(task))
     }
 
     fn is_reference(&self, method: &str) -> bool {
@@ -58,11 +58,11 @@ impl Catalog for Known {
     }
 
     fn first_check(&self, method: &str, task: &str) -> Option<usize> {
-        first_check(Method::of_run(method)?, sindyna_envs::find(task)?.spec())
+        first_check(Method::of_run(method)?, sindyna_envs::find(base(task))?.spec())
     }
 
     fn applies(&self, method: &str, task: &str) -> bool {
-        Method::of_run(method).is_some_and(|method| method.fits(task))
+        Method::of_run(method).is_some_and(|method| method.fits(base(task)))
     }
 
     fn published(&self, task: &str) -> Option<&Published> {

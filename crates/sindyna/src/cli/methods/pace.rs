@@ -94,7 +94,7 @@ fn shown(time: Duration) -> String {
 }
 
 fn kind(job: &Job) -> Kind {
-    (job.task().to_owned(), job.contender.name())
+    (job.task(), job.contender.name())
 }
 
 #[cfg(test)]
@@ -105,7 +105,7 @@ mod tests {
 
     fn job(task: &str, method: Method, seed: u64) -> Job {
         let system = problem::named(task).unwrap();
-        Job { system, contender: method.into(), seed, budget: None, whole_budget: false }
+        Job { system, noise: 0.0, contender: method.into(), seed, budget: None, whole_budget: false }
     }
 
     #[test]

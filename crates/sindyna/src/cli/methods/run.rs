@@ -10,7 +10,7 @@ use sindyna_core::{
     Rng, Seed,
 };
 use sindyna_dyna::{Dyna, Gentle, Online, Practised, Schedule, Uniform, evaluate};
-use sindyna_record::comparison::{Outcome, Point, Request, Seeds, mean};
+use sindyna_record::comparison::{Outcome, Point, Request, Seeds, mean, noisy};
 use sindyna_rl::{EnsembleConfig, EnsembleLearner, Isa, SacConfig};
 use sindyna_sindy::{Identifier, Model};
 
@@ -40,6 +40,8 @@ const COSTS: &str = "Around zero, with a cost of 1/scale² for every state and c
 #[derive(Clone)]
 pub(crate) struct Job {
     pub(crate) system: Arc<dyn Problem>,
+    /// Standard deviation of the sensors' noise, which `system` has, as a fraction of their scales.
+    pub(crate) noise: f64,
     pub(crate) contender: Contender,
     pub(crate) seed: u64,
     /// Real steps at most for those who learn on the real system, if they are not the task's.
@@ -57,12 +59,12 @@ impl fmt::Display for Job {
 impl Job {
     /// What it asks for.
     pub(crate) fn request(&self) -> Request {
-        Request { task: self.task().into(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
+        Request { task: self.task(), method: self.contender.name(), seeds: Seeds::one(self.seed) }
     }
 
-    /// What its task is called.
-    pub(crate) fn task(&self) -> &str {
-        &self.system.spec().name
+    /// What the comparison calls its task.
+    pub(crate) fn task(&self) -> String {
+        noisy(&self.system.spec().name, self.noise)
     }
 
     fn environments(&self, count: usize) -> Result<Vec<Box<dyn Environment>>, Failure> {
@@ -75,7 +77,7 @@ impl Job {
 
     /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
     pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
-        let mut outcome = Outcome::new(self.task(), &self.contender.name(), self.seed);
+        let mut outcome = Outcome::new(&self.task(), &self.contender.name(), self.seed);
         match self.attempt(&mut outcome, interrupted) {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
@@ -109,7 +111,7 @@ impl Job {
             Method::Lqr => self.regulate_linear(outcome),
             Method::SindyLqr => self.regulate_identified(outcome),
             Method::Hand => {
-                let law = ByHand::new(self.task());
+                let law = ByHand::new(&self.system.spec().name);
                 let law = law.ok_or_else(|| Failure::new("nobody has written a controller for this task"))?;
                 self.judge(&law, outcome)?;
                 Ok(Ended::Whole)
@@ -133,7 +135,10 @@ impl Job {
                     Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
                     _ => "",
                 };
-                Some(model.to_owned() + &TrainConfig { seed: 0, ..self.inner_settings()? }.to_toml()?)
+                Some(
+                    model.to_owned()
+                        + &TrainConfig { seed: 0, noise: self.noise, ..self.inner_settings()? }.to_toml()?,
+                )
             }
             Method::SindyLqr => Some(format!("# {COSTS}; warm-up and identification are those of sindy.\n")),
             Method::Lqr => Some(format!("# {COSTS}.\n{}", toml::to_string(&PUSHES)?)),

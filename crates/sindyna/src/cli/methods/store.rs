@@ -81,13 +81,14 @@ impl Store {
 
 /// Keeps the task files of `jobs` beside their runs; refuses others of the same name.
 fn keep_tasks(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
-    let mut kept: Vec<&str> = Vec::new();
+    let mut kept: Vec<String> = Vec::new();
     for job in jobs {
-        if kept.contains(&job.task()) {
+        let task = job.task();
+        if kept.contains(&task) {
             continue;
         }
-        kept.push(job.task());
-        let folder = root.join("runs").join(job.task());
+        let folder = root.join("runs").join(&task);
+        kept.push(task);
         for (name, contents) in job.system.files()? {
             let path = folder.join(name);
             match fs::read(&path) {
@@ -111,7 +112,7 @@ fn keep_tasks(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
 fn same_variants(root: &Path, jobs: &[Job]) -> Result<(), Failure> {
     for job in jobs {
         let (task, name) = (job.task(), job.contender.name());
-        let path = root.join("runs").join(task).join(&name).join("settings.toml");
+        let path = root.join("runs").join(&task).join(&name).join("settings.toml");
         let Some(settings) = job.settings()?.filter(|_| job.contender.is_variant()) else { continue };
         if fs::read_to_string(&path).is_ok_and(|before| before != settings) {
             return Err(Failure::new(format!(
