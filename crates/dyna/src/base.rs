@@ -110,9 +110,18 @@ impl<'a, L: DynamicsLearner + ?Sized> Base<'a, L> {
 
     /// Forgets what models before the last one imagined.
     pub(crate) fn forget_older_models(&mut self) {
-        let Progress { real, replay, remembered, model, .. } = &mut self.progress;
+        self.forget_before(self.progress.model);
+    }
+
+    /// Forgets all that was imagined.
+    pub(crate) fn forget_imagined(&mut self) {
+        self.forget_before(self.progress.model + 1);
+    }
+
+    fn forget_before(&mut self, model: u32) {
+        let Progress { real, replay, remembered, .. } = &mut self.progress;
         let made_room = *remembered - replay.n_real().min(*remembered);
-        replay.forget_before(*model, real.data.transitions(0).take(made_room));
+        replay.forget_before(model, real.data.transitions(0).take(made_room));
     }
 
     /// Fits a model to all real data.

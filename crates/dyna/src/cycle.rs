@@ -76,6 +76,8 @@ struct Course {
     tried_from: usize,
     /// Whether the agent has learned nothing yet.
     is_beginner: bool,
+    /// Whether a second agent learns, or has learned, in this model.
+    is_challenged: bool,
     /// Times imagination began anew.
     turns: u64,
 }
@@ -116,6 +118,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 in_review: false,
                 tried_from: 0,
                 is_beginner: true,
+                is_challenged: false,
                 turns: 0,
             },
             imagination: None,
@@ -227,10 +230,9 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             // What was tried so far was in another model.
             let episodes = schedule.optimality.trial_episodes;
             self.course.trials = Trials::beside(held(&belief, episodes, seed)?);
+            self.course.is_challenged = false;
         }
-        self.prediction = None;
-        self.imagination = Some(Imagination::new(belief, schedule, seed, self.course.turns));
-        self.course.turns += 1;
+        self.imagine(belief);
         Ok(if stands { Phase::Predict } else { Phase::Improve })
     }
 
@@ -254,6 +256,20 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         self.base.agent.restore(&self.beginner)?;
         self.course.is_beginner = true;
         Ok(())
+    }
+
+    /// Begins imagination that goes by `belief`.
+    fn imagine(&mut self, belief: Belief<'a>) {
+        self.prediction = None;
+        self.imagination = Some(self.imagination(belief, self.course.turns));
+        self.course.turns += 1;
+    }
+
+    /// Imagination number `turn`: of a second agent from the task's start states alone.
+    fn imagination(&self, belief: Belief<'a>, turn: u64) -> Imagination<'a> {
+        let Dyna { schedule, seed, .. } = *self.parts;
+        let scattered = if self.course.is_challenged { 0.0 } else { schedule.scattered_starts };
+        Imagination::new(belief, (schedule, scattered), seed, turn)
     }
 
     /// What imagination number `turn` goes by, after so many real steps; `None` without a model.

@@ -228,8 +228,9 @@ pub(crate) struct Imagination<'a> {
 }
 
 impl<'a> Imagination<'a> {
-    pub(crate) fn new(belief: Belief<'a>, schedule: &Schedule, seed: Seed, turn: u64) -> Self {
-        let (n, scattered) = (schedule.worlds, schedule.scattered_starts);
+    /// Goes by `belief`; the share `scattered` of its rollouts begins anywhere in the support of the data.
+    pub(crate) fn new(belief: Belief<'a>, (schedule, scattered): (&Schedule, f64), seed: Seed, turn: u64) -> Self {
+        let n = schedule.worlds;
         let quiet = belief.without_noise();
         let worlds = (0..n).map(|i| {
             let rng = seed.stream("imagined world", turn << 32 | i as u64);

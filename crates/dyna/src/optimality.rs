@@ -15,6 +15,10 @@ use crate::trust::Trust;
 /// The best policy was chosen by the start states of the trials, which it may suit by luck: before training ends it has to earn as much from others, within
 /// `tolerance` and what chance explains; else training goes on, with trials from twice as many start states.
 ///
+/// One agent may end where no small change of its policy gains anything. So where the model is not exact, a policy that is optimal by these rules has to hold against a
+/// second agent, which begins with nothing, and whose rollouts begin where the task does and nowhere else. As many trials without gain over the first as the first had in all
+/// end training (`patience` at most); else the second takes its place.
+///
 /// A trial runs the deterministic policy in the model from `trial_episodes` fixed start states. What return would be good enough is no part of the rule:
 /// that is for the evaluation, which the learner does not see.
 #[derive(Debug, Clone, PartialEq)]
@@ -81,6 +85,8 @@ pub(crate) struct Trials {
     held: Option<f64>,
     /// Times that the start states were doubled.
     doublings: u32,
+    /// Trials that the agent before had, which is as many as this one has to come near.
+    before: Option<usize>,
 }
 
 impl Trials {
@@ -126,9 +132,24 @@ impl Trials {
         let luck = self.doublings < MOST_DOUBLINGS
             && less > CHANCE * error.hypot(self.error) + rule.tolerance * self.unit(best);
         if luck {
-            *self = Self { held: self.held, doublings: self.doublings + 1, ..Self::default() };
+            *self = Self { doublings: self.doublings + 1, ..self.anew() };
         }
         luck
+    }
+
+    /// No trials yet, from as many start states.
+    fn anew(&self) -> Self {
+        Self { held: self.held, doublings: self.doublings, before: self.before, ..Self::default() }
+    }
+
+    /// Those of an agent that is to do better than this one.
+    pub(crate) fn of_second(&self) -> Self {
+        Self { before: Some(self.means.len()), ..self.anew() }
+    }
+
+    /// Whether no policy can earn more than the best.
+    pub(crate) fn is_perfect(&self) -> bool {
+        self.perfect
     }
 
     /// Grants the full patience again: what was optimal did not hold.
@@ -161,7 +182,8 @@ impl Trials {
         let settled =
             !gains && self.means.len() >= rule.settled && self.means.iter().rev().take(rule.settled).all(near);
         let learned = self.held.is_none_or(|held| best > held + rule.tolerance * held.abs());
-        self.perfect || (settled && learned && !self.is_far()) || self.without_gain >= rule.patience
+        let patience = self.before.map_or(rule.patience, |before| before.clamp(1, rule.patience.max(1)));
+        self.perfect || (settled && learned && !self.is_far()) || self.without_gain >= patience
     }
 }
 
@@ -191,6 +213,25 @@ mod tests {
         assert!(trials.optimal(&rule), "two trials without a gain of 1 %");
         assert!(trials.note(&rule, (&[-150.0], 0.0), None));
         assert!(!trials.optimal(&rule), "a real gain renews patience");
+    }
+
+    #[test]
+    fn a_second_agent_has_as_many_trials_as_the_first_had_to_gain_something() {
+        let (rule, mut first) = (Optimality { patience: 20, ..rule() }, Trials::beside(Some(0.0)));
+        for mean in [50.0, 65.0, 64.5, 64.6, 64.4] {
+            first.note(&rule, (&[mean], 0.0), None);
+        }
+        assert!(first.optimal(&rule), "it has settled");
+        let mut second = first.of_second();
+        assert!(second.note(&rule, (&[65.0], 0.0), None), "the first's policy stands at its beginning");
+        for trial in 0..5 {
+            assert!(!second.optimal(&rule), "{trial}");
+            second.note(&rule, (&[1.0], 0.0), None);
+        }
+        assert!(second.optimal(&rule), "five trials without a gain are as many as the first had");
+        // One that gains goes on as any other.
+        second.note(&rule, (&[200.0], 0.0), None);
+        assert!(!second.optimal(&rule) && second.best == Some(200.0));
     }
 
     #[test]

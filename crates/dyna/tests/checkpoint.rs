@@ -25,7 +25,7 @@ impl<L: DynamicsLearner> Lab<L> {
     fn of(learner: L, mut schedule: Schedule) -> Self {
         let task = Line::new(20);
         let sensors = Sensors::new(&task.0).expect("the observation names the state");
-        schedule.optimality.max_updates = 150;
+        schedule.optimality.max_updates = 400;
         Self { task, sensors, learner, schedule }
     }
 

@@ -51,7 +51,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             let belief = self
                 .belief(turn, self.course.believed)
                 .ok_or_else(|| CheckpointError::new("imagination without a model"))?;
-            let mut begun = Imagination::new(belief, self.parts.schedule, self.parts.seed, turn);
+            let mut begun = self.imagination(belief, turn);
             begun.restore(imagination)?;
             self.imagination = Some(begun);
         }
