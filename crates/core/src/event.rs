@@ -20,6 +20,13 @@ pub enum Event<'a> {
         /// The model in lines a person reads.
         description: &'a [String],
     },
+    /// No model could be fitted to `rows` real steps: the one before stays, in doubt.
+    NotFitted {
+        /// Real steps so far.
+        rows: usize,
+        /// Why.
+        reason: &'a str,
+    },
     /// The agent was updated.
     Updated {
         /// Updates so far.

@@ -80,6 +80,8 @@ struct Course {
     is_challenged: bool,
     /// Times imagination began anew.
     turns: u64,
+    /// Whether no model could be fitted to the data that came in last: what is known is in doubt.
+    is_stale: bool,
 }
 
 /// Algorithm 1 on its way, between two of its steps.
@@ -120,6 +122,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 is_beginner: true,
                 is_challenged: false,
                 turns: 0,
+                is_stale: false,
             },
             imagination: None,
             best: None,
@@ -198,16 +201,22 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if fits {
             self.course.fitted = self.base.data().n_rollouts();
             match self.base.fit() {
-                Ok(Fitted::Model) => {}
+                Ok(Fitted::Model) => self.course.is_stale = false,
                 Ok(Fitted::Nothing) if refitted => {}
                 Ok(Fitted::Nothing) => return Ok(Phase::Done),
                 Ok(Fitted::Stopped) => return Ok(Phase::Fit),
                 // Half of the first steps may be too few.
                 Err(_) if self.first_steps_left() > 0 => return Ok(Phase::CollectMore),
+                // What was known is not lost, and may do for data to come.
+                Err(error) if refitted => {
+                    self.course.is_stale = true;
+                    let rows = self.base.data().n_steps();
+                    observer.on(&Event::NotFitted { rows, reason: &error.to_string() })?;
+                }
                 Err(error) => return Err(error.into()),
             }
             let data = self.base.data();
-            if let Some(model) = self.base.model() {
+            if let (Some(model), false) = (self.base.model(), self.course.is_stale) {
                 let (rows, description) = (learner.rows(model, data), learner.describe(model));
                 observer.on(&Event::Fitted { rows, description: &description })?;
             }
@@ -280,9 +289,10 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Some(Belief::of(self.base.knowledge.as_ref()?, task, sensors, &data, schedule.discount, &mut rng))
     }
 
-    /// How well the model explains the data.
+    /// How well the model explains the data, all of them.
     fn certainty(&self) -> Certainty {
-        self.base.knowledge.as_ref().map_or(Certainty::Doubted, |k| k.certainty)
+        let fitted = self.base.knowledge.as_ref().filter(|_| !self.course.is_stale);
+        fitted.map_or(Certainty::Doubted, |k| k.certainty)
     }
 
     /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with

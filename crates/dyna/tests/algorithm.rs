@@ -335,6 +335,26 @@ fn doubts_are_met_with_as_much_data_again_and_an_episode_that_confirms() {
     assert!(learned.confirmation.expect("it was not believed at once").is_kept());
 }
 
+/// Finds a model of few data and none of more.
+struct OfFew;
+
+impl DynamicsLearner for OfFew {
+    type Model = Push;
+    fn fit(&self, data: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
+        let few =
+            (data.n_steps() <= 30).then(|| Knowledge { certainty: Certainty::Doubted, ..Knowledge::certain(EXACT) });
+        few.map(Some).ok_or_else(|| FitError::Regression { reason: "no equations follow the data".into() })
+    }
+}
+
+#[test]
+fn a_fit_that_fails_leaves_what_was_known_in_doubt() {
+    let learned = run(&OfFew, &auto(), Student::default(), &|| false);
+    assert!(learned.model.is_some() && learned.policy.is_some() && !learned.interrupted);
+    assert!(learned.data.n_steps() > 30, "something spoke against the model");
+    assert!(learned.confirmation.is_some(), "it is not believed without a real episode");
+}
+
 #[test]
 fn half_of_the_first_steps_are_chosen_by_what_the_models_disagree_on() {
     let schedule = Schedule { warmup_rollouts: 1, rollout_len: 200, max_real_steps: Some(200), ..auto() };

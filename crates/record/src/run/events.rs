@@ -37,6 +37,7 @@ fn describe(event: &Event<'_>) -> Option<Value> {
             json!({"event": "collected", "real_steps": data.n_steps(), "real_episodes": data.n_rollouts()})
         }
         Event::Fitted { rows, description } => json!({"event": "fitted", "rows": rows, "equations": description}),
+        Event::NotFitted { rows, reason } => json!({"event": "not_fitted", "rows": rows, "reason": reason}),
         Event::Updated { updates, model_steps, diverged, left_region, metrics, .. } => {
             let mut line = json!({
                 "event": "updated", "updates": updates, "model_steps": model_steps, "diverged": diverged,

@@ -88,6 +88,9 @@ impl Progress {
             Event::Fitted { rows, description } => {
                 self.detail(|| format!("fitted to {rows} steps:\n  {}", description.join("\n  ")))
             }
+            Event::NotFitted { rows, reason } => {
+                self.say(&format!("no model of all {rows} real steps ({reason}); the one before stays, in doubt"));
+            }
             _ => {}
         }
     }

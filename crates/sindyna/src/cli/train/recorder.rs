@@ -67,7 +67,7 @@ impl Observer for Recorder<'_> {
                 }
                 self.clock.collected = now;
             }
-            Event::Fitted { .. } => self.clock.identified += now - self.clock.collected,
+            Event::Fitted { .. } | Event::NotFitted { .. } => self.clock.identified += now - self.clock.collected,
             _ => {}
         }
         Ok(())
