@@ -26,7 +26,7 @@ pub(crate) struct Problem<'a> {
     pub(crate) terms: &'a [Term],
     /// How many have none.
     pub(crate) n_plain: usize,
-    /// What explains parts of the data to rounding.
+    /// What explains parts of the data: to rounding, or as was found when there were fewer.
     pub(crate) of_parts: Option<&'a Structure>,
     /// Mechanics of these variables, if they may be such.
     pub(crate) lagrangian: Option<&'a Lagrangian>,
@@ -274,7 +274,7 @@ impl Problem<'_> {
         Level { floor, signals }
     }
 
-    /// What explains parts of the data to rounding, fitted to all of them.
+    /// What explains parts of the data, fitted to all of them.
     fn proposed_by_parts(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
         let (supports, xi) = self.of_parts?;
         let start = Start { xi, inside: &[], x: &signals.x, sigma: &signals.sigma };

@@ -16,7 +16,7 @@ use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure, estimate};
 use crate::library::{Extent, Lagrangian, Term, general, shaped};
-use crate::model::Model;
+use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
 use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
@@ -160,6 +160,27 @@ impl Identifier {
         (supports, xi)
     }
 
+    /// The equations of a `model` that parts of the data were fitted to, if all its terms are among `terms`.
+    fn structure_of(&self, model: &Model, terms: &[Term]) -> Option<Structure> {
+        let rates = self.rates();
+        if model.states().len() != rates.len() || model.offsets().iter().any(|offset| *offset != 0.0) {
+            return None;
+        }
+        let (mut supports, mut xi) = (Vec::new(), Vec::new());
+        for (i, declared) in rates.iter().enumerate() {
+            let entries = model.coefficients(i).iter().filter(|entry| declared.is_none() && entry.coefficient != 0.0);
+            let place = |entry: &Entry| {
+                let expr = &model.terms()[entry.term];
+                Some((terms.iter().position(|t| t.rate == entry.rate && t.expr == *expr)?, entry.coefficient))
+            };
+            let mut row = entries.map(place).collect::<Option<Vec<(usize, f64)>>>()?;
+            row.sort_by_key(|(j, _)| *j);
+            supports.push(row.iter().map(|(j, _)| *j).collect());
+            xi.extend(row.iter().map(|(_, c)| *c));
+        }
+        Some((supports, xi))
+    }
+
     /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` explain parts of the data to rounding. Equations are
     /// stepped as the states with declared rates show, or as one of the simulators does it. `None` if no equations follow the data.
     #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
@@ -176,7 +197,9 @@ impl Identifier {
         let failed = |reason: String| FitError::Regression { reason };
         self.check_magnitudes(segments)?;
         let mut terms = self.general_terms(tiers.clone(), segments);
-        let of_parts = of_parts.map(|found| self.structure(&found, &tiers, &mut terms));
+        let of_parts = of_parts
+            .map(|found| self.structure(&found, &tiers, &mut terms))
+            .or_else(|| self.previous.as_ref().and_then(|model| self.structure_of(model, &terms)));
         let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
         let n_plain = terms.len();
         terms.extend(self.terms_with_parameters(segments));

@@ -80,6 +80,7 @@ pub struct Identifier {
     effort: f64,
     simulators: bool,
     constraints: Vec<(usize, EquationConstraint)>,
+    previous: Option<Model>,
 }
 
 impl Identifier {
@@ -97,6 +98,7 @@ impl Identifier {
             effort: 1.0,
             simulators: true,
             constraints: Vec::new(),
+            previous: None,
         }
     }
 
@@ -165,6 +167,13 @@ impl Identifier {
     #[must_use]
     pub fn with_effort(self, effort: f64) -> Self {
         Self { effort: if effort.is_nan() { 1.0 } else { effort.clamp(0.0, 1.0) }, ..self }
+    }
+
+    /// The same for data of a system of which `previous` was identified from fewer: where the noise is estimated, its terms are the first hypothesis, and stay where
+    /// they leave noise alone, so that more data make no model worse.
+    #[must_use]
+    pub fn with_previous(self, previous: &Model) -> Self {
+        Self { previous: Some(previous.clone()), ..self }
     }
 
     /// The same with the part `part` (0 to 1) of the effort it would make.
@@ -386,9 +395,15 @@ impl DynamicsLearner for Identifier {
     fn fit(
         &self,
         data: &Dataset,
-        _previous: Option<&Model>,
+        previous: Option<&Model>,
         _rng: &mut Rng,
     ) -> Result<Option<Knowledge<Model>>, FitError> {
-        self.identify(data).map(|identified| Some(identified.knowledge(&self.spec)))
+        let identifier = previous.map(|model| self.clone().with_previous(model));
+        let identified = identifier.as_ref().unwrap_or(self).identify(data)?;
+        Ok(Some(identified.knowledge(&self.spec)))
+    }
+
+    fn goes_on(&self) -> bool {
+        true
     }
 }

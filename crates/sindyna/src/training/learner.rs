@@ -43,14 +43,20 @@ impl DynamicsLearner for Learner {
     fn fit(
         &self,
         data: &Dataset,
-        _previous: Option<&Fitted>,
+        previous: Option<&Fitted>,
         _rng: &mut Rng,
     ) -> Result<Option<Knowledge<Fitted>>, FitError> {
         if let Some(given) = &self.given {
             return Ok(Some(self.knowledge(given.clone())));
         }
         let go_on = || !self.stop.load(Ordering::SeqCst);
-        Ok(Some(self.knowledge(self.identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
+        let identifier = previous.map(|before| self.identifier.clone().with_previous(&before.0.model));
+        let identifier = identifier.as_ref().unwrap_or(&self.identifier);
+        Ok(Some(self.knowledge(identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
+    }
+
+    fn goes_on(&self) -> bool {
+        true
     }
 
     fn save(&self, knowledge: &Knowledge<Fitted>) -> Option<Vec<u8>> {
