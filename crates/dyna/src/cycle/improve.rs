@@ -66,7 +66,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     }
 
     /// Whether the best policy has to hold against a second agent, which then begins: once, where the model is not exact. Where it is, training is most of the time that a run
-    /// takes, and none of 500 runs on the tasks that come along ended so (docs/results.md).
+    /// takes, and none of 500 runs on the tasks that come along ended so; on others some do (docs/notes).
     fn challenge(&mut self) -> Result<bool, DynaError> {
         let Course { is_challenged, ref trials, turns, believed, .. } = self.course;
         if is_challenged || trials.is_perfect() || self.certainty() == Certainty::Exact {
