@@ -75,6 +75,8 @@ pub struct Learned<M> {
     pub diverged: u64,
     /// Imagined rollouts ended because they went beyond all that the model is followed to.
     pub left_region: u64,
+    /// Why no model could be fitted to all real data, if so: the model is one of fewer, in doubt.
+    pub refit_failure: Option<String>,
     /// Why training stopped short, if it did; what was learned before is all here.
     pub failure: Option<AgentError>,
     /// Whether somebody stopped it before it was done.

@@ -80,8 +80,8 @@ struct Course {
     is_challenged: bool,
     /// Times imagination began anew.
     turns: u64,
-    /// Whether no model could be fitted to the data that came in last: what is known is in doubt.
-    is_stale: bool,
+    /// Why no model could be fitted to the data that came in last, if so: what is known is in doubt.
+    refit_failure: Option<String>,
 }
 
 /// Algorithm 1 on its way, between two of its steps.
@@ -122,7 +122,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 is_beginner: true,
                 is_challenged: false,
                 turns: 0,
-                is_stale: false,
+                refit_failure: None,
             },
             imagination: None,
             best: None,
@@ -201,7 +201,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if fits {
             self.course.fitted = self.base.data().n_rollouts();
             match self.base.fit() {
-                Ok(Fitted::Model) => self.course.is_stale = false,
+                Ok(Fitted::Model) => self.course.refit_failure = None,
                 Ok(Fitted::Nothing) if refitted => {}
                 Ok(Fitted::Nothing) => return Ok(Phase::Done),
                 Ok(Fitted::Stopped) => return Ok(Phase::Fit),
@@ -209,14 +209,14 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
                 Err(_) if self.first_steps_left() > 0 => return Ok(Phase::CollectMore),
                 // What was known is not lost, and may do for data to come.
                 Err(error) if refitted => {
-                    self.course.is_stale = true;
-                    let rows = self.base.data().n_steps();
-                    observer.on(&Event::NotFitted { rows, reason: &error.to_string() })?;
+                    let (rows, reason) = (self.base.data().n_steps(), error.to_string());
+                    observer.on(&Event::NotFitted { rows, reason: &reason })?;
+                    self.course.refit_failure = Some(reason);
                 }
                 Err(error) => return Err(error.into()),
             }
             let data = self.base.data();
-            if let (Some(model), false) = (self.base.model(), self.course.is_stale) {
+            if let (Some(model), None) = (self.base.model(), &self.course.refit_failure) {
                 let (rows, description) = (learner.rows(model, data), learner.describe(model));
                 observer.on(&Event::Fitted { rows, description: &description })?;
             }
@@ -291,7 +291,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
 
     /// How well the model explains the data, all of them.
     fn certainty(&self) -> Certainty {
-        let fitted = self.base.knowledge.as_ref().filter(|_| !self.course.is_stale);
+        let fitted = self.base.knowledge.as_ref().filter(|_| self.course.refit_failure.is_none());
         fitted.map_or(Certainty::Doubted, |k| k.certainty)
     }
 
@@ -407,6 +407,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             model_rollouts: progress.counts.rollouts,
             diverged: progress.counts.diverged,
             left_region: progress.counts.left_region,
+            refit_failure: self.course.refit_failure,
             failure,
         }
     }

@@ -353,6 +353,7 @@ fn a_fit_that_fails_leaves_what_was_known_in_doubt() {
     assert!(learned.model.is_some() && learned.policy.is_some() && !learned.interrupted);
     assert!(learned.data.n_steps() > 30, "something spoke against the model");
     assert!(learned.confirmation.is_some(), "it is not believed without a real episode");
+    assert!(learned.refit_failure.is_some_and(|why| why.contains("no equations")), "it is told at the end");
 }
 
 #[test]

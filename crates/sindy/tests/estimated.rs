@@ -1,95 +1,12 @@
 //! Equations from recordings whose noise nobody declares.
 
+mod recorded;
+
 use ndarray::Array2;
 use rand::RngExt as _;
-use sindyna_core::{Channel, Kind, Precision, Rng, Seed, Space, Spec};
-use sindyna_sindy::{Identified, Identifier, Noise, Recording};
-
-type Field = fn(&[f64], f64) -> Vec<f64>;
-
-fn normal(rng: &mut Rng) -> f64 {
-    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
-}
-
-fn spec(kinds: &[(&str, Kind)], dt: f64) -> Spec {
-    let state: Vec<Channel> = kinds.iter().map(|(name, kind)| Channel::new(name, "", *kind, 1.0)).collect();
-    Spec {
-        name: "recording".into(),
-        observation: state.clone(),
-        state,
-        control: vec![Channel::new("u", "", Kind::Plain, 1.0)],
-        action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-        precision: Precision::F64,
-        noise: 0.0,
-        dt,
-    }
-}
-
-/// `samples` samples of `field` from `start`, about `dt` apart, under random inputs, each state with noise of `noise` times its standard
-/// deviation and multiplied by `unit`.
-fn record(
-    field: Field,
-    start: &[f64],
-    (samples, dt): (usize, f64),
-    (noise, unit, uneven): (f64, f64, bool),
-    seed: u64,
-) -> Recording {
-    const PARTS: usize = 40;
-    let mut rng = Seed::new(seed).stream("recording", 0);
-    let n = start.len();
-    let mut x = start.to_vec();
-    let mut times = vec![0.0];
-    let mut states = Array2::zeros((samples, n));
-    let mut controls = Array2::zeros((samples - 1, 1));
-    for t in 0..samples {
-        (0..n).for_each(|i| states[[t, i]] = x[i]);
-        if t + 1 == samples {
-            break;
-        }
-        let u = 2.0 * rng.random::<f64>() - 1.0;
-        let step = if uneven { dt * (0.3 + 1.4 * rng.random::<f64>()) } else { dt };
-        controls[[t, 0]] = u;
-        let h = step / PARTS as f64;
-        for _ in 0..PARTS {
-            let at = |k: &[f64], c: f64| x.iter().zip(k).map(|(x, k)| x + c * k).collect::<Vec<_>>();
-            let k1 = field(&x, u);
-            let k2 = field(&at(&k1, 0.5 * h), u);
-            let k3 = field(&at(&k2, 0.5 * h), u);
-            let k4 = field(&at(&k3, h), u);
-            (0..n).for_each(|i| x[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
-        }
-        times.push(if uneven { times[t] + step } else { (t + 1) as f64 * dt });
-    }
-    for i in 0..n {
-        let mean = states.column(i).sum() / samples as f64;
-        let spread = (states.column(i).iter().map(|v: &f64| (v - mean).powi(2)).sum::<f64>() / samples as f64).sqrt();
-        states.column_mut(i).mapv_inplace(|v| unit * (v + noise * spread * normal(&mut rng)));
-    }
-    Recording { times, states, controls }
-}
-
-/// Terms and coefficients of equation `i`, by name.
-fn equation(found: &Identified, i: usize) -> Vec<(&str, f64)> {
-    let report = &found.report.equations[i];
-    let mut terms: Vec<(&str, f64)> = report
-        .support
-        .iter()
-        .map(|&j| found.report.features[j].as_str())
-        .zip(report.coefficients.iter().copied())
-        .collect();
-    terms.sort_by_key(|t| t.0);
-    terms
-}
-
-fn assert_equation(found: &Identified, i: usize, truth: &[(&str, f64)], within: f64) {
-    let terms = equation(found, i);
-    let mut truth = truth.to_vec();
-    truth.sort_by_key(|t| t.0);
-    assert_eq!(terms.iter().map(|t| t.0).collect::<Vec<_>>(), truth.iter().map(|t| t.0).collect::<Vec<_>>());
-    for ((name, c), (_, t)) in terms.iter().zip(&truth) {
-        assert!((c / t - 1.0).abs() < within, "{name}: {c}, not {t}");
-    }
-}
+use recorded::{Field, assert_equation, equation, normal, record, spec};
+use sindyna_core::{Kind, Seed};
+use sindyna_sindy::{Identifier, Noise, Recording};
 
 const PLAIN: [(&str, Kind); 3] = [("x", Kind::Plain), ("y", Kind::Plain), ("z", Kind::Plain)];
 
@@ -452,30 +369,4 @@ fn only_rates_of_measured_states_may_be_unmeasured() {
     recording.states.column_mut(0).fill(f64::NAN);
     let refused = of(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], &recording);
     assert!(refused.contains("`x` was never measured"), "{refused}");
-}
-
-fn pendulum_without_friction(x: &[f64], u: f64) -> Vec<f64> {
-    vec![x[1], -9.0 * x[0].sin() + u]
-}
-
-fn pendulum_with_friction(x: &[f64], u: f64) -> Vec<f64> {
-    vec![x[1], -9.0 * x[0].sin() - 0.3 * x[1] + u]
-}
-
-#[test]
-fn what_was_found_in_fewer_data_stays_where_it_is_right_and_gives_way_where_it_is_not() {
-    let spec = spec(&[("q", Kind::Angle), ("w", Kind::RateOf(0))], 0.05);
-    let of =
-        |field: Field, samples: usize, seed: u64| record(field, &[1.5, 0.0], (samples, 0.05), (0.01, 1.0, false), seed);
-    let few = Identifier::new(&spec).identify_recordings(&[of(pendulum_with_friction, 200, 1)]).unwrap();
-    let truth = [("sin q", -9.0), ("w", -0.3), ("u", 1.0)];
-    assert_equation(&few, 1, &truth, 0.1);
-    let more = [of(pendulum_with_friction, 200, 1), of(pendulum_with_friction, 400, 2)];
-    let again = Identifier::new(&spec).with_previous(&few.model).identify_recordings(&more).unwrap();
-    assert_equation(&again, 1, &truth, 0.05);
-    // Of another pendulum it is a wrong beginning, from which the search departs.
-    let other = Identifier::new(&spec).identify_recordings(&[of(pendulum_without_friction, 200, 3)]).unwrap();
-    assert_equation(&other, 1, &[("sin q", -9.0), ("u", 1.0)], 0.1);
-    let found = Identifier::new(&spec).with_previous(&other.model).identify_recordings(&more).unwrap();
-    assert_equation(&found, 1, &truth, 0.05);
 }

@@ -222,6 +222,8 @@ fn what_cannot_be_compared_is_refused() {
         (&["--tasks", "pendulum", "--methods", "lqr"], "none of these methods fits"),
         (&["--seeds", "0"], "--seeds"),
         (&["--methods", "sac,"], "a name in the list is empty"),
+        (&["--noise", "0,1e-300"], "between 1e-12 and 1"),
+        (&["--noise", "0,nan"], "between 1e-12 and 1"),
     ] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["compare", "--out", "new"], args].concat()));
         assert!(code == 2 && stderr.contains(says), "{args:?}: {stderr}");

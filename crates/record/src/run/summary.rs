@@ -148,6 +148,9 @@ pub struct Training {
     /// What each planner that was tried earned in the model; none where a policy was trained.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planners: Vec<PlannerReturn>,
+    /// Why no model could be fitted to all real steps, if so: the equations are those of fewer, in doubt.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refit_failure: Option<String>,
     /// Why training stopped short, if it did.
     pub failure: Option<String>,
 }

@@ -136,6 +136,10 @@ fn result(summary: &Summary) -> Vec<Block> {
     let steps = plural(summary.real_steps, "step");
     let episodes = plural(summary.real_episodes, "episode");
     blocks.push(Block::text(format!("Data: {steps} on the system in {episodes}.")));
+    if let Some(failure) = &summary.training.refit_failure {
+        blocks
+            .push(Block::text(format!("All {steps} together gave no model ({failure}): the equations are in doubt.")));
+    }
     if let Some(failure) = &summary.training.failure {
         blocks.push(Block::text(format!("Training stopped early: {failure}.")));
     }

@@ -149,15 +149,11 @@ impl Identifier {
                 terms.len() - 1
             })
         };
-        let (mut supports, mut xi) = (Vec::new(), Vec::new());
-        for (fit, rate) in found.fits.iter().zip(self.rates()) {
+        let rows = found.fits.iter().zip(self.rates()).map(|(fit, rate)| {
             let own = fit.support.iter().zip(&fit.coefficients).filter(|_| rate.is_none());
-            let mut row: Vec<(usize, f64)> = own.map(|(j, c)| (place(*j), *c)).collect();
-            row.sort_by_key(|(j, _)| *j);
-            supports.push(row.iter().map(|(j, _)| *j).collect());
-            xi.extend(row.iter().map(|(_, c)| *c));
-        }
-        (supports, xi)
+            own.map(|(j, c)| (place(*j), *c)).collect()
+        });
+        structured(rows.collect())
     }
 
     /// The equations of a `model` that parts of the data were fitted to, if all its terms are among `terms`.
@@ -166,19 +162,15 @@ impl Identifier {
         if model.states().len() != rates.len() || model.offsets().iter().any(|offset| *offset != 0.0) {
             return None;
         }
-        let (mut supports, mut xi) = (Vec::new(), Vec::new());
-        for (i, declared) in rates.iter().enumerate() {
+        let place = |entry: &Entry| {
+            let expr = &model.terms()[entry.term];
+            Some((terms.iter().position(|t| t.rate == entry.rate && t.expr == *expr)?, entry.coefficient))
+        };
+        let row = |(i, declared): (usize, &Option<usize>)| {
             let entries = model.coefficients(i).iter().filter(|entry| declared.is_none() && entry.coefficient != 0.0);
-            let place = |entry: &Entry| {
-                let expr = &model.terms()[entry.term];
-                Some((terms.iter().position(|t| t.rate == entry.rate && t.expr == *expr)?, entry.coefficient))
-            };
-            let mut row = entries.map(place).collect::<Option<Vec<(usize, f64)>>>()?;
-            row.sort_by_key(|(j, _)| *j);
-            supports.push(row.iter().map(|(j, _)| *j).collect());
-            xi.extend(row.iter().map(|(_, c)| *c));
-        }
-        Some((supports, xi))
+            entries.map(place).collect()
+        };
+        rates.iter().enumerate().map(row).collect::<Option<_>>().map(structured)
     }
 
     /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` explain parts of the data to rounding. Equations are
@@ -242,6 +234,13 @@ impl Identifier {
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
         Ok(Some(Identified { model, report, models }))
     }
+}
+
+/// The structure of equations whose terms and coefficients are `rows`.
+fn structured(mut rows: Vec<Vec<(usize, f64)>>) -> Structure {
+    rows.iter_mut().for_each(|row| row.sort_by_key(|(j, _)| *j));
+    let supports = rows.iter().map(|row| row.iter().map(|(j, _)| *j).collect()).collect();
+    (supports, rows.into_iter().flatten().map(|(_, c)| c).collect())
 }
 
 /// The model of the equations found.

@@ -169,11 +169,11 @@ impl Identifier {
         Self { effort: if effort.is_nan() { 1.0 } else { effort.clamp(0.0, 1.0) }, ..self }
     }
 
-    /// The same for data of a system of which `previous` was identified from fewer: where the noise is estimated, its terms are the first hypothesis, and stay where
-    /// they leave noise alone, so that more data make no model worse.
+    /// The same for data of a system of which the model `previous` was identified from fewer. Where the noise is estimated, its terms are the hypothesis that the search begins
+    /// with, if they leave noise alone; a model with other terms than the candidates, or with parameters inside them, begins nothing.
     #[must_use]
-    pub fn with_previous(self, previous: &Model) -> Self {
-        Self { previous: Some(previous.clone()), ..self }
+    pub fn with_previous(self, previous: Option<&Model>) -> Self {
+        Self { previous: previous.cloned(), ..self }
     }
 
     /// The same with the part `part` (0 to 1) of the effort it would make.
@@ -398,8 +398,7 @@ impl DynamicsLearner for Identifier {
         previous: Option<&Model>,
         _rng: &mut Rng,
     ) -> Result<Option<Knowledge<Model>>, FitError> {
-        let identifier = previous.map(|model| self.clone().with_previous(model));
-        let identified = identifier.as_ref().unwrap_or(self).identify(data)?;
+        let identified = self.clone().with_previous(previous).identify(data)?;
         Ok(Some(identified.knowledge(&self.spec)))
     }
 

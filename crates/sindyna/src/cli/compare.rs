@@ -190,8 +190,9 @@ impl State {
 fn noise(text: &str) -> Result<f64, &'static str> {
     text.parse()
         .ok()
-        .filter(|value| (0.0..=1.0).contains(value))
-        .ok_or("it must be a number between 0 and 1, such as 0.01")
+        // Less could not be seen beside rounding, and would make long names.
+        .filter(|value| *value == 0.0 || (1e-12..=1.0).contains(value))
+        .ok_or("it must be 0, or a number between 1e-12 and 1, such as 0.01")
 }
 
 /// A name in a list.

@@ -40,6 +40,11 @@ impl Conclusion<'_> {
             Some(rows) if rows < *real_steps => format!("; the equations were fitted to {rows} of them\n"),
             _ => "\n".into(),
         };
+        if let Some(failure) = &training.refit_failure {
+            text += &format!(
+                "warning: all {real_steps} real steps together gave no model ({failure}): these equations are in doubt\n"
+            );
+        }
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
                 text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);

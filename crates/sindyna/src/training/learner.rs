@@ -50,8 +50,7 @@ impl DynamicsLearner for Learner {
             return Ok(Some(self.knowledge(given.clone())));
         }
         let go_on = || !self.stop.load(Ordering::SeqCst);
-        let identifier = previous.map(|before| self.identifier.clone().with_previous(&before.0.model));
-        let identifier = identifier.as_ref().unwrap_or(&self.identifier);
+        let identifier = self.identifier.clone().with_previous(previous.map(|before| &before.0.model));
         Ok(Some(self.knowledge(identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
     }
 

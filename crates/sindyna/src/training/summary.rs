@@ -85,6 +85,7 @@ pub(crate) fn of(
                 kept: c.is_kept(),
             }),
             collect: learned.gap.as_ref().map(|gap| collect(gap, spec)),
+            refit_failure: learned.refit_failure.clone(),
             failure: learned.failure.as_ref().map(ToString::to_string),
             coverage,
         },
