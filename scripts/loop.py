@@ -10,6 +10,7 @@ Needs: cargo, nothing else.
 """
 import argparse
 import json
+import pathlib
 import shutil
 import subprocess
 import sys
@@ -22,13 +23,18 @@ STEPS = [10, 100, 300, 1000]
 RUNS = ROOT / "runs" / "loop"
 
 
+def name(task):
+    """What a task is called, where it is a task file: by that."""
+    return pathlib.Path(task).stem
+
+
 def train(program, task, noise, steps, seed, options):
     """What came of a training run, from its record if it was run before."""
-    out = RUNS / f"{task}-{noise:g}-{steps}-{seed}"
+    out = RUNS / f"{name(task)}-{noise:g}-{steps}-{seed}"
     path = out / "summary.json"
     if not path.exists() or json.loads(path.read_text())["interrupted"]:
         shutil.rmtree(out, ignore_errors=True)
-        command = [program, "train", task, "--noise", f"{noise:g}", "--real-steps", steps, "--seed", seed, "--out", out,
+        command = [program, "train", *(["--task-file", task] if task.endswith(".toml") else [task]), "--noise", f"{noise:g}", "--real-steps", steps, "--seed", seed, "--out", out,
                    "--quiet", "--threads", "1", *options]
         done = subprocess.run(list(map(str, command)), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         print(f"{out.name}: exit code {done.returncode}", file=sys.stderr, flush=True)

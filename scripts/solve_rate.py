@@ -37,7 +37,7 @@ def train(binary, task, seed, options, folder):
         "mean_return": evaluation["mean_return"], "std_return": evaluation["std_return"],
         "model_return": summary["training"]["model_return"], "real_steps": summary["real_steps"],
         "real_episodes": summary["real_episodes"], "updates": summary["training"]["updates"],
-        "optimal_in_model": summary["training"]["optimal_in_model"],
+        "converged": summary["training"]["converged"],
         "nonzero": (summary["identification"] or {}).get("nonzero"),
         "equations": (summary["identification"] or {}).get("equations"),
         "wall_seconds": timing["wall_seconds"], "machine": timing["machine"], "threads": timing["threads"],

@@ -29,12 +29,39 @@ pub enum EnvError {
     /// The simulation left the finite numbers.
     #[error(transparent)]
     Diverged(#[from] Diverged),
+    /// The task pays no finite number for a step.
+    #[error("the reward of `{task}` is {reward} at {at}")]
+    Reward {
+        /// Name of the task.
+        task: String,
+        /// The reward.
+        reward: f64,
+        /// Which step it is of.
+        at: String,
+    },
     /// The system behind the environment failed.
     #[error("the system failed: {reason}")]
     System {
         /// What the system reported.
         reason: String,
     },
+}
+
+impl EnvError {
+    /// `Ok` if the `reward` of the step from `x` (n) with the control `u` (k) to `next` (n) of the system of `spec` is finite.
+    ///
+    /// # Errors
+    /// [`EnvError::Reward`], with what the step was.
+    pub fn unless_finite(spec: &Spec, reward: f64, (x, u, next): (&[f64], &[f64], &[f64])) -> Result<(), Self> {
+        if reward.is_finite() {
+            return Ok(());
+        }
+        let states = spec.state.iter().zip(x).map(|(state, v)| format!("{} = {v:?}", state.name));
+        let controls = spec.control.iter().zip(u).map(|(control, v)| format!("{} = {v:?}", control.name));
+        let ends = spec.state.iter().zip(next).map(|(state, v)| format!("next_{} = {v:?}", state.name));
+        let at = states.chain(controls).chain(ends).collect::<Vec<_>>().join(", ");
+        Err(Self::Reward { task: spec.name.clone(), reward, at })
+    }
 }
 
 /// A system with a task on it, true or imagined.
@@ -56,7 +83,7 @@ pub trait Environment: Send {
     /// Applies `action` for one control interval.
     ///
     /// # Errors
-    /// [`EnvError::NeedsReset`] after an episode's end, [`EnvError::NotAnAction`], [`EnvError::Diverged`].
+    /// [`EnvError::NeedsReset`] after an episode's end, [`EnvError::NotAnAction`], [`EnvError::Diverged`], [`EnvError::Reward`].
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError>;
 
     /// Its state, to be written down and put back; `None` for a system that cannot be put back where it was, as one outside of the computer. Such a one goes

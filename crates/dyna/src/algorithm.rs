@@ -63,8 +63,8 @@ pub struct Learned<M> {
     pub planned: Vec<(&'static str, f64)>,
     /// Its real episode, where there was one.
     pub confirmation: Option<Confirmation>,
-    /// Whether the stop rule called it optimal in the model.
-    pub optimal_in_model: bool,
+    /// Whether training ended because trials in the model gained no more; how far the policy is from the best there is, it does not tell.
+    pub converged: bool,
     /// Updates made.
     pub updates: u64,
     /// Steps imagined.
@@ -108,6 +108,17 @@ pub enum DynaError {
     /// What was found could not be written down.
     #[error("recording failed")]
     Record(#[source] io::Error),
+}
+
+impl DynaError {
+    /// What went wrong with the real system or in a trial, if it was that.
+    #[must_use]
+    pub fn environment(&self) -> Option<&EnvError> {
+        match self {
+            Self::Collect(CollectError::Environment(error)) | Self::Trial(error) => Some(error),
+            _ => None,
+        }
+    }
 }
 
 impl From<CollectError> for DynaError {

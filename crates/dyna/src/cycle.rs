@@ -3,6 +3,7 @@
 mod ask;
 mod improve;
 mod plan;
+mod promise;
 mod saved;
 
 use std::sync::Arc;
@@ -305,14 +306,6 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         }
     }
 
-    /// Whether the interval in which the return is predicted is wide beside what is at stake.
-    fn is_wide(&self) -> bool {
-        let (Some(prediction), Some(best)) = (&self.prediction, &self.best) else { return false };
-        // Returns near 0 are no measure of what matters.
-        let scale = best.model_return.abs().max(self.course.trials.difference());
-        prediction.is_wide(self.tried.as_ref().map_or(scale, |(_, confirmation)| confirmation.scale))
-    }
-
     fn confirm(
         &mut self,
         env: &mut dyn Environment,
@@ -356,36 +349,6 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(next)
     }
 
-    /// Returns of the best policy in the models, from start states that no trial began in.
-    fn foresee(&mut self) -> Result<(), DynaError> {
-        if let (None, Some(Imagination { belief, .. }), Some(best)) = (&self.prediction, &self.imagination, &self.best)
-        {
-            self.prediction = Some(Prediction::new(belief, &*best.policy, self.parts.seed).map_err(DynaError::Trial)?);
-        }
-        Ok(())
-    }
-
-    fn predict(&mut self, interrupted: &dyn Fn() -> bool) -> Result<Phase, DynaError> {
-        if let Some((best, _)) = &self.tried {
-            (self.best, self.prediction) = (Some(best.clone()), None);
-        }
-        self.foresee()?;
-        if !self.planned.is_empty() && interrupted() {
-            // A planner that was stopped no longer plans: what it earned then predicts nothing.
-            self.prediction = None;
-            return Ok(Phase::Predict);
-        }
-        if let (Some(prediction), Some((_, confirmation))) = (&mut self.prediction, &self.tried) {
-            prediction.misfit = confirmation.misfit();
-        }
-        if let (true, Some(Imagination { belief, .. }), Some(best)) =
-            (self.has_rivals() && self.is_wide(), &self.imagination, &self.best)
-        {
-            self.gap = Gap::of(belief, &*best.policy, self.parts.seed).map_err(DynaError::Trial)?;
-        }
-        Ok(Phase::Done)
-    }
-
     /// What was learned so far.
     pub fn finish(self) -> Learned<L::Model> {
         let Base { knowledge, progress, failure, .. } = self.base;
@@ -401,7 +364,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             gap: self.gap,
             planned: self.planned,
             confirmation: self.tried.map(|(_, confirmation)| confirmation),
-            optimal_in_model: self.course.optimal,
+            converged: self.course.optimal,
             updates: progress.updates,
             model_steps: progress.counts.steps,
             model_rollouts: progress.counts.rollouts,

@@ -109,8 +109,12 @@ impl Environment for Imagined<'_> {
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
         self.left = false;
         self.before.copy_from_slice(self.inner.state());
-        let outcome = self.inner.step(action, rng)?;
+        let stepped = self.inner.step(action, rng);
+        if !matches!(stepped, Ok(_) | Err(EnvError::Reward { .. })) {
+            return stepped;
+        }
         if let Judged::Followed { away, charge } = self.belief.trust.judge(self.inner.state()) {
+            let outcome = stepped?;
             self.charged += charge;
             self.away += away;
             self.steps += 1.0;
@@ -119,6 +123,7 @@ impl Environment for Imagined<'_> {
         let mut border = self.inner.state().to_vec();
         self.belief.trust.clamp(&mut border);
         let reward = self.inner.task().reward(&self.before, action, self.inner.control(), &border);
+        EnvError::unless_finite(self.spec(), reward, (&self.before, self.inner.control(), &border))?;
         self.inner.reset_to(&border, rng);
         // Where the task itself ends, the task says what that costs.
         self.left = !self.inner.task().terminated(&border);
@@ -127,7 +132,7 @@ impl Environment for Imagined<'_> {
     }
 }
 
-/// An imagined system for trials, where a diverging model is a bad outcome instead of an error.
+/// An imagined system for trials, where a model that diverges, or goes where the task pays no finite number, is a bad outcome instead of an error.
 pub(crate) struct Trial<'a>(Imagined<'a>);
 
 impl<'a> Trial<'a> {
@@ -177,7 +182,7 @@ impl Environment for Trial<'_> {
 
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
         match self.0.step(action, rng) {
-            Err(EnvError::Diverged(_)) => {
+            Err(EnvError::Diverged(_) | EnvError::Reward { .. }) => {
                 Ok(Outcome { reward: self.0.belief.stakes.worst_value, terminated: true, truncated: false })
             }
             other => other,

@@ -147,6 +147,11 @@ impl Trials {
         Self { before: Some(self.means.len()), ..self.anew() }
     }
 
+    /// Whether no policy was tried yet.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.means.is_empty()
+    }
+
     /// Whether no policy can earn more than the best.
     pub(crate) fn is_perfect(&self) -> bool {
         self.perfect

@@ -49,7 +49,7 @@ fn every_real_step_and_reset_is_counted() {
 #[test]
 fn training_stops_when_trials_no_longer_gain_and_keeps_the_best() {
     let learned = run(&Given(EXACT), &schedule(), Student::default(), &|| false);
-    assert!(learned.optimal_in_model);
+    assert!(learned.converged);
     // The gain is 1 after 10 updates; the trials at 20 and 30 gain nothing.
     assert_eq!(learned.updates, 30);
     let mut kept = Student::default();
@@ -90,7 +90,7 @@ fn a_wild_model_shows_nobody_how_wild_it_is() {
 #[test]
 fn a_model_that_always_diverges_ends_the_run_without_a_policy() {
     let learned = run(&Given(Push { gain: 1.0, breaks_at: -1.0 }), &schedule(), Student::default(), &|| false);
-    assert!(learned.policy.is_none() && !learned.optimal_in_model);
+    assert!(learned.policy.is_none() && !learned.converged);
     assert!(learned.diverged > 0 && learned.updates == 0);
 }
 
@@ -169,7 +169,7 @@ fn an_interrupted_run_keeps_its_best_policy() {
 fn a_replay_smaller_than_the_random_steps_is_filled_once() {
     let mut schedule = schedule();
     schedule.replay_capacity = 16;
-    assert!(run(&Given(EXACT), &schedule, Student::default(), &|| false).optimal_in_model);
+    assert!(run(&Given(EXACT), &schedule, Student::default(), &|| false).converged);
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn a_promise_reality_keeps_costs_one_real_episode() {
     schedule.imagined_rollouts = Rollouts::Count(1_000_000);
     let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
     let warmup_only = run(&Given(EXACT), &self::schedule(), Student::default(), &|| false);
-    assert!(learned.optimal_in_model);
+    assert!(learned.converged);
     assert_eq!(learned.data.n_rollouts(), warmup_only.data.n_rollouts() + 1);
     assert_eq!(learned.updates, warmup_only.updates);
 }
@@ -282,6 +282,31 @@ fn a_promise_that_was_kept_has_to_stand_in_the_model_that_knows_the_episode() {
         rollouts(Push { gain: 3.0, ..EXACT }) > kept,
         "in the next model the policy overshoots: it is trained anew"
     );
+}
+
+/// Whose model moves half as far as the truth up to 30 steps of data, and is exact from then on.
+struct Enlightened;
+
+impl DynamicsLearner for Enlightened {
+    type Model = Push;
+    fn fit(&self, data: &Dataset, _: Option<&Push>, _: &mut Rng) -> Result<Option<Knowledge<Push>>, FitError> {
+        let (gain, certainty) = if data.n_steps() <= 30 { (0.5, Certainty::Adequate) } else { (1.0, Certainty::Exact) };
+        Ok(Some(Knowledge { certainty, ..Knowledge::certain(Push { gain, ..EXACT }) }))
+    }
+}
+
+#[test]
+fn a_better_policy_found_after_the_last_real_episode_is_handed_over() {
+    let mut schedule = auto();
+    schedule.optimality.trial_every = 5;
+    // Twice as strong: right at gain 1 in the first model, at gain 0.5 in truth.
+    let agent = Student { eager: true, ..Student::default() };
+    let learned = run(&Enlightened, &schedule, agent, &|| false);
+    assert!(learned.data.n_steps() > 30, "the first policy had a real episode");
+    let mut kept = Student::default();
+    kept.restore(&learned.policy.expect("there were trials").to_bytes()).expect("it is a student's");
+    assert!((kept.gain - 0.5).abs() < 1e-9, "the best in the exact model: {}", kept.gain);
+    assert!(learned.confirmation.is_none(), "the real episode was another policy's");
 }
 
 #[test]

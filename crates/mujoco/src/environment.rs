@@ -196,6 +196,11 @@ impl<T: Task, H: Observe> Environment for MujocoEnvironment<T, H> {
         std::mem::swap(&mut self.state, &mut self.next);
         self.sensors.observe(&self.state, rng, &mut self.observation);
         self.steps += 1;
+        let (spec, (before, after)) = (self.task.spec(), (&self.next, &self.state));
+        if let Err(unpaid) = EnvError::unless_finite(spec, reward, (before, &self.control, after)) {
+            self.running = false;
+            return Err(unpaid);
+        }
         let terminated = self.task.terminated(&self.state);
         let truncated = self.steps >= self.task.max_steps();
         self.running = !(terminated || truncated);

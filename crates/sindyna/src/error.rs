@@ -103,12 +103,6 @@ pub enum Error {
         /// What is wrong with it.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// A reward that is no finite number.
-    #[error("{complaint}")]
-    Reward {
-        /// Which reward, and where.
-        complaint: String,
-    },
     /// A numeric setting of a solver out of its range.
     #[error(transparent)]
     Parameter(#[from] InvalidParam),

@@ -98,11 +98,11 @@ impl World {
         u.iter_mut().zip(&self.low).zip(&self.high).for_each(|((u, low), high)| *u = u.clamp(*low, *high));
     }
 
-    /// One step under any control in the box; `None` where the model diverges.
+    /// One step under any control in the box; `None` where the model diverges or goes where the task pays no finite number.
     pub(crate) fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Option<Stepped> {
         self.dynamics.step(x, u, rng, next).ok()?;
-        let ended = self.task.terminated(next);
-        Some(Stepped { reward: self.reward(x, u, next), ended })
+        let (reward, ended) = (self.reward(x, u, next), self.task.terminated(next));
+        reward.is_finite().then_some(Stepped { reward, ended })
     }
 
     pub(crate) fn reward(&self, x: &[f64], u: &[f64], next: &[f64]) -> f64 {

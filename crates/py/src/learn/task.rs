@@ -62,11 +62,6 @@ impl PyTask {
         Ok(Self { formulas, functions: Arc::new(functions), sensors, raised })
     }
 
-    /// Why there is a reward that is no finite number.
-    pub(crate) fn complaint(&self) -> Option<&str> {
-        self.formulas.complaint()
-    }
-
     /// What the sensors show of state `x`, as one row.
     fn shown(&self, x: &[f64]) -> Vec<f64> {
         let mut o = vec![0.0; self.formulas.spec().observation_dim()];

@@ -131,8 +131,8 @@ pub struct Training {
     pub left_region: u64,
     /// Mean return of the kept policy in the model.
     pub model_return: Option<f64>,
-    /// Whether the stop rule called it optimal in the model.
-    pub optimal_in_model: bool,
+    /// Whether training ended because trials in the model gained no more; how far the policy is from the best there is, it does not tell.
+    pub converged: bool,
     /// What the policy was expected to earn on the real system, before it was evaluated there.
     #[serde(default)]
     pub prediction: Option<Prediction>,

@@ -45,7 +45,8 @@ impl Problem<'_> {
                 return None;
             }
             let problem = Problem { segments: &kept.segments, noise: &signals.sigma, ..*self };
-            let without = |best: &Hypothesis| (round < ROUNDS).then(|| problem.without_strays(best)).flatten();
+            let without =
+                |best: &Hypothesis| (round < ROUNDS).then(|| problem.without_strays(best, kept.astray)).flatten();
             let mut searched = None;
             if begun.is_none() {
                 match problem.roughly(stepping) {
@@ -72,15 +73,15 @@ impl Problem<'_> {
     }
 
     /// The data without the steps that `best` misses by far more than the others, and `best` fitted to those; if the score gains more by that than the
-    /// steps cost.
+    /// steps cost. So many steps were left out `before`.
     ///
     /// A step left out costs the state in which the next one begins, and which of all steps it is. A sample between two of them is told
     /// by nothing but the spread of its channel.
-    fn without_strays(&self, best: &Hypothesis) -> Option<(Kept, Hypothesis)> {
+    fn without_strays(&self, best: &Hypothesis, before: usize) -> Option<(Kept, Hypothesis)> {
         let strays = self.strays(best)?;
         let steps: usize = strays.iter().map(Vec::len).sum();
         let astray = strays.iter().flatten().filter(|s| **s).count();
-        if astray == 0 || astray as f64 > MOST * steps as f64 {
+        if astray == 0 || (before + astray) as f64 > MOST * (before + steps) as f64 {
             return None;
         }
         let (mut segments, mut x) = (Vec::new(), Vec::<Array2<f64>>::new());

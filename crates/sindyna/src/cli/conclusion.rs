@@ -48,7 +48,7 @@ impl Conclusion<'_> {
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
                 text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
-                text += if training.optimal_in_model { "\n" } else { " (training had not settled)\n" };
+                text += if training.converged { "\n" } else { " (training had not settled)\n" };
             } else {
                 text += &planned(&training.planners, &training.algorithm);
             }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use sindyna_core::FitError;
+use sindyna_core::{EnvError, FitError};
 use sindyna_dyna::DynaError;
 use sindyna_logs::{LogError, Suggestion};
 use sindyna_record::RecordError;
@@ -18,10 +18,14 @@ pub(crate) fn of(error: &anyhow::Error) -> Option<String> {
         match cause.downcast_ref::<Error>() {
             Some(Error::Log(error)) => of_log(error),
             Some(Error::Record(error)) => of_record(error),
+            Some(Error::Environment(error)) => of_environment(error),
+            Some(Error::Train(error)) => error.environment().and_then(of_environment),
             Some(error) => of_ours(error),
             None => {
                 let log = cause.downcast_ref::<LogError>().and_then(of_log);
+                let environment = || cause.downcast_ref::<DynaError>().and_then(DynaError::environment);
                 log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
+                    .or_else(|| environment().and_then(of_environment))
             }
         }
     })
@@ -36,7 +40,7 @@ pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
         Some(Error::Fit(_)) => Some("fit"),
         Some(Error::Train(_)) => Some("training"),
         Some(Error::Mujoco(_)) => Some("mujoco"),
-        Some(Error::Environment(_) | Error::Reward { .. }) => Some("system"),
+        Some(Error::Environment(_)) => Some("system"),
         Some(Error::TaskFile { .. }) => Some("task-file"),
         Some(_) => Some("setting"),
         None if cause.is::<LogError>() => Some("log"),
@@ -47,6 +51,19 @@ pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
         None => None,
     };
     error.chain().find_map(of_cause).unwrap_or("input")
+}
+
+fn of_environment(error: &EnvError) -> Option<String> {
+    match error {
+        EnvError::Reward { .. } => {
+            Some("guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into())
+        }
+        EnvError::Diverged(_) => Some(
+            "the simulator itself left the finite numbers within a step: guard its formulas, such as `max(x, 0.001)` in a denominator, give the state `bounds`, or make `dt` smaller"
+                .into(),
+        ),
+        _ => None,
+    }
 }
 
 fn of_ours(error: &Error) -> Option<String> {
@@ -64,7 +81,6 @@ fn of_ours(error: &Error) -> Option<String> {
         .into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
         Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md tells what stands in a task file".into(),
-        Error::Reward { .. } => "guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into(),
         Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
         _ => return None,
     })

@@ -1,10 +1,10 @@
 //! A task whose reward and end are formulas.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 use rand::RngExt as _;
-use sindyna_core::{Channel, Kind, Prior, Rng, Space, Spec, Task};
+use sindyna_core::{Channel, EnvError, Kind, Prior, Rng, Space, Spec, Task};
 use sindyna_sindy::{Expr, parse};
 
 use super::condition::Condition;
@@ -27,14 +27,10 @@ pub struct FormulaTask {
     samples: Vec<Option<usize>>,
     /// Over z = (x; u; x'; ended).
     reward: Expr,
-    /// What stands for z in formulas.
-    names: Vec<String>,
     /// Over x'.
     terminated: Option<Condition>,
     /// States of which formulas see the value between −π and π.
     folded: Vec<usize>,
-    /// The first reward that was no finite number: a [`Task`] has no other way to say so.
-    complaint: Arc<OnceLock<String>>,
 }
 
 impl FormulaTask {
@@ -61,7 +57,7 @@ impl FormulaTask {
             terminated.map_err(|e| refused("terminated, a condition on the state after the step", format!("{e:#}")))?;
         let folded = Vec::new();
         let samples = vec![None; start.len()];
-        Ok(Self { spec, max_steps, start, samples, reward, names, terminated, folded, complaint: Arc::default() })
+        Ok(Self { spec, max_steps, start, samples, reward, terminated, folded })
     }
 
     /// The same with angles that are seen only as cosine and sine between −π and π in all formulas: no sensor shows how often they turned.
@@ -104,31 +100,18 @@ impl FormulaTask {
         differs.then_some(drawn)
     }
 
-    /// The first reward that was no finite number, and where.
-    #[must_use]
-    pub fn complaint(&self) -> Option<&str> {
-        self.complaint.get().map(String::as_str)
-    }
-
-    fn complain(&self, z: &[f64], reward: f64) {
-        self.complaint.get_or_init(|| {
-            let at: Vec<String> = self.names.iter().zip(z).map(|(name, v)| format!("{name} = {v}")).collect();
-            let (name, formula) = (&self.spec.name, self.reward.display(&self.names));
-            format!("the reward of `{name}`, `{formula}`, is {reward} at {}", at.join(", "))
-        });
-    }
-
-    /// Tries the reward at `times` start states under random controls; what is wrong with it is in [`Self::complaint`] then.
-    pub(crate) fn try_reward(&self, times: usize, rng: &mut Rng) {
-        let Space::Box { low, high } = &self.spec.action_space else { return };
+    /// Tries the reward at `times` start states under random controls.
+    pub(crate) fn try_reward(&self, times: usize, rng: &mut Rng) -> Result<(), EnvError> {
+        let Space::Box { low, high } = &self.spec.action_space else { return Ok(()) };
         let (mut x, mut u) = (vec![0.0; self.spec.state_dim()], vec![0.0; self.spec.control_dim()]);
         for _ in 0..times {
             self.initial(rng, &mut x);
             for ((value, &low), &high) in u.iter_mut().zip(low).zip(high) {
                 *value = rng.random_range(low..=high);
             }
-            self.reward(&x, &u, &u, &x);
+            EnvError::unless_finite(&self.spec, self.reward(&x, &u, &u, &x), (&x, &u, &x))?;
         }
+        Ok(())
     }
 
     /// The states (n) as formulas see them.
@@ -170,11 +153,7 @@ impl Task for FormulaTask {
         z[2 * n + k] = f64::from(u8::from(self.terminated(next)));
         self.fold(&mut z[..n]);
         self.fold(&mut z[n + k..2 * n + k]);
-        let reward = self.reward.eval(z);
-        if !reward.is_finite() {
-            self.complain(z, reward);
-        }
-        reward
+        self.reward.eval(z)
     }
 
     fn terminated(&self, next: &[f64]) -> bool {

@@ -53,10 +53,10 @@ pub trait Problem: Send + Sync {
         None
     }
 
-    /// Refuses to go on where the task left the finite numbers.
+    /// Refuses to go on where the task itself failed: one that is made of someone else's functions may.
     ///
     /// # Errors
-    /// [`Error::Reward`] with the first such reward.
+    /// [`Error::System`].
     fn check(&self) -> Result<(), Error> {
         Ok(())
     }

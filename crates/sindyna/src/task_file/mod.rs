@@ -156,13 +156,6 @@ impl Problem for TaskFile {
         }
     }
 
-    fn check(&self) -> Result<(), Error> {
-        match self.task.complaint() {
-            None => Ok(()),
-            Some(complaint) => Err(Error::Reward { complaint: complaint.to_owned() }),
-        }
-    }
-
     /// The task and what it names as files of a run directory, where they are enough to run it again.
     fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
         let (text, mut files) = self.simulator.recorded(&self.text).map_err(|e| wrong(&self.path, e))?;

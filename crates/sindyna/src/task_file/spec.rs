@@ -23,10 +23,9 @@ impl Document {
                     other => other.into(),
                 }
             })?;
-        task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0));
-        match task.complaint() {
-            None => Ok(task),
-            Some(complaint) => bail!("task.reward must be a finite number wherever the system goes: {complaint}"),
+        match task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0)) {
+            Ok(()) => Ok(task),
+            Err(e) => bail!("task.reward must be a finite number wherever the system goes: {e}"),
         }
     }
 

@@ -72,7 +72,7 @@ pub(crate) fn of(
             diverged: learned.diverged,
             left_region: learned.left_region,
             model_return: learned.model_return,
-            optimal_in_model: learned.optimal_in_model,
+            converged: learned.converged,
             prediction: learned.prediction.as_ref().map(|prediction| {
                 let (low, high) = prediction.interval(LEVEL, config.evaluation_episodes);
                 Prediction { mean: prediction.mean(), level: LEVEL, low, high }
