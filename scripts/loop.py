@@ -45,7 +45,7 @@ def train(program, task, noise, steps, seed, options):
     prediction, confirmation = training["prediction"], training["confirmation"]
     earned = evaluation.get("mean_return")
     return {
-        "seed": seed, "return": earned, "solved": bool(record["solved"]), "threshold": record["threshold"],
+        "seed": seed, "return": earned, "solved": record["solved"], "threshold": record["threshold"],
         "real_steps": record["real_steps"], "real_episodes": record["real_episodes"], "updates": training["updates"],
         "prediction": prediction and [prediction["mean"], prediction["low"], prediction["high"]],
         "held": prediction is not None and prediction["low"] - 1e-9 <= earned <= prediction["high"] + 1e-9,
@@ -56,17 +56,18 @@ def train(program, task, noise, steps, seed, options):
 
 def warned(run):
     """Whether the run said beforehand that the task may not be solved: its interval reaches below the threshold, or a promise was broken."""
-    return run.get("prediction") is None or run["prediction"][1] < run["threshold"] or run["kept"] is False
+    return run.get("prediction") is None or run["threshold"] is None or run["prediction"][1] < run["threshold"] or run["kept"] is False
 
 
 def summary(task, noise, steps, runs):
     done = [r for r in runs if "refused" not in r]
-    failed = [r for r in done if not r["solved"]]
+    # Task files without `solved_at` have nothing to fail at.
+    failed = [r for r in done if r["solved"] is False or r["return"] is None]
     returns = [r["return"] for r in done if r["return"] is not None]
     predicted = [r for r in done if r["prediction"]]
     return {
-        "task": task, "noise": noise, "steps": steps, "seeds": len(runs), "refused": len(runs) - len(done),
-        "solved": sum(r["solved"] for r in done),
+        "task": name(task), "noise": noise, "steps": steps, "seeds": len(runs), "refused": len(runs) - len(done),
+        "solved": sum(bool(r["solved"]) for r in done), "target": any(r["threshold"] is not None for r in done),
         "failed_without_a_word": [r["seed"] for r in failed if not warned(r)],
         "failed": [r["seed"] for r in failed],
         "median_return": rounded(middle(returns)), "lowest_return": rounded(min(returns, default=float("inf"))),
@@ -84,7 +85,7 @@ def page(document):
     groups = document["groups"]
     predicted, held = (sum(g[k] for g in groups) for k in ("predicted", "held"))
     failed, silent = sum(len(g["failed"]) for g in groups), sum(len(g["failed_without_a_word"]) for g in groups)
-    rows = [[g["task"], f"{100 * g['noise']:g} %" if g["noise"] else "none", g["steps"], f"**{g['solved']}** of {g['seeds']}",
+    rows = [[g["task"], f"{100 * g['noise']:g} %" if g["noise"] else "none", g["steps"], f"**{g['solved']}** of {g['seeds']}" if g.get("target", True) else f"{g['seeds'] - g['refused']} of {g['seeds']} ended",
              f"{plain(g['median_return'])} ({plain(g['lowest_return'])})",
              f"{g['real_steps']['median']:g} ({g['real_steps']['most']})",
              f"{g['real_episodes']['median']:g} ({g['real_episodes']['most']})",

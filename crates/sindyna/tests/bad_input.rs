@@ -211,7 +211,7 @@ fn a_full_disk_is_reported_and_the_real_data_are_kept() {
     let (code, stdout, stderr) = parts(&output);
     assert_eq!(code, 2, "{stdout}{stderr}");
     assert!(stderr.contains("cannot write") && stderr.contains("policy.safetensors"), "{stderr}");
-    assert!(stdout.contains("found"), "what was found is still told: {stdout}");
+    assert!(stdout.contains("identified"), "what was found is still told: {stdout}");
     let run = temp.path().join("run");
     for name in ["rollout.csv", "model.json", "events.jsonl", "timing.json"] {
         assert!(run.join(name).exists(), "{name} fits and is there");

@@ -41,7 +41,7 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
         "  w\u{307} = 15 sin th + 3 u\n",
         "dth/dt   is w, as declared",
         "standard error",
-        "as small as rounding explains",
+        "at the level of rounding",
         "steps used: 100",
     ] {
         assert!(stdout.contains(line), "{line:?} is missing in {stdout}");

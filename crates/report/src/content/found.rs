@@ -62,7 +62,7 @@ fn coefficients(judged: &Judged, summands: &[Summand]) -> Block {
             significant(summand.relative_error(), 2).replace('-', "−"),
         ]
     };
-    let head = ["equation of", "term", "true coefficient", "found", "relative error"];
+    let head = ["equation of", "term", "true coefficient", "identified", "relative error"];
     Block::table(2, head, summands.iter().map(row).collect())
 }
 

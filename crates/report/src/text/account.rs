@@ -92,7 +92,8 @@ pub fn verdict(account: &Account) -> String {
         let _ = writeln!(text, "steps used: {}", steps(account));
     }
     if account.explained == Some(true) {
-        let _ = writeln!(text, "what is left of every fitted equation is as small as {} explains", sensors(account));
+        let used = if account.rows_astray > 0 { " of the steps used" } else { "" };
+        let _ = writeln!(text, "all residuals{used} are at the level of {}", sensors(account));
     }
     let missed: Vec<String> = account.equations.iter().filter_map(|e| excess(account, e)).collect();
     for excess in &missed {
@@ -139,18 +140,18 @@ fn table(account: &Account, equation: &Equation) -> String {
     let verdict = match (equation.reached_floor, equation.floor > 0.0) {
         (true, _) if sensors == ESTIMATED => "white noise".into(),
         (false, _) if sensors == ESTIMATED => equation.doubt.as_deref().unwrap_or_default().into(),
-        (true, _) => format!("as small as {sensors} explains ({})", significant(equation.floor, 2)),
+        (true, _) => format!("at the level of {sensors} ({})", significant(equation.floor, 2)),
         (false, true) if equation.terms.len() >= account.rows => {
-            "as many terms as steps leave nothing to judge by".into()
+            "as many terms as steps: no degrees of freedom are left to test it".into()
         }
         (false, true) if equation.has_rivals() => {
-            format!("as small as {sensors} explains, but other terms explain the data as well")
+            format!("at the level of {sensors}, but other terms explain the data as well")
         }
         (false, true) => {
             let floor = significant(equation.floor, 2);
-            format!("above what {sensors} explains ({floor}): noise, or a term that is missing")
+            format!("above the level of {sensors} ({floor}): noise, or a missing term")
         }
-        (false, false) => "what the sensors explain is not known for this target".into(),
+        (false, false) => "no noise floor is known for this target".into(),
     };
     let search = if equation.proved || equation.path.is_empty() || sensors == ESTIMATED {
         ""
@@ -174,7 +175,7 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
     if equation.terms.len() >= account.rows {
         let (terms, rows) = (equation.terms.len(), account.rows);
         return Some(format!(
-            "the equation of {state} has {terms} terms for {rows} steps, which leave nothing to judge by"
+            "the equation of {state} has {terms} terms for {rows} steps: no degrees of freedom are left to test it"
         ));
     }
     if equation.has_rivals() {
@@ -182,11 +183,11 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
     }
     if sensors == ESTIMATED {
         return Some(format!(
-            "the equation of {state} leaves {residual} RMS, {}",
+            "the residual of the equation of {state} is {residual} RMS, {}",
             equation.doubt.as_deref().unwrap_or_default()
         ));
     }
-    Some(format!("the equation of {state} leaves {residual} RMS where {sensors} explains {floor}"))
+    Some(format!("the residual of the equation of {state} is {residual} RMS, above the level of {sensors} ({floor})"))
 }
 
 fn quantity(equation: &Equation, value: f64) -> String {
@@ -288,7 +289,7 @@ mod tests {
 \u{20} w\u{307}        coefficient   standard error
 \u{20} sin th   15.00000021   1.2e-7
 \u{20} w        -0.1          not known
-\u{20} residual 1.3e-6 rad/s²: as small as rounding explains (2e-6); not every subset of this size was tried
+\u{20} residual 1.3e-6 rad/s²: at the level of rounding (2e-6); not every subset of this size was tried
 ";
         assert_eq!(table(&account(100), &equation()), expected);
     }
@@ -304,10 +305,10 @@ mod tests {
     fn what_is_left_over_is_told_with_its_unit() {
         let missed = Equation { residual: Some(0.12), reached_floor: false, ..equation() };
         assert_eq!(missed.is_explained(), Some(false));
-        let says = "the equation of w leaves 0.12 rad/s² RMS where rounding explains 2e-6";
+        let says = "the residual of the equation of w is 0.12 rad/s² RMS, above the level of rounding (2e-6)";
         assert_eq!(excess(&account(100), &missed).as_deref(), Some(says));
-        assert!(table(&account(100), &missed).contains("above what rounding explains (2e-6): noise, or a term"));
-        let says = "the equation of w has 2 terms for 2 steps, which leave nothing to judge by";
+        assert!(table(&account(100), &missed).contains("above the level of rounding (2e-6): noise, or a missing term"));
+        let says = "the equation of w has 2 terms for 2 steps: no degrees of freedom are left to test it";
         assert_eq!(excess(&account(2), &missed).as_deref(), Some(says));
         let unknown = Equation { floor: 0.0, ..missed };
         assert_eq!(unknown.is_explained(), None);

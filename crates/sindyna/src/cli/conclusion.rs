@@ -30,7 +30,7 @@ impl Conclusion<'_> {
     pub(super) fn text(&self) -> String {
         let Summary { identification, training, evaluation, threshold, .. } = self.summary;
         let found = identification.as_ref().map_or(&[][..], |i| &i.equations);
-        let mut text = text::beside(("found", found), ("true", self.truth));
+        let mut text = text::beside(("identified", found), ("ground truth", self.truth));
         if let Some(account) = self.account {
             text += &text::verdict(account);
         }
@@ -48,7 +48,7 @@ impl Conclusion<'_> {
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
                 text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
-                text += if training.converged { "\n" } else { " (training had not settled)\n" };
+                text += if training.converged { "\n" } else { " (not converged)\n" };
             } else {
                 text += &planned(&training.planners, &training.algorithm);
             }
