@@ -145,7 +145,7 @@ mod tests {
     use super::*;
     use crate::{Channel, Diverged, Kind, Precision, Seed, Sensors, Space};
 
-    /// x' = x + u, ends beyond 1, reward −x² of the state before the step.
+    /// x' = x + u, ends beyond 1, reward −x² of the state before the step, which is no number below −1.
     struct Walk(Spec);
 
     impl Walk {
@@ -174,7 +174,7 @@ mod tests {
             x[0] = 0.1;
         }
         fn reward(&self, x: &[f64], _action: &[f64], _u: &[f64], _next: &[f64]) -> f64 {
-            -x[0] * x[0]
+            if x[0] < -1.0 { f64::NAN } else { -x[0] * x[0] }
         }
         fn terminated(&self, next: &[f64]) -> bool {
             next[0] > 1.0
@@ -216,6 +216,15 @@ mod tests {
         assert!(outcome.terminated && !outcome.truncated);
         assert!((outcome.reward + 0.81).abs() < 1e-15, "the reward is of the state before the step");
         assert!((env.state()[0] - 1.4).abs() < 1e-15, "the control is the clipped action");
+    }
+
+    #[test]
+    fn a_reward_that_is_no_number_ends_the_episode_with_where() {
+        let (mut env, mut rng) = walk();
+        env.reset_to(&[-2.0], &mut rng);
+        let error = env.step(&[0.25], &mut rng).expect_err("the task pays NaN");
+        assert_eq!(error.to_string(), "the reward of `walk` is NaN at x = -2.0, u = 0.25, next_x = -1.75");
+        assert_eq!(env.step(&[0.25], &mut rng), Err(EnvError::NeedsReset));
     }
 
     #[test]
