@@ -8,10 +8,10 @@ use std::sync::{Arc, Mutex};
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
     Agent, AgentError, Batch, Certainty, Channel, Checkpoint, CheckpointError, Dataset, Diverged, Dynamics,
-    DynamicsLearner, Event, FitError, Kind, Knowledge, Mode, Observer, Policy, Posterior, Precision, Rng, Space, Spec,
-    Task, TrainedPolicy, decode, encode,
+    DynamicsLearner, Event, FitError, Kind, Knowledge, Mode, Observer, Policy, Posterior, Precision, Rng, Seed,
+    Sensors, Simulated, Space, Spec, Task, TrainedPolicy, decode, encode,
 };
-use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
+use sindyna_dyna::{Dyna, Learned, Optimality, Refit, Rollouts, Schedule, Uniform};
 
 /// A point on a line, pushed about; falls off at |x| > 1 and is paid −x² for every step.
 pub(crate) struct Line(pub(crate) Spec, usize);
@@ -210,4 +210,29 @@ impl DynamicsLearner for Undecided {
         let certain = Knowledge::certain(EXACT);
         Ok(Some(Knowledge { certainty: Certainty::Adequate, posterior: Some(posterior), ..certain }))
     }
+}
+
+pub(crate) fn run<L: DynamicsLearner>(
+    learner: &L,
+    schedule: &Schedule,
+    agent: Student,
+    interrupted: &dyn Fn() -> bool,
+) -> Learned<L::Model> {
+    run_seeded(0, learner, schedule, agent, interrupted)
+}
+
+pub(crate) fn run_seeded<L: DynamicsLearner>(
+    seed: u64,
+    learner: &L,
+    schedule: &Schedule,
+    agent: Student,
+    interrupted: &dyn Fn() -> bool,
+) -> Learned<L::Model> {
+    let task = Line::new(20);
+    let sensors = Sensors::new(&task.0).expect("the observation names the state");
+    let truth = Push { gain: 1.0, breaks_at: f64::INFINITY };
+    let mut real = Simulated::new(truth, &task, sensors.clone());
+    let mut explorer = Uniform::new(&task.0);
+    let dyna = Dyna { task: &task, sensors: &sensors, learner, schedule, seed: Seed::new(seed) };
+    dyna.run(&mut real, &mut explorer, Box::new(agent), &mut Silent, interrupted).expect("nothing fails here")
 }
