@@ -182,7 +182,7 @@ fn every_system_of_the_examples_can_be_begun_with() {
             continue;
         }
         systems += 1;
-        let args = ["--max-updates", "250", "--episodes", "2", "--max-real-steps", "40", "--no-report", "--quiet"];
+        let args = ["--max-updates", "250", "--episodes", "2", "--max-real-steps", "10", "--no-report", "--quiet"];
         let args = [&["train", "--task-file", file.to_str().unwrap()], &args[..]].concat();
         let (code, stdout, stderr) = sindyna(temp.path(), &args);
         assert!(code == 0 && stderr.is_empty(), "{}: {stdout}{stderr}", file.display());
