@@ -210,8 +210,11 @@ fn a_reward_that_is_no_number_later_is_told_with_where() {
     let temp = tempfile::tempdir().unwrap();
     // Fine wherever an episode starts, but not at a cart that has begun to move to the left.
     slider_with(temp.path(), "0.001*u^2", "log(1 + 1e6*v)");
+    let (_, told, _) = sindyna(temp.path(), &["train", "--task-file", "task.toml", "--quiet", "--json"]);
+    assert!(told.contains("\"kind\": \"system\"") || told.contains("\"kind\":\"system\""), "{told}");
     let (code, _, stderr) = sindyna(temp.path(), &["train", "--task-file", "task.toml", "--quiet"]);
     assert_eq!(code, 2, "{stderr}");
+    assert!(stderr.contains("guard the formula"), "{stderr}");
     assert!(stderr.contains("the reward of `cart-on-a-rail`") && stderr.contains("is NaN at x = "), "{stderr}");
 }
 

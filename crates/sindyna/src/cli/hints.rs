@@ -38,7 +38,7 @@ pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
         Some(Error::Log(_)) => Some("log"),
         Some(Error::Record(_)) => Some("record"),
         Some(Error::Fit(_)) => Some("fit"),
-        Some(Error::Train(_)) => Some("training"),
+        Some(Error::Train(error)) => Some(of_training(error)),
         Some(Error::Mujoco(_)) => Some("mujoco"),
         Some(Error::Environment(_)) => Some("system"),
         Some(Error::TaskFile { .. }) => Some("task-file"),
@@ -46,11 +46,15 @@ pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
         None if cause.is::<LogError>() => Some("log"),
         None if cause.is::<RecordError>() => Some("record"),
         None if cause.is::<FitError>() => Some("fit"),
-        None if cause.is::<DynaError>() => Some("training"),
         None if cause.is::<std::io::Error>() => Some("io"),
-        None => None,
+        None => cause.downcast_ref::<DynaError>().map(of_training),
     };
     error.chain().find_map(of_cause).unwrap_or("input")
+}
+
+/// The system is at fault where it failed during training.
+fn of_training(error: &DynaError) -> &'static str {
+    if error.environment().is_some() { "system" } else { "training" }
 }
 
 fn of_environment(error: &EnvError) -> Option<String> {
