@@ -1,27 +1,19 @@
 //! Stops, dead zones and friction: terms with kinks and jumps, in noise and in what simulators with fixed steps make of them.
 
+mod recorded;
+
 use ndarray::Array2;
 use rand::RngExt as _;
-use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec};
+use sindyna_core::{Kind, Seed, Spec};
 use sindyna_sindy::{Identified, Identifier, Recording};
 
 type Field = fn(f64, f64, f64) -> f64;
 
 const DT: f64 = 0.04;
 
+/// A mass.
 fn spec() -> Spec {
-    let state: Vec<Channel> =
-        [("x", Kind::Plain), ("v", Kind::RateOf(0))].map(|(name, kind)| Channel::new(name, "", kind, 1.0)).into();
-    Spec {
-        name: "mass".into(),
-        observation: state.clone(),
-        state,
-        control: vec![Channel::new("u", "", Kind::Plain, 1.0)],
-        action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-        precision: Precision::F64,
-        noise: 0.0,
-        dt: DT,
-    }
+    recorded::spec(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], DT)
 }
 
 /// A mass that `field` accelerates, in four recordings of 75 samples: four classical Runge–Kutta steps from sample to sample, over kinks as over anything. `noise`

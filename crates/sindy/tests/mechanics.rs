@@ -1,32 +1,21 @@
 //! Several joints: one Lagrangian proposes the terms of all equations at once.
 
+mod recorded;
+
 use ndarray::Array2;
 use rand::RngExt as _;
-use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec};
+use sindyna_core::{Kind, Seed, Spec};
 use sindyna_sindy::{Identifier, Recording};
 
 const DT: f64 = 0.05;
 
+/// A cart with two poles.
 fn spec() -> Spec {
-    let of = |name: &str, kind: Kind| Channel::new(name, "", kind, 1.0);
-    let state = vec![
-        of("x", Kind::Plain),
-        of("a", Kind::Angle),
-        of("b", Kind::Angle),
-        of("v", Kind::RateOf(0)),
-        of("p", Kind::RateOf(1)),
-        of("q", Kind::RateOf(2)),
-    ];
-    Spec {
-        name: "cart with two poles".into(),
-        observation: state.clone(),
-        state,
-        control: vec![Channel::new("u", "", Kind::Plain, 1.0)],
-        action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-        precision: Precision::F64,
-        noise: 0.0,
-        dt: DT,
-    }
+    let (rate, angle) = (Kind::RateOf, Kind::Angle);
+    recorded::spec(
+        &[("x", Kind::Plain), ("a", angle), ("b", angle), ("v", rate(0)), ("p", rate(1)), ("q", rate(2))],
+        DT,
+    )
 }
 
 /// Rates of a cart with a pole on a pole; b is the angle between the poles.
