@@ -43,6 +43,12 @@ pub trait Dynamics: Send + Sync {
     fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
         differences(&|z, rng, next| self.step(&z[..x.len()], &z[x.len()..], rng, next), (x, u), rng)
     }
+
+    /// The same dynamics stepped less exactly in less time: good enough to compare models with each other, whose errors are then the same. `None` if there is no
+    /// such way.
+    fn coarse(&self) -> Option<Arc<dyn Dynamics>> {
+        None
+    }
 }
 
 /// ∂F/∂x (n, n) and ∂F/∂u (n, k).
@@ -84,6 +90,10 @@ impl<D: Dynamics + ?Sized> Dynamics for &D {
     fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
         (**self).linearize(x, u, rng)
     }
+
+    fn coarse(&self) -> Option<Arc<dyn Dynamics>> {
+        (**self).coarse()
+    }
 }
 
 impl<D: Dynamics + ?Sized> Dynamics for Arc<D> {
@@ -93,6 +103,10 @@ impl<D: Dynamics + ?Sized> Dynamics for Arc<D> {
 
     fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
         (**self).linearize(x, u, rng)
+    }
+
+    fn coarse(&self) -> Option<Arc<dyn Dynamics>> {
+        (**self).coarse()
     }
 }
 

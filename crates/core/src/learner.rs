@@ -52,7 +52,7 @@ pub trait Posterior: Send + Sync {
 pub enum Certainty {
     /// Something speaks against it, or nothing is known of its errors.
     Doubted,
-    /// It leaves nothing but noise, and other models do too.
+    /// It leaves nothing but noise, and other models do or may do too.
     Ambiguous,
     /// It leaves nothing but noise, and no other model is as good.
     Adequate,

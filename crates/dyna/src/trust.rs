@@ -10,9 +10,9 @@ use sindyna_core::{Dynamics, Rng, Seed, Support};
 /// works too far from the data for its promise to be taken, where rollouts begin that need not begin where episodes do, and what data to collect next.
 pub struct Trust {
     support: Support,
-    /// Models as likely as each other.
+    /// Models as likely as each other, stepped coarsely where they can be.
     models: Vec<Arc<dyn Dynamics>>,
-    /// The likeliest of them.
+    /// The likeliest of them, stepped so.
     model: Arc<dyn Dynamics>,
     /// Standard deviation to which the next of each state is measured.
     precision: Vec<f64>,
@@ -76,6 +76,9 @@ impl Trust {
             (2.0_f64.sqrt() * noise).max(FINE * d)
         });
         let precision = precision.collect();
+        // Thousands of plans are compared, before every few real steps.
+        let coarse = |model: Arc<dyn Dynamics>| model.coarse().unwrap_or(model);
+        let (model, models) = (coarse(model), models.into_iter().map(coarse).collect());
         Self { support, model, models, precision, penalty }
     }
 

@@ -153,6 +153,25 @@ fn steps_are_linearised_as_they_are_made() {
 }
 
 #[test]
+fn coarse_steps_are_fewer_and_lead_nearly_where_fine_ones_do() {
+    use sindyna_core::{Dynamics, Scheme, Seed};
+    use sindyna_sindy::{Form, Model};
+
+    let found = identifier().identify_recordings(&[pendulum(300, 0.005, 3)]).expect("equations");
+    let mut document: serde_json::Value = serde_json::from_str(&found.model.to_json()).expect("JSON");
+    document["scheme"]["rk4"]["substeps"] = 8.into();
+    let fine = Model::from_json(&document.to_string()).expect("a model");
+    assert_eq!(fine.form(), Form::Continuous(Scheme::Rk4 { substeps: 8 }));
+    let coarse = fine.coarse().expect("fewer substeps");
+    let (mut rng, mut a, mut b) = (Seed::new(0).numpy(), [0.0; 2], [0.0; 2]);
+    fine.step(&[0.4, -1.0], &[0.7], &mut rng, &mut a).expect("finite");
+    coarse.step(&[0.4, -1.0], &[0.7], &mut rng, &mut b).expect("finite");
+    let far = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(far > 0.0 && far < 1e-5, "{far}");
+    assert!(coarse.coarse().and_then(|c| c.coarse()).is_none(), "one step cannot be made of fewer");
+}
+
+#[test]
 fn jacobians_are_those_of_differences() {
     let found = identifier().identify_recordings(&[pendulum(300, 0.005, 3)]).expect("equations");
     let (x, u) = ([0.4, -1.0], [0.7]);

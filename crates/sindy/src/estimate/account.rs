@@ -46,6 +46,11 @@ impl Doubt {
     pub(crate) fn is_spoilt(self) -> bool {
         matches!(self, Self::Correlated | Self::Large | Self::Unfinished)
     }
+
+    /// Whether it is that other terms may be as good, and nothing speaks against these.
+    pub(crate) fn is_of_rivals(self) -> bool {
+        matches!(self, Self::OtherTerms | Self::Unfinished)
+    }
 }
 
 impl fmt::Display for Doubt {
@@ -135,8 +140,6 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
-            } else if self.spent.get() > self.budget {
-                Some(Doubt::Unfinished)
             } else if best.contributions[i] > CANCELLING {
                 Some(Doubt::Cancelling)
             } else if !self.is_coupled_symmetrically(&best.supports, i) {
@@ -145,8 +148,10 @@ impl Problem<'_> {
                 Some(Doubt::OtherTerms)
             } else if self.is_series(&best, i) {
                 Some(Doubt::Series)
+            } else if !constant[i] && !best.numerical {
+                Some(Doubt::Inconstant)
             } else {
-                (!constant[i] && !best.numerical).then_some(Doubt::Inconstant)
+                (self.spent.get() > self.budget).then_some(Doubt::Unfinished)
             }
         };
         let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();

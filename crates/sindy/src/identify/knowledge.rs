@@ -53,8 +53,7 @@ impl Identified {
     #[must_use]
     pub fn certainty(&self) -> Certainty {
         let equations = &self.report.equations;
-        let ambiguous = |doubt: Option<Doubt>| doubt == Some(Doubt::OtherTerms);
-        if !equations.iter().all(|e| e.reached_floor || ambiguous(e.doubt)) {
+        if !equations.iter().all(|e| e.reached_floor || e.doubt.is_some_and(Doubt::is_of_rivals)) {
             Certainty::Doubted
         } else if !equations.iter().all(|e| e.reached_floor) {
             Certainty::Ambiguous

@@ -1,5 +1,7 @@
 //! A model as dynamics.
 
+use std::sync::Arc;
+
 use sindyna_core::{Diverged, Dynamics, Held, Jacobians, Rng, Scheme, VectorField};
 
 use super::frame::back;
@@ -98,7 +100,15 @@ impl Dynamics for Model {
             None => Stepped(self).linearize(x, u, rng),
         }
     }
+
+    fn coarse(&self) -> Option<Arc<dyn Dynamics>> {
+        let Form::Continuous(Scheme::Rk4 { substeps: substeps @ 2.. }) = self.parts.form else { return None };
+        Some(Arc::new(self.with_form(Form::Continuous(Scheme::Rk4 { substeps: substeps.div_ceil(COARSE) }))))
+    }
 }
+
+/// Substeps for one of the same model stepped coarsely: its error is 256 times as large.
+const COARSE: usize = 4;
 
 /// A model whose steps alone are known.
 struct Stepped<'a>(&'a Model);

@@ -28,6 +28,10 @@ impl Dynamics for Fitted {
     fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
         self.0.model.linearize(x, u, rng)
     }
+
+    fn coarse(&self) -> Option<Arc<dyn Dynamics>> {
+        self.0.model.coarse()
+    }
 }
 
 impl Learner {
