@@ -55,10 +55,11 @@ impl Stakes {
             if task.terminated(&x)
                 || !spec.action_space.control_into(&action, &mut u)
                 || model.step(&x, &u, rng, &mut next).is_err()
+                || !support.contains(&next)
             {
+                // Where nobody follows the model, its rewards are none.
                 continue;
             }
-            support.clamp(&mut next);
             let reward = task.reward(&x, &action, &u, &next);
             if reward.is_finite() {
                 rewards.push(reward);
@@ -185,4 +186,65 @@ fn support(systems: &[Possible<'_>], data: &Dataset, rng: &mut Rng) -> Support {
         x
     };
     Support::of(spec, data, &(0..STARTS).map(start).collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sindyna_core::{Diverged, Precision, Seed, Space};
+
+    /// x' = x + u, until it blows up.
+    struct Push;
+
+    impl Dynamics for Push {
+        fn step(&self, x: &[f64], u: &[f64], _rng: &mut Rng, next: &mut [f64]) -> Result<(), Diverged> {
+            next[0] = if x[0] > 3.0 { 1e6 } else { x[0] + u[0] };
+            Diverged::check(next)
+        }
+    }
+
+    /// Pays −x².
+    struct Stay(Spec);
+
+    impl Task for Stay {
+        fn spec(&self) -> &Spec {
+            &self.0
+        }
+        fn max_steps(&self) -> usize {
+            100
+        }
+        fn initial(&self, _rng: &mut Rng, x: &mut [f64]) {
+            x[0] = 0.0;
+        }
+        fn reward(&self, _x: &[f64], _action: &[f64], _u: &[f64], next: &[f64]) -> f64 {
+            -next[0] * next[0]
+        }
+        fn terminated(&self, _next: &[f64]) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn where_nobody_follows_a_model_that_blows_up_its_rewards_are_none() {
+        let x = Channel::new("x", "m", Kind::Plain, 1.0);
+        let task = Stay(Spec {
+            name: "stay".into(),
+            state: vec![x.clone()],
+            observation: vec![x.clone()],
+            control: vec![x],
+            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
+            precision: Precision::F64,
+            noise: 0.0,
+            dt: 0.1,
+        });
+        let mut data = Dataset::new(1, 1, 1, 0.1);
+        data.begin(&[-2.0]).expect("finite");
+        for x in [-1.0, 0.0, 1.0, 2.0] {
+            data.push(&[1.0], &[1.0], -x * x, &[x]).expect("finite");
+        }
+        let support = Support::of(&task.0, &data, &[]);
+        let (stakes, _) = Stakes::of(&Push, &task, &support, &data, 0.9, &mut Seed::new(0).numpy());
+        // States are drawn from ±4, and the farthest that is followed from there is 5.
+        assert!((-250.0..-40.0).contains(&stakes.worst_value), "{stakes:?}");
+    }
 }
