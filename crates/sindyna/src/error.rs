@@ -103,6 +103,17 @@ pub enum Error {
         /// What is wrong with it.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// A program that is no system as the task file declares it.
+    #[error("the program `{command}`: {why}")]
+    Pipe {
+        /// The program and its arguments.
+        command: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// The system of a run was a program, and none is named.
+    #[error("its system was a program, which no record starts")]
+    NoPipe,
     /// A numeric setting of a solver out of its range.
     #[error(transparent)]
     Parameter(#[from] InvalidParam),

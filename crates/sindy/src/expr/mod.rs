@@ -86,8 +86,18 @@ impl Expr {
         }
     }
 
+    /// Operators and functions in the term.
+    fn operators(&self) -> usize {
+        match self {
+            Self::Constant(_) | Self::Variable(_) => 0,
+            Self::Neg(a) | Self::Power(a, _) | Self::Call(_, a) => 1 + a.operators(),
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => 1 + a.operators() + b.operators(),
+        }
+    }
+
     /// Whether variable `i` is in the term.
-    pub(crate) fn has(&self, i: usize) -> bool {
+    #[must_use]
+    pub fn has(&self, i: usize) -> bool {
         match self {
             Self::Constant(_) => false,
             Self::Variable(j) => *j == i,
@@ -111,7 +121,8 @@ impl Expr {
     }
 
     /// The term with what `by` has for each variable; those it has nothing for stay.
-    pub(crate) fn replaced(&self, by: &dyn Fn(usize) -> Option<Self>) -> Self {
+    #[must_use]
+    pub fn replaced(&self, by: &dyn Fn(usize) -> Option<Self>) -> Self {
         let of = |a: &Self| Box::new(a.replaced(by));
         match self {
             Self::Constant(_) => self.clone(),

@@ -58,8 +58,9 @@ const MAX_OPERATORS: usize = 1000;
 
 /// Reads a term over the variables `names`.
 ///
-/// Grammar: numbers, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)` and
-/// `clip(a, low, high)`. Powers are whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
+/// Grammar: numbers, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)`,
+/// `clip(a, low, high)` and `tolerance(a, low, high, margin)`: 1 between `low` and `high`, and outside a Gaussian that is 0.1 at the distance `margin` (0 for a margin of 0). A comparison in parentheses,
+/// `(a < b)` or with `<=`, `>`, `>=`, is 1 where it holds, else 0. Powers are whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
 ///
 /// # Errors
 /// [`ParseError`] with the position of the first thing that does not fit.
@@ -99,20 +100,53 @@ fn raised_digit(c: char) -> Option<u32> {
 /// Functions of several terms, beside `max`.
 const MIN: &str = "min";
 const CLIP: &str = "clip";
+const TOLERANCE: &str = "tolerance";
+
+/// The larger of a and 0.
+fn positive(a: Expr) -> Expr {
+    Expr::Call(Function::PositivePart, Box::new(a))
+}
+
+/// a − b.
+fn less(a: Expr, b: Expr) -> Expr {
+    Expr::Sub(Box::new(a), Box::new(b))
+}
+
+/// 1 where a > b, else 0.
+fn exceeds(a: Expr, b: Expr) -> Expr {
+    Expr::Call(Function::Sign, Box::new(positive(less(a, b))))
+}
+
+/// 1 − a.
+fn complement(a: Expr) -> Expr {
+    less(Expr::Constant(1.0), a)
+}
+
+/// Value of [`tolerance`] at its margin.
+const AT_MARGIN: f64 = 0.1;
+
+/// 1 for an `a` from `low` to `high`, else AT_MARGIN to the power of (distance / margin)².
+fn tolerance(a: Expr, low: Expr, high: Expr, margin: Expr) -> Expr {
+    let outside = Expr::Add(Box::new(positive(less(low, a.clone()))), Box::new(positive(less(a, high))));
+    if margin == Expr::Constant(0.0) {
+        return complement(Expr::Call(Function::Sign, Box::new(outside)));
+    }
+    let distance = Expr::Power(Box::new(Expr::Div(Box::new(outside), Box::new(margin))), 2);
+    Expr::Call(Function::Exp, Box::new(Expr::Mul(Box::new(Expr::Constant(AT_MARGIN.ln())), Box::new(distance))))
+}
 
 /// max(a, b), to rounding.
 fn larger(a: Expr, b: Expr) -> Expr {
-    let positive = |a| Expr::Call(Function::PositivePart, Box::new(a));
     match (a, b) {
         (Expr::Constant(0.0), a) | (a, Expr::Constant(0.0)) => positive(a),
-        (a, b) => Expr::Add(Box::new(b.clone()), Box::new(positive(Expr::Sub(Box::new(a), Box::new(b))))),
+        (a, b) => Expr::Add(Box::new(b.clone()), Box::new(positive(less(a, b)))),
     }
 }
 
 /// min(a, b), to rounding.
 fn smaller(a: Expr, b: Expr) -> Expr {
-    let over = Expr::Sub(Box::new(a.clone()), Box::new(b));
-    Expr::Sub(Box::new(a), Box::new(Expr::Call(Function::PositivePart, Box::new(over))))
+    let over = positive(less(a.clone(), b));
+    less(a, over)
 }
 
 struct Parser<'a> {
@@ -158,11 +192,17 @@ impl Parser<'_> {
 
     fn longer(&mut self) -> Result<(), ParseError> {
         self.operators += 1;
-        if self.operators > MAX_OPERATORS {
-            let text = self.text.chars().take(40).chain("…".chars()).collect();
-            return Err(ParseError::TooLong { text, limit: MAX_OPERATORS });
-        }
-        Ok(())
+        if self.operators > MAX_OPERATORS { Err(self.too_long()) } else { Ok(()) }
+    }
+
+    /// A term that was made of others, some of which may stand in it more than once.
+    fn made(&self, term: Expr) -> Result<Expr, ParseError> {
+        if term.operators() > MAX_OPERATORS { Err(self.too_long()) } else { Ok(term) }
+    }
+
+    fn too_long(&self) -> ParseError {
+        let text = self.text.chars().take(40).chain("…".chars()).collect();
+        ParseError::TooLong { text, limit: MAX_OPERATORS }
     }
 
     fn sum(&mut self) -> Result<Expr, ParseError> {
@@ -256,7 +296,20 @@ impl Parser<'_> {
 
     fn parenthesis(&mut self) -> Result<Expr, ParseError> {
         self.at += 1;
-        let inner = self.sum()?;
+        let left = self.sum()?;
+        let inner = match self.take(&['<', '>', '≤', '≥']) {
+            None => left,
+            Some(sign) => {
+                let equal = matches!(sign, '≤' | '≥') || self.peek() == Some('=');
+                if matches!(sign, '<' | '>') && equal {
+                    self.at += 1;
+                }
+                let right = self.sum()?;
+                let (small, large) = if matches!(sign, '<' | '≤') { (left, right) } else { (right, left) };
+                // small ≤ large where small does not exceed large.
+                if equal { complement(exceeds(small, large)) } else { exceeds(large, small) }
+            }
+        };
         match self.take(&[')']) {
             Some(_) => Ok(inner),
             None => Err(self.unexpected("`)`")),
@@ -314,12 +367,21 @@ impl Parser<'_> {
             position: begin + 1,
         };
         if self.peek() == Some('(') {
-            let known = || Function::ALL.iter().map(|f| f.name()).chain([MIN, CLIP]).collect();
+            let known = || Function::ALL.iter().map(|f| f.name()).chain([MIN, CLIP, TOLERANCE]).collect();
             return match (Function::named(&name), name.as_str()) {
-                (Some(Function::PositivePart), _) => self.arguments().map(|[a, b]| larger(a, b)),
+                (Some(Function::PositivePart), _) => {
+                    self.arguments().map(|[a, b]| larger(a, b)).and_then(|term| self.made(term))
+                }
                 (Some(function), _) => Ok(Expr::Call(function, Box::new(self.parenthesis()?))),
-                (None, MIN) => self.arguments().map(|[a, b]| smaller(a, b)),
-                (None, CLIP) => self.arguments().map(|[a, low, high]| smaller(larger(a, low), high)),
+                (None, MIN) => self.arguments().map(|[a, b]| smaller(a, b)).and_then(|term| self.made(term)),
+                (None, CLIP) => {
+                    let clipped = |[a, low, high]: [Expr; 3]| smaller(larger(a, low), high);
+                    self.arguments().map(clipped).and_then(|term| self.made(term))
+                }
+                (None, TOLERANCE) => {
+                    let tolerated = |[a, low, high, margin]: [Expr; 4]| tolerance(a, low, high, margin);
+                    self.arguments().map(tolerated).and_then(|term| self.made(term))
+                }
                 (None, _) => Err(unknown("function", known())),
             };
         }
@@ -351,6 +413,40 @@ mod tests {
         assert_eq!(wrong("max(x)"), "`max(x)`: expected `,` at position 6, found `)`");
         assert_eq!(wrong("clip(x, 1)"), "`clip(x, 1)`: expected `,` at position 10, found `)`");
         assert_eq!(wrong("min(x, 1, 2)"), "`min(x, 1, 2)`: expected `)` at position 9, found `,`");
+    }
+
+    #[test]
+    fn comparisons_and_tolerances_are_numbers() {
+        let names = ["x".to_owned(), "y".to_owned()];
+        let at = |text: &str, x: f64, y: f64| parse(text, &names).expect("a term").eval(&[x, y]);
+        for (x, y) in [(0.3, -2.0), (-1.5, 0.25), (4.0, 4.0), (-3.0, -3.5)] {
+            for (text, truth) in [("(x < y)", x < y), ("(x <= y)", x <= y), ("(x > y)", x > y), ("(x ≥ y)", x >= y)] {
+                assert_eq!(at(text, x, y), f64::from(u8::from(truth)), "{text} at {x}, {y}");
+            }
+        }
+        assert_eq!(at("2*(abs(x) < 1) - (y + 1 > 0)*3", 0.5, 0.0), -1.0);
+        assert!(at("(x < 1)", f64::NAN, 0.0).is_nan());
+        for (x, margin, truth) in
+            [(0.0, 1.0, 1.0), (1.0, 1.0, 1.0), (1.5, 1.0, 0.1_f64.powf(0.25)), (-2.0, 1.0, 0.1), (3.0, 2.0, 0.1)]
+        {
+            assert!((at("tolerance(x, -1, 1, y)", x, margin) - truth).abs() < 1e-15, "{x}");
+        }
+        assert_eq!([-1.0, 1.0, 1.1].map(|x| at("tolerance(x, -1, 1, 0)", x, 0.0)), [1.0, 1.0, 0.0]);
+        let wrong = |text: &str| parse(text, &names).expect_err("no term").to_string();
+        assert_eq!(wrong("x < y"), "`x < y`: expected an operator or the end at position 3, found `<`");
+        assert_eq!(wrong("(x < y < 1)"), "`(x < y < 1)`: expected `)` at position 8, found `<`");
+        assert_eq!(wrong("(x = y)"), "`(x = y)`: expected `)` at position 4, found `=`");
+    }
+
+    #[test]
+    fn a_term_that_grows_by_what_it_is_made_of_is_refused() {
+        let names = ["x".to_owned()];
+        for (begin, end) in [("clip(", ",-1,1)"), ("min(", ",1)"), ("max(1,", ")"), ("tolerance(", ",-1,1,1)")] {
+            let nested = |n: usize| format!("{}x{}", begin.repeat(n), end.repeat(n));
+            assert!(parse(&nested(3), &names).is_ok());
+            let error = parse(&nested(60), &names).expect_err("too long");
+            assert!(error.to_string().ends_with("more than 1000 operators"), "{error}");
+        }
     }
 
     #[test]

@@ -78,6 +78,7 @@ impl Conclusion<'_> {
                 self.record.display()
             ),
             None if training.coverage.is_some() => String::new(),
+            None if training.model_return.is_some() => "the policy was not evaluated on the real system\n".into(),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };
         if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {

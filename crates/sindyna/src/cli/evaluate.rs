@@ -9,7 +9,9 @@ use sindyna_rl::SavedPolicy;
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
+use super::pipe::PipeOptions;
 use crate::cli::failure::Failure;
+use crate::cli::interrupt::Interrupt;
 use crate::problem::{Problem, Source};
 use crate::settings::{TrainConfig, check_episodes};
 use crate::training::{evaluation, planner};
@@ -38,6 +40,8 @@ pub(crate) struct Args {
     #[arg(long)]
     returns: bool,
     #[command(flatten)]
+    pipe: PipeOptions,
+    #[command(flatten)]
     common: Common,
 }
 
@@ -60,10 +64,13 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     };
     let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
         .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
-    let source = Source::of(&config, &args.run);
+    // What is no program is stopped at once.
+    let interrupt = if args.pipe.is_given() { Interrupt::listen()? } else { Interrupt::default() };
+    let pipe = args.pipe.source(&interrupt)?;
+    let source = Source::of(&config, &args.run, pipe.as_ref());
     let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
     if !config.controller.trains() {
-        return planned(args, &config, &*problem, &read);
+        return planned((args, &interrupt), &config, &*problem, &read);
     }
     if !args.run.join("policy.safetensors").exists() {
         let config = args.run.join("config.toml");
@@ -80,12 +87,12 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         .hint(format!("`sindyna show {}` tells what is predicted", args.run.display())));
     }
     fits(&policy, problem.spec())?;
-    evaluated(args, &config, &*problem, &policy)
+    evaluated((args, &interrupt), &config, &*problem, &policy)
 }
 
 /// The planner of a run, in the equations that it found.
 fn planned(
-    args: &Args,
+    (args, interrupt): (&Args, &Interrupt),
     config: &TrainConfig,
     problem: &dyn Problem,
     read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>,
@@ -104,14 +111,22 @@ fn planned(
         return Err(Failure::new(format!("{} kept no planner: its algorithm is `{name}`", args.run.display()))
             .hint("run it again with `sindyna train --config RUN/config.toml`"));
     };
-    evaluated(args, config, problem, &planner)
+    evaluated((args, interrupt), config, problem, &planner)
 }
 
-fn evaluated(args: &Args, config: &TrainConfig, problem: &dyn Problem, policy: &dyn Policy) -> Result<Answer, Failure> {
+fn evaluated(
+    (args, interrupt): (&Args, &Interrupt),
+    config: &TrainConfig,
+    problem: &dyn Problem,
+    policy: &dyn Policy,
+) -> Result<Answer, Failure> {
     let episodes = args.episodes.unwrap_or(config.evaluation_episodes);
     check_episodes(episodes)?;
     let seed = Seed::new(args.seed.unwrap_or(config.seed));
-    let evaluation = args.common.pool()?.install(|| evaluation(problem, policy, episodes, seed))?;
+    let evaluation = match args.common.pool()?.install(|| evaluation(problem, policy, episodes, seed)) {
+        Err(_) if interrupt.pressed() => return Ok(Answer::silent(Verdict::Interrupted)),
+        evaluation => evaluation?,
+    };
     let (name, threshold) = (&problem.spec().name, problem.protocol().solved_at);
     let solved = threshold.map(|mark| evaluation.mean_return >= mark);
     let result = Evaluated { task: name, solved, threshold, evaluation: &evaluation };

@@ -78,7 +78,7 @@ fn policy(directory: &Path) -> Result<Option<(SavedPolicy, Vec<String>)>, Failur
     // Names are for comments; a system that is not there has none.
     let config = std::fs::read_to_string(directory.join("config.toml")).ok();
     let config = config.and_then(|text| TrainConfig::parse(&text).ok());
-    let task = config.and_then(|config| Source::of(&config, directory).task().ok());
+    let task = config.and_then(|config| Source::of(&config, directory, None).task().ok());
     let names: Vec<String> =
         task.map_or_else(Vec::new, |(task, _)| task.spec().observation.iter().map(|c| c.name.clone()).collect());
     let observed = if names.len() == policy.observation_dim() { names } else { Vec::new() };

@@ -41,6 +41,11 @@ impl Failure {
         self
     }
 
+    /// Adds what the user can do about it, where nothing nearer is known.
+    pub(crate) fn or_hint(self, hint: impl Into<String>) -> Self {
+        if self.hint.is_some() { self } else { self.hint(hint) }
+    }
+
     /// What it says, with its hint.
     pub(crate) fn text(&self) -> String {
         let hint = self.what_helps().map(|hint| format!("\n\nhint: {hint}")).unwrap_or_default();

@@ -40,7 +40,7 @@ pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
         Some(Error::Fit(_)) => Some("fit"),
         Some(Error::Train(error)) => Some(of_training(error)),
         Some(Error::Mujoco(_)) => Some("mujoco"),
-        Some(Error::Environment(_)) => Some("system"),
+        Some(Error::Environment(_) | Error::Pipe { .. } | Error::NoPipe) => Some("system"),
         Some(Error::TaskFile { .. }) => Some("task-file"),
         Some(_) => Some("setting"),
         None if cause.is::<LogError>() => Some("log"),
@@ -83,6 +83,8 @@ fn of_ours(error: &Error) -> Option<String> {
             _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
         }
         .into(),
+        Error::Pipe { .. } => "docs/pipe.md tells what is said through a pipe".into(),
+        Error::NoPipe => "name it again with --pipe COMMAND".into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
         Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md tells what stands in a task file".into(),
         Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),

@@ -20,6 +20,7 @@ mod machine;
 mod man;
 mod methods;
 mod pages;
+mod pipe;
 mod plain;
 mod progress;
 mod reading;

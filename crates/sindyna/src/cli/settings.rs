@@ -11,7 +11,7 @@ use sindyna_dyna::Rollouts;
 use super::common::set;
 use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
-use crate::problem::{LogSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
+use crate::problem::{LogSource, PipeSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
 use crate::settings::{
     ControllerName, CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
     SimulatorName, TrainConfig, key,
@@ -105,9 +105,12 @@ pub(crate) struct Settings {
 
 impl Settings {
     /// The configuration of the run in `directory`, as it was.
-    pub(super) fn of_run(directory: &Path) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
+    pub(super) fn of_run(
+        directory: &Path,
+        pipe: Option<&PipeSource>,
+    ) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
         let path = directory.join("config.toml");
-        let (config, source) = recorded(&path)?;
+        let (config, source) = recorded(&path, pipe)?;
         let (task, _) = source.task()?;
         let spec = task.spec();
         if config.task != spec.name {
@@ -119,14 +122,26 @@ impl Settings {
     }
 
     /// The configuration these options ask for, for `task` or the task of `--task-file` or `--config`.
-    pub(crate) fn config(&self, task: Option<&str>) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
+    pub(crate) fn config(
+        &self,
+        task: Option<&str>,
+        pipe: Option<&PipeSource>,
+    ) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
         let source = match (&self.config, &self.task_file, task) {
             (Some(path), _, _) => {
-                let (config, source) = recorded(path)?;
+                let (config, source) = recorded(path, pipe)?;
                 same_task(task, &config.task, path)?;
+                if let (Some(_), false) = (pipe, matches!(source, Source::Pipe(..))) {
+                    return Err(Failure::new(format!("{} is for a system that is no program", path.display()))
+                        .hint("leave --pipe out, or begin with --task-file"));
+                }
                 (Some(config), source)
             }
-            (None, Some(path), _) => (None, self.described(path)?),
+            (None, Some(path), _) => (None, self.described(path, pipe)?),
+            (None, None, Some(_)) if pipe.is_some() => {
+                return Err(Failure::new("--pipe needs a --task-file that declares states, controls and reward")
+                    .hint("docs/pipe.md has an example"));
+            }
             (None, None, Some(task)) => (None, Source::Named(task.to_owned())),
             (None, None, None) => return Err(Failure::new("neither a task nor --task-file nor --config was given")),
         };
@@ -136,7 +151,7 @@ impl Settings {
         let mut config = match config {
             Some(config) => config,
             None => {
-                if let (Some(path), Source::File(_) | Source::Log(..)) = (&self.task_file, &source) {
+                if let (Some(path), Source::File(_) | Source::Log(..) | Source::Pipe(..)) = (&self.task_file, &source) {
                     same_task(task, &spec.name, path)?;
                 }
                 let mut config = TrainConfig::defaults(&*declared);
@@ -170,12 +185,18 @@ impl Settings {
         settled(config, &source)
     }
 
-    /// What the task file at `path` is about: its own simulator, or the log that was given.
-    fn described(&self, path: &Path) -> Result<Source, Failure> {
-        let log = match (&self.data, &self.model) {
-            (Some(log), _) => LogSource { log: log.clone(), sampling: None, models: None },
-            (None, Some(directory)) => identified(directory)?,
-            (None, None) => return Ok(Source::File(path.to_owned())),
+    /// What the task file at `path` is about: its own simulator, or the log or the program that was given.
+    fn described(&self, path: &Path, pipe: Option<&PipeSource>) -> Result<Source, Failure> {
+        let log = match (&self.data, &self.model, pipe) {
+            (None, None, Some(pipe)) => return Ok(Source::Pipe(path.to_owned(), Some(pipe.clone()))),
+            (_, _, Some(_)) => {
+                return Err(Failure::new(
+                    "the system is a log or a program: --pipe goes with neither --data nor --model",
+                ));
+            }
+            (Some(log), _, None) => LogSource { log: log.clone(), sampling: None, models: None },
+            (None, Some(directory), None) => identified(directory)?,
+            (None, None, None) => return Ok(Source::File(path.to_owned())),
         };
         if self.real_steps.is_some() || self.warmup_rollouts.is_some() || self.rollout_len.is_some() {
             return Err(Failure::new("a log has the steps that it has: --real-steps and the like mean nothing to it")
@@ -276,13 +297,13 @@ fn settled(config: TrainConfig, source: &Source) -> Result<(TrainConfig, Arc<dyn
 }
 
 /// The configuration in the file `path`, and what it is about.
-fn recorded(path: &Path) -> Result<(TrainConfig, Source), Failure> {
+fn recorded(path: &Path, pipe: Option<&PipeSource>) -> Result<(TrainConfig, Source), Failure> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("cannot read {}", path.display()))
         .map_err(|e| Failure::from(e).hint("a run directory holds a config.toml"))?;
     let config =
         TrainConfig::parse(&text).with_context(|| format!("{} is not a run's configuration", path.display()))?;
-    let source = Source::of(&config, path.parent().unwrap_or(Path::new("")));
+    let source = Source::of(&config, path.parent().unwrap_or(Path::new("")), pipe);
     Ok((config, source))
 }
 

@@ -18,6 +18,7 @@ use super::common::Common;
 use super::conclusion::Conclusion;
 use super::console::Console;
 use super::evaluate::verdict;
+use super::pipe::PipeOptions;
 use super::settings::Settings;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
@@ -45,6 +46,8 @@ pub(crate) struct Args {
     task: Option<String>,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    pipe: PipeOptions,
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -74,7 +77,8 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     if let Some(path) = &args.resume {
         return resume(path, args, interrupt, console);
     }
-    let (config, problem) = args.settings.config(args.task.as_deref())?;
+    let pipe = args.pipe.source(&interrupt)?;
+    let (config, problem) = args.settings.config(args.task.as_deref(), pipe.as_ref())?;
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &*problem, interrupt.flag())?;
     let pool = args.common.pool()?;
@@ -103,7 +107,8 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
     }
     let run_dir = RunDir::reopen(path)?;
     let progress = Progress::new(console);
-    let (config, problem) = Settings::of_run(run_dir.path())?;
+    let pipe = args.pipe.source(&interrupt)?;
+    let (config, problem) = Settings::of_run(run_dir.path(), pipe.as_ref())?;
     let finished = run_dir.read("summary.json").and_then(|text| Summary::from_json(&text).ok());
     if let Some(summary) = finished.filter(|summary| !summary.interrupted) {
         // No file of a record is empty.
@@ -170,22 +175,29 @@ impl Run<'_> {
 
         let mut evaluated = None;
         let mut first_episode = None;
+        let mut unevaluated = Ok(());
         let (mut act_seconds, mut slowest_act_seconds) = (None, None);
         if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
             act_seconds = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let timed = Timed::new(&**policy);
-            let (result, episode) =
-                watched_evaluation(problem, &timed, config.evaluation_episodes, Seed::new(config.seed))?;
-            (act_seconds, slowest_act_seconds) = timed.seconds().unzip();
-            if !config.controller.trains() && self.interrupt.pressed() {
-                // A planner that was stopped no longer plans: these returns tell nothing.
-                learned.interrupted = true;
-                (act_seconds, slowest_act_seconds) = (None, None);
-            } else {
-                first_episode = Some(episode);
-                recorder.on(&Event::Evaluated { returns: &result.returns })?;
-                evaluated = Some(result);
+            let result = watched_evaluation(problem, &timed, config.evaluation_episodes, Seed::new(config.seed));
+            let stopped = self.interrupt.pressed() && (!config.controller.trains() || result.is_err());
+            match result {
+                // A planner that was stopped no longer plans: its returns tell nothing.
+                _ if stopped => learned.interrupted = true,
+                Ok((result, episode)) => {
+                    (act_seconds, slowest_act_seconds) = timed.seconds().unzip();
+                    first_episode = Some(episode);
+                    recorder.on(&Event::Evaluated { returns: &result.returns })?;
+                    evaluated = Some(result);
+                }
+                // The system failed, but what was learned is not lost.
+                Err(error) => {
+                    let hint =
+                        format!("`sindyna evaluate {}` evaluates the policy again", self.run_dir.path().display());
+                    unevaluated = Err(Failure::from(error).or_hint(hint));
+                }
             }
         }
         let clock = recorder.clock;
@@ -239,7 +251,7 @@ impl Run<'_> {
             }
             _ => Ok(()),
         };
-        Ok(Answer::new(came_out, text, &told)?.and(recorded).and(diverged))
+        Ok(Answer::new(came_out, text, &told)?.and(recorded).and(diverged).and(unevaluated))
     }
 
     fn learn(&self, plan: Plan, recorder: &mut Recorder<'_>) -> Result<Learned<Fitted>, Failure> {
@@ -276,10 +288,11 @@ impl Run<'_> {
         while !begun.has_ended() {
             let advanced = begun.advance(&mut env, &mut *explorer, recorder, &stop);
             self.problem.check()?;
-            advanced.map_err(explain)?;
+            // What was cut short by a stop is no failure.
             if stop() {
                 break;
             }
+            advanced.map_err(explain)?;
             checkpoints.offer(&recorder.log, &recorder.clock, recorder.elapsed(), || begun.save(&*explorer));
         }
         Ok(begun.finish())

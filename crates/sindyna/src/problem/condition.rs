@@ -31,6 +31,16 @@ impl Condition {
         read(text, names, 0)
     }
 
+    /// The same with what `by` has for each variable.
+    pub(crate) fn replaced(self, by: &dyn Fn(usize) -> Option<Expr>) -> Self {
+        let all = |parts: Vec<Self>| parts.into_iter().map(|part| part.replaced(by)).collect();
+        match self {
+            Self::Compare(left, comparison, right) => Self::Compare(left.replaced(by), comparison, right.replaced(by)),
+            Self::All(parts) => Self::All(all(parts)),
+            Self::Any(parts) => Self::Any(all(parts)),
+        }
+    }
+
     /// Whether it holds at z.
     pub(crate) fn holds(&self, z: &[f64]) -> bool {
         match self {

@@ -46,15 +46,36 @@ impl FormulaTask {
         reward: &str,
         terminated: Option<&str>,
     ) -> Result<Self, Error> {
+        Self::defined(spec, max_steps, start, (reward, terminated), &[])
+    }
+
+    /// The same with `definitions`: names for terms of the states (n). In formulas `next_` and such a name is its value after the step.
+    pub(crate) fn defined(
+        spec: Spec,
+        max_steps: usize,
+        start: Vec<(f64, f64)>,
+        (reward, terminated): (&str, Option<&str>),
+        definitions: &[(String, Expr)],
+    ) -> Result<Self, Error> {
         let (states, controls) = (spec.state.iter().map(|s| &s.name), spec.control.iter().map(|u| &u.name));
-        let after: Vec<String> = states.clone().map(|name| format!("next_{name}")).collect();
-        let names = states.chain(controls).chain(&after).cloned().chain([ENDED.to_owned()]).collect::<Vec<_>>();
+        let (n, k, d) = (spec.state_dim(), spec.control_dim(), definitions.len());
+        let after = |name: &String| format!("next_{name}");
+        let defined = definitions.iter().map(|(name, _)| name);
+        let mut names: Vec<String> = states.clone().chain(controls).cloned().chain(states.clone().map(after)).collect();
+        names.push(ENDED.to_owned());
+        names.extend(defined.clone().cloned().chain(defined.clone().map(after)));
+        let after: Vec<String> = states.chain(defined).map(after).collect();
         let name = spec.name.clone();
         let refused = |what: &str, why: String| Error::System { name: name.clone(), why: format!("{what}: {why}") };
         let reward = parse(reward, &names).map_err(|e| refused("reward", e.to_string()))?;
+        let reward = reward.replaced(&|i| match i.checked_sub(2 * n + k + 1)? {
+            i if i < d => Some(definitions[i].1.clone()),
+            i => Some(definitions[i - d].1.replaced(&|state| Some(Expr::Variable(n + k + state)))),
+        });
         let terminated = terminated.map(|text| Condition::parse(text, &after)).transpose();
         let terminated =
             terminated.map_err(|e| refused("terminated, a condition on the state after the step", format!("{e:#}")))?;
+        let terminated = terminated.map(|t| t.replaced(&|i| i.checked_sub(n).map(|i| definitions[i].1.clone())));
         let folded = Vec::new();
         let samples = vec![None; start.len()];
         Ok(Self { spec, max_steps, start, samples, reward, terminated, folded })

@@ -7,6 +7,7 @@ mod formula_task;
 mod mujoco;
 mod native;
 mod own;
+mod pipe;
 mod recorded;
 mod replay;
 mod source;
@@ -15,6 +16,7 @@ mod traits;
 
 pub use formula_task::FormulaTask;
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
+pub(crate) use pipe::PipeSource;
 pub(crate) use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
 pub(crate) use replay::{Played, Replayed};
 pub(crate) use source::{Source, system};

@@ -141,7 +141,7 @@ impl<F: Fn(&[f64], &[f64], &mut [f64]) + Send + Sync> VectorField for Rates<F> {
 }
 
 /// A [`Plant`] as an environment.
-struct Connected<P> {
+pub(super) struct Connected<P> {
     plant: P,
     task: Arc<dyn Task>,
     sensors: Sensors,
@@ -153,7 +153,7 @@ struct Connected<P> {
 }
 
 impl<P: Plant> Connected<P> {
-    fn new(plant: P, task: Arc<dyn Task>, sensors: Sensors) -> Self {
+    pub(super) fn new(plant: P, task: Arc<dyn Task>, sensors: Sensors) -> Self {
         let (n, k, m) = (task.spec().state_dim(), task.spec().control_dim(), task.spec().observation_dim());
         let (state, control, observation) = (vec![0.0; n], vec![0.0; k], vec![0.0; m]);
         Self { plant, task, sensors, state, control, observation, steps: 0, running: false }

@@ -9,6 +9,7 @@ use sindyna_envs::System;
 use super::Problem;
 use super::mujoco::OnMujoco;
 use super::native::Native;
+use super::pipe::{PipeSource, Piped};
 use super::recorded::{LogSource, Recorded, Sampling};
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
@@ -46,12 +47,17 @@ pub(crate) enum Source {
     File(PathBuf),
     /// A task file describes the task on it, and there is a log of it.
     Log(PathBuf, LogSource),
+    /// A task file describes the task on it, and a program is it; which one no record tells.
+    Pipe(PathBuf, Option<PipeSource>),
 }
 
 impl Source {
-    /// The source of the run with these settings, whose record lies in `directory`.
-    pub(crate) fn of(config: &TrainConfig, directory: &Path) -> Self {
+    /// The source of the run with these settings, whose record lies in `directory`; `pipe` is the program that is its system, if it is one.
+    pub(crate) fn of(config: &TrainConfig, directory: &Path, pipe: Option<&PipeSource>) -> Self {
         match (&config.task_file, &config.data) {
+            (Some(file), None) if config.simulator == SimulatorName::Pipe => {
+                Self::Pipe(directory.join(file), pipe.cloned())
+            }
             (Some(file), Some(data)) => {
                 let sampling = Some(Sampling { dt: data.dt, precision: data.precision.into() });
                 let models = data.models.as_ref().map(|models| directory.join(models));
@@ -71,6 +77,7 @@ impl Source {
                 (file.task(), simulator_of(&file))
             }
             Self::Log(path, source) => (Recorded::load(path, source)?.task(), SimulatorName::None),
+            Self::Pipe(path, _) => (TaskFile::without_simulator(path)?.task(), SimulatorName::Pipe),
         })
     }
 
@@ -86,8 +93,14 @@ impl Source {
                 Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
             }
             (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source)?)),
-            (Self::Named(_) | Self::Log(..), other) => {
-                let wanted = if matches!(self, Self::Log(..)) { "`none` for a log" } else { "`native` or `mujoco`" };
+            (Self::Pipe(path, Some(source)), SimulatorName::Pipe) => Ok(Arc::new(Piped::open(path, source, noise)?)),
+            (Self::Pipe(_, None), SimulatorName::Pipe) => Err(Error::NoPipe),
+            (Self::Named(_) | Self::Log(..) | Self::Pipe(..), other) => {
+                let wanted = match self {
+                    Self::Log(..) => "`none` for a log",
+                    Self::Pipe(..) => "`pipe` for a program",
+                    _ => "`native` or `mujoco`",
+                };
                 Err(Error::setting("simulator", wanted, format!("`{other}`")))
             }
             (Self::File(path), simulator) => {

@@ -37,6 +37,8 @@ named! {
         Native = "native",
         /// In MuJoCo, which is found at run time
         Mujoco = "mujoco",
+        /// In the program that --pipe starts
+        Pipe = "pipe",
         /// Nowhere: there is a log of it
         None = "none",
     }

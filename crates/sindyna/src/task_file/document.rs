@@ -19,6 +19,9 @@ pub(super) struct Document {
     pub(super) equations: Option<BTreeMap<String, String>>,
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, f64>,
+    /// Names for terms of the states and of each other.
+    #[serde(default, rename = "let")]
+    pub(super) definitions: BTreeMap<String, String>,
     pub(super) max_steps: usize,
     pub(super) solved_at: Option<f64>,
     pub(super) observation: Option<Vec<String>>,

@@ -25,15 +25,18 @@ impl Equations {
         let Some(written) = &document.equations else { return Ok(None) };
         let mut names: Vec<String> = document.names();
         names.truncate(document.state.len() + document.control.len());
+        let definitions = document.defined()?;
         for (name, value) in &document.parameters {
             ensure!(value.is_finite(), "parameter `{name}` must be finite, got {value}");
             let symbol = parse(name, std::slice::from_ref(name)) == Ok(Expr::Variable(0));
             ensure!(
-                symbol && !names.contains(name),
+                symbol && !names.contains(name) && !document.definitions.contains_key(name),
                 "`{name}` is no name for a parameter: it must be a name for formulas, not used yet"
             );
             names.push(name.clone());
         }
+        let n = names.len();
+        names.extend(document.definitions.keys().cloned());
         for name in written.keys() {
             document.state_named(name).context("[equations]")?;
         }
@@ -48,11 +51,13 @@ impl Equations {
                     state.name
                 ),
             };
-            rates.push(parse(&text, &names).with_context(|| format!("the equation of `{}`", state.name))?);
+            let rate = parse(&text, &names).with_context(|| format!("the equation of `{}`", state.name))?;
+            rates.push(rate.replaced(&|i| Some(definitions.get(i.checked_sub(n)?)?.1.clone())));
             lines.push(format!("d{}/dt = {}", state.name, text.trim()));
         }
         let of_parameters = document.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
         lines.extend(of_parameters);
+        lines.extend(document.definitions.iter().map(|(name, text)| format!("{name} = {}", text.trim())));
         Ok(Some(Self { rates, parameters: document.parameters.values().copied().collect(), lines }))
     }
 

@@ -2,6 +2,7 @@
 //! a log.
 
 mod check;
+mod definitions;
 mod document;
 mod equations;
 #[cfg(test)]
@@ -57,9 +58,19 @@ impl TaskFile {
         Err(wrong(
             path,
             anyhow::anyhow!(
-                "there is neither a `model` nor [equations]: the data are a log, --data LOG, or were one, --model DIR"
+                "there is neither a `model` nor [equations]: the data are a log, --data LOG, or were one, --model DIR, or a program tells them, --pipe COMMAND"
             ),
         ))
+    }
+
+    /// Reads the task file at `path` of a system that is a program: it must have no simulator, and tell its control interval.
+    pub(crate) fn without_simulator(path: &Path) -> Result<Self, Error> {
+        let file = Self::load(path, None)?;
+        if file.has_simulator() {
+            let why = "it has a simulator of its own, a `model` or [equations]: with --pipe the program is the system";
+            return Err(wrong(path, anyhow::anyhow!(why)));
+        }
+        Ok(file)
     }
 
     fn read(path: &Path, text: String, dt: Option<f64>) -> anyhow::Result<Self> {

@@ -16,13 +16,11 @@ impl Document {
         let start = self.state.iter().zip(rest);
         let start = start.map(|(state, &rest)| state.start.map_or((rest, rest), |[low, high]| (low, high)));
         let formulas = (self.task.reward.as_str(), self.task.terminated.as_deref());
-        let task =
-            FormulaTask::new(self.spec(dt)?, self.max_steps, start.collect(), formulas.0, formulas.1).map_err(|e| {
-                match e {
-                    Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
-                    other => other.into(),
-                }
-            })?;
+        let task = FormulaTask::defined(self.spec(dt)?, self.max_steps, start.collect(), formulas, &self.defined()?);
+        let task = task.map_err(|e| match e {
+            Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
+            other => other.into(),
+        })?;
         match task.try_reward(TRIED_REWARDS, &mut Seed::new(0).stream("reward on trial", 0)) {
             Ok(()) => Ok(task),
             Err(e) => bail!("task.reward must be a finite number wherever the system goes: {e}"),
@@ -100,12 +98,13 @@ impl Document {
         })
     }
 
-    /// The variables of the reward: states, controls, states after the step.
+    /// The variables of the reward: states, controls, states after the step, definitions before and after it.
     pub(super) fn names(&self) -> Vec<String> {
         let states = self.state.iter().map(|s| s.name.clone());
         let controls = self.control.iter().map(|c| c.name.clone());
         let after = self.state.iter().map(|s| format!("next_{}", s.name));
-        states.chain(controls).chain(after).collect()
+        let defined = self.definitions.keys().flat_map(|name| [name.clone(), format!("next_{name}")]);
+        states.chain(controls).chain(after).chain(defined).collect()
     }
 }
 
