@@ -76,7 +76,7 @@ pub(super) fn portraits(found: &[Equations]) -> Vec<Block> {
             found.task,
             plural(portrait.steps(), "step")
         );
-        Some(figure::portraits(spec, &portrait, caption))
+        Some(figure::portraits((&found.task, spec), &portrait, caption))
     };
     vec![
         Block::Section("Phase portraits".into()),

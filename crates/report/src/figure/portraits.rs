@@ -12,8 +12,8 @@ use crate::portrait::{Path, Portrait};
 /// Between two panels: numbers of the right one.
 const GAP: f64 = 46.0;
 
-/// The portrait of a model of the task `spec`: the truth broad and pale, the model thin upon it.
-pub(crate) fn portraits(spec: &Spec, portrait: &Portrait, caption: String) -> Figure {
+/// The portrait of a model of the system `spec`, identified for `task`: the truth broad and pale, the model thin upon it.
+pub(crate) fn portraits((task, spec): (&str, &Spec), portrait: &Portrait, caption: String) -> Figure {
     let count = portrait.panels.len().max(1) as f64;
     let width = (WIDTH - 14.0 - LEFT - GAP * (count - 1.0)) / count;
     let mut text = String::new();
@@ -34,8 +34,8 @@ pub(crate) fn portraits(spec: &Spec, portrait: &Portrait, caption: String) -> Fi
         }
     }
     Figure {
-        name: format!("portrait-{}", spec.name),
-        alternative: format!("Phase portrait of {}: the true system and the model found", spec.name),
+        name: format!("portrait-{task}"),
+        alternative: format!("Phase portrait of {task}: the true system and the model found"),
         caption,
         elements: text,
     }
@@ -95,5 +95,13 @@ mod tests {
         assert_eq!(lengths, [1, 2]);
         assert!((found[1][0].0 - (3.2 - 2.0 * std::f64::consts::PI)).abs() < 1e-12);
         assert_eq!(pieces(&[(0.0, 1.0), (1.0, 1.0)]).len(), 1);
+    }
+
+    #[test]
+    fn the_same_system_with_and_without_noise_has_two_pictures() {
+        let system = sindyna_envs::find("pendulum").expect("it comes along");
+        let portrait = Portrait { paths: Vec::new(), panels: Vec::new() };
+        let name = |task: &str| portraits((task, system.spec()), &portrait, String::new()).name;
+        assert_ne!(name("pendulum"), name("pendulum+noise-0.01"));
     }
 }
