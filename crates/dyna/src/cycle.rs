@@ -155,7 +155,23 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         observer: &mut dyn Observer,
         interrupted: &dyn Fn() -> bool,
     ) -> Result<Phase, DynaError> {
-        self.course.phase = match self.course.phase {
+        let next = self.next(env, explorer, observer, interrupted);
+        if let Err(DynaError::Collect(_)) = &next {
+            // What was collected before the system failed is told all the same: it cannot be had again.
+            observer.on(&Event::Collected { data: self.base.data() })?;
+        }
+        self.course.phase = next?;
+        Ok(self.course.phase)
+    }
+
+    fn next(
+        &mut self,
+        env: &mut dyn Environment,
+        explorer: &mut dyn Explorer,
+        observer: &mut dyn Observer,
+        interrupted: &dyn Fn() -> bool,
+    ) -> Result<Phase, DynaError> {
+        Ok(match self.course.phase {
             Phase::WarmUp => {
                 let steps = Amount::Steps(self.first_steps());
                 for _ in 0..self.parts.schedule.warmup_rollouts {
@@ -179,8 +195,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             }
             Phase::Predict => self.predict(interrupted)?,
             Phase::Done => Phase::Done,
-        };
-        Ok(self.course.phase)
+        })
     }
 
     /// Real data came in: they are learned from, and the model is fitted anew or imagination begun anew.

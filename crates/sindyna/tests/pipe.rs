@@ -96,7 +96,7 @@ fn what_is_no_answer_is_told() {
         (SPEC, AT_ZERO, r#"echo '{"state": [NaN]}'"#, "it answered `step` by `{\"state\": [NaN]}`"),
         (SPEC, AT_ZERO, r#"echo '{"state": [1e999]}'"#, "it answered `step` by"),
         (SPEC, AT_ZERO, "echo a; echo b; sleep 1", "it answered `step` by `a`"),
-        (SPEC, r#"echo '{"state": [0.0]}'; echo ready"#, AT_ZERO, "it said `ready` without being asked"),
+        (SPEC, r#"echo '{"state": [0.0]}'; echo ready"#, AT_ZERO, "`ready`"), // unasked, or for the answer to `step`
         (SPEC, AT_ZERO, "kill -9 $$", "it ended (signal: 9 (SIGKILL)) before it answered `step`"),
         (SPEC, AT_ZERO, "exec >&-; sleep 1", "it closed its output before it answered `step`"),
         (SPEC, AT_ZERO, "head -c 2000000 /dev/zero; sleep 1", "it said a line of more than 1048576 bytes"),
@@ -155,6 +155,16 @@ fn a_system_that_fails_in_the_evaluation_takes_no_policy_with_it() {
     let pipe = integrator(temp.path(), 1_000);
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run", "--pipe", &pipe]));
     assert!(code == 0 && stdout.contains("over 2 episodes"), "{stdout}{stderr}");
+}
+
+#[test]
+fn steps_made_before_a_system_fails_are_kept() {
+    let temp = tempfile::tempdir().unwrap();
+    let pipe = integrator(temp.path(), 6);
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &short("task.toml", &pipe, &[])));
+    assert!(code == 2 && stderr.contains("it ended (exit status: 4)"), "{stderr}");
+    let kept = fs::read_to_string(temp.path().join("run/rollout.csv")).unwrap();
+    assert_eq!(kept.lines().count(), 1 + 7, "a header, the start and six steps: {kept}");
 }
 
 #[test]

@@ -88,6 +88,9 @@ pub fn text(account: &Account) -> String {
 pub fn verdict(account: &Account) -> String {
     let mut text = format!("{}\n", account.stepping);
     text += &offset_lines(account);
+    for warning in &account.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
     if account.rows_at_limit + account.rows_astray > 0 {
         let _ = writeln!(text, "steps used: {}", steps(account));
     }

@@ -32,6 +32,16 @@ pub enum ParseError {
         /// Position in the text, counted in characters from 1.
         position: usize,
     },
+    /// A tolerance that nothing is within.
+    #[error(
+        "`{text}`: tolerance(a, low, high, margin) needs low ≤ high and a margin of at least 0 (position {position})"
+    )]
+    Tolerance {
+        /// The whole term.
+        text: String,
+        /// Position in the text, counted in characters from 1.
+        position: usize,
+    },
     /// More operators than any term needs.
     #[error("`{text}`: more than {limit} operators")]
     TooLong {
@@ -78,7 +88,13 @@ pub fn parse(text: &str, names: &[String]) -> Result<Expr, ParseError> {
     let expr = parser.sum()?;
     parser.skip_space();
     if parser.at < parser.chars.len() {
-        return Err(parser.unexpected("an operator or the end"));
+        let compares = parser.peek().is_some_and(|c| COMPARISONS.contains(&c));
+        let expected = if compares {
+            "an operator or the end (a comparison stands in parentheses)"
+        } else {
+            "an operator or the end"
+        };
+        return Err(parser.unexpected(expected));
     }
     Ok(expr)
 }
@@ -96,6 +112,9 @@ pub(crate) fn continues_name(c: char) -> bool {
 fn raised_digit(c: char) -> Option<u32> {
     ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'].iter().position(|&d| d == c).map(|d| d as u32)
 }
+
+/// What begins a comparison.
+const COMPARISONS: [char; 4] = ['<', '>', '≤', '≥'];
 
 /// Functions of several terms, beside `max`.
 const MIN: &str = "min";
@@ -297,7 +316,7 @@ impl Parser<'_> {
     fn parenthesis(&mut self) -> Result<Expr, ParseError> {
         self.at += 1;
         let left = self.sum()?;
-        let inner = match self.take(&['<', '>', '≤', '≥']) {
+        let inner = match self.take(&COMPARISONS) {
             None => left,
             Some(sign) => {
                 let equal = matches!(sign, '≤' | '≥') || self.peek() == Some('=');
@@ -379,8 +398,13 @@ impl Parser<'_> {
                     self.arguments().map(clipped).and_then(|term| self.made(term))
                 }
                 (None, TOLERANCE) => {
-                    let tolerated = |[a, low, high, margin]: [Expr; 4]| tolerance(a, low, high, margin);
-                    self.arguments().map(tolerated).and_then(|term| self.made(term))
+                    let [a, low, high, margin] = self.arguments()?;
+                    let falls = matches!((&low, &high), (Expr::Constant(low), Expr::Constant(high)) if low > high);
+                    if falls || matches!(margin, Expr::Constant(margin) if margin < 0.0) {
+                        let (text, position) = (self.text.to_owned(), begin + 1);
+                        return Err(ParseError::Tolerance { text, position });
+                    }
+                    self.made(tolerance(a, low, high, margin))
                 }
                 (None, _) => Err(unknown("function", known())),
             };
@@ -433,7 +457,11 @@ mod tests {
         }
         assert_eq!([-1.0, 1.0, 1.1].map(|x| at("tolerance(x, -1, 1, 0)", x, 0.0)), [1.0, 1.0, 0.0]);
         let wrong = |text: &str| parse(text, &names).expect_err("no term").to_string();
-        assert_eq!(wrong("x < y"), "`x < y`: expected an operator or the end at position 3, found `<`");
+        let expected = "an operator or the end (a comparison stands in parentheses)";
+        assert_eq!(wrong("x < y"), format!("`x < y`: expected {expected} at position 3, found `<`"));
+        for text in ["1 + tolerance(x, 2, 1, 0)", "tolerance(x, 1, 2, -1)"] {
+            assert!(wrong(text).contains("needs low ≤ high and a margin of at least 0 (position "), "{}", wrong(text));
+        }
         assert_eq!(wrong("(x < y < 1)"), "`(x < y < 1)`: expected `)` at position 8, found `<`");
         assert_eq!(wrong("(x = y)"), "`(x = y)`: expected `)` at position 4, found `=`");
     }

@@ -30,7 +30,10 @@ impl Conclusion<'_> {
     pub(super) fn text(&self) -> String {
         let Summary { identification, training, evaluation, threshold, .. } = self.summary;
         let found = identification.as_ref().map_or(&[][..], |i| &i.equations);
-        let mut text = text::beside(("identified", found), ("ground truth", self.truth));
+        let mut text = match found {
+            [] => "no equations were identified\n".into(),
+            found => text::beside(("identified", found), ("ground truth", self.truth)),
+        };
         if let Some(account) = self.account {
             text += &text::verdict(account);
         }
@@ -74,7 +77,7 @@ impl Conclusion<'_> {
         text += &match evaluation {
             Some(evaluation) => report(*threshold, evaluation, false),
             None if self.summary.interrupted => format!(
-                "stopped before the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
+                "stopped before the end of the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
                 self.record.display()
             ),
             None if training.coverage.is_some() => String::new(),

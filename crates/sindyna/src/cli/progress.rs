@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::io::{IsTerminal as _, Write as _};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -142,6 +143,33 @@ impl<'a> Looking<'a> {
         }
         self.told.set(now);
         let line = searched(stage, (now - self.begun).as_secs());
+        match self.progress.bar(SEARCH) {
+            Some(bar) => bar.set_message(line),
+            None => self.progress.say(&line),
+        }
+    }
+}
+
+/// How an evaluation is going: a line every other second, or what a bar shows.
+pub(crate) struct Evaluating<'a> {
+    progress: &'a Progress,
+    told: Mutex<Instant>,
+}
+
+impl<'a> Evaluating<'a> {
+    pub(crate) fn new(progress: &'a Progress) -> Self {
+        Self { progress, told: Mutex::new(Instant::now()) }
+    }
+
+    /// Episode `number` of so many begins.
+    pub(crate) fn begun(&self, number: usize, episodes: usize) {
+        let (now, mut told) = (Instant::now(), self.told.lock().unwrap_or_else(PoisonError::into_inner));
+        let bar = matches!(self.progress.sink, Sink::Bar(_));
+        if now - *told < if bar { EVERY.1 } else { EVERY.0 } {
+            return;
+        }
+        *told = now;
+        let line = format!("evaluation: episode {number} of {episodes}");
         match self.progress.bar(SEARCH) {
             Some(bar) => bar.set_message(line),
             None => self.progress.say(&line),

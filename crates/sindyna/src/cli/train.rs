@@ -22,7 +22,7 @@ use super::pipe::PipeOptions;
 use super::settings::Settings;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::cli::progress::Progress;
+use crate::cli::progress::{Evaluating, Progress};
 use crate::cli::{machine, pages};
 use crate::problem::Problem;
 use crate::settings::TrainConfig;
@@ -181,7 +181,10 @@ impl Run<'_> {
             act_seconds = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let timed = Timed::new(&**policy);
-            let result = watched_evaluation(problem, &timed, config.evaluation_episodes, Seed::new(config.seed));
+            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(&self.progress));
+            let begun = |number: usize| told.begun(number, episodes);
+            let result = watched_evaluation(problem, &timed, (episodes, &begun), Seed::new(config.seed));
+            self.progress.finish();
             let stopped = self.interrupt.pressed() && (!config.controller.trains() || result.is_err());
             match result {
                 // A planner that was stopped no longer plans: its returns tell nothing.

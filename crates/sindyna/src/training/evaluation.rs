@@ -1,6 +1,8 @@
 //! A trained policy on the system itself.
 
-use sindyna_core::{Bounded, Dataset, Policy, Seed, Simulated, Spec};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use sindyna_core::{Bounded, Dataset, EnvError, Environment, Outcome, Policy, Rng, Seed, Simulated, Spec};
 use sindyna_dyna::evaluate;
 use sindyna_record::identification::PredictionTable;
 use sindyna_record::run::{EpisodeTable, Evaluation, Watched, labels_of};
@@ -16,22 +18,52 @@ pub(crate) fn evaluation(
     episodes: usize,
     seed: Seed,
 ) -> Result<Evaluation, Error> {
-    watched_evaluation(problem, policy, episodes, seed).map(|(evaluation, _)| evaluation)
+    watched_evaluation(problem, policy, (episodes, &|_| {}), seed).map(|(evaluation, _)| evaluation)
 }
 
-/// [`evaluation`], and the first of its episodes.
+/// [`evaluation`], and the first of its episodes; `begun` is told how many were begun whenever another is.
 pub(crate) fn watched_evaluation(
     problem: &dyn Problem,
     policy: &dyn Policy,
-    episodes: usize,
+    (episodes, begun): (usize, &(dyn Fn(usize) + Sync)),
     seed: Seed,
 ) -> Result<(Evaluation, Dataset), Error> {
     let systems = episodes.min(problem.copies()).max(1);
-    let watched = |i: usize| problem.environment().map(|env| Watched::new(env, i == 0));
-    let mut envs = (0..systems).map(watched).collect::<Result<Vec<_>, _>>()?;
+    let count = AtomicUsize::new(0);
+    let counted = |i: usize| {
+        let env = problem.environment()?;
+        Ok::<_, Error>(Counted { env: Watched::new(env, i == 0), count: &count, begun })
+    };
+    let mut envs = (0..systems).map(counted).collect::<Result<Vec<_>, _>>()?;
     let returns = evaluate(&mut envs, policy, episodes, seed, "evaluation")?;
     problem.check()?;
-    Ok((Evaluation::of(returns), envs.swap_remove(0).into_episode()))
+    Ok((Evaluation::of(returns), envs.swap_remove(0).env.into_episode()))
+}
+
+/// A system whose resets are counted, with those of others.
+struct Counted<'a, E> {
+    env: E,
+    count: &'a AtomicUsize,
+    begun: &'a (dyn Fn(usize) + Sync),
+}
+
+impl<E: Environment> Environment for Counted<'_, E> {
+    fn spec(&self) -> &Spec {
+        self.env.spec()
+    }
+
+    fn observation(&self) -> &[f64] {
+        self.env.observation()
+    }
+
+    fn reset(&mut self, rng: &mut Rng) -> Result<(), EnvError> {
+        (self.begun)(1 + self.count.fetch_add(1, Ordering::Relaxed));
+        self.env.reset(rng)
+    }
+
+    fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
+        self.env.step(action, rng)
+    }
 }
 
 /// The first episode of an evaluation, `data`, beside what `model` predicts for the same policy; `None` where its states
