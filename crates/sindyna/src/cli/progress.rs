@@ -115,8 +115,12 @@ impl Progress {
     /// The bar, where there is one, in the style `template`; a hidden one comes to light.
     fn bar(&self, template: &str) -> Option<&ProgressBar> {
         let Sink::Bar(bar) = &self.sink else { return None };
-        if bar.is_hidden() {
+        let again = bar.is_finished();
+        if bar.is_hidden() || again {
             bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+            if again {
+                bar.reset();
+            }
             bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
         }
         Some(bar)
