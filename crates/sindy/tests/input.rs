@@ -62,7 +62,10 @@ fn terms_that_cannot_be_read_are_refused_with_their_place() {
         assert_eq!(parse(text, &names).expect_err(text).to_string(), message);
     }
     let unknown = parse("arctan(x)", &names).expect_err("no such function").to_string();
-    assert!(unknown.ends_with("known: sin, cos, tan, exp, log, sqrt, abs, sign, tanh, max, min, clip"), "{unknown}");
+    assert!(
+        unknown.ends_with("known: sin, cos, tan, exp, log, sqrt, abs, sign, tanh, max, min, clip, tolerance"),
+        "{unknown}"
+    );
     assert!(parse(&"(".repeat(100_000), &names).is_err());
     assert!(parse(&"-".repeat(100_000), &names).is_err());
     let terms = LibraryChoice::Terms(vec!["ω^2*sin(φ)".into()]);
