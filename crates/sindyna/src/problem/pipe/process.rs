@@ -80,7 +80,6 @@ impl Process {
             return Err(self.ended(request));
         }
         let line = self.wait(request)?;
-        // A refusal ends nothing that it was not asked for: but an episode cannot go on after it.
         answer(&line, request)
     }
 
