@@ -191,7 +191,7 @@ fn support(systems: &[Possible<'_>], data: &Dataset, rng: &mut Rng) -> Support {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindyna_core::{Diverged, Precision, Seed, Space};
+    use sindyna_core::{Diverged, Seed};
 
     /// x' = x + u, until it blows up.
     struct Push;
@@ -226,17 +226,7 @@ mod tests {
 
     #[test]
     fn where_nobody_follows_a_model_that_blows_up_its_rewards_are_none() {
-        let x = Channel::new("x", "m", Kind::Plain, 1.0);
-        let task = Stay(Spec {
-            name: "stay".into(),
-            state: vec![x.clone()],
-            observation: vec![x.clone()],
-            control: vec![x],
-            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-            precision: Precision::F64,
-            noise: 0.0,
-            dt: 0.1,
-        });
+        let task = Stay(crate::one_state::spec());
         let mut data = Dataset::new(1, 1, 1, 0.1);
         data.begin(&[-2.0]).expect("finite");
         for x in [-1.0, 0.0, 1.0, 2.0] {

@@ -105,7 +105,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
-    use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Seed, Space, Spec, Support};
+    use sindyna_core::{Diverged, Dynamics, Seed, Spec, Support};
 
     /// x' = x + gain u, which differ for pushes to the right alone.
     struct Push(f64);
@@ -139,17 +139,7 @@ mod tests {
 
     #[test]
     fn what_models_disagree_on_is_done() {
-        let x = Channel::new("x", "m", Kind::Plain, 1.0);
-        let task = Endless(Spec {
-            name: "push".into(),
-            state: vec![x.clone()],
-            observation: vec![x.clone()],
-            control: vec![x],
-            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-            precision: Precision::F64,
-            noise: 0.0,
-            dt: 0.1,
-        });
+        let task = Endless(crate::one_state::spec());
         let mut data = Dataset::new(1, 1, 1, 0.1);
         data.begin(&[0.0]).expect("finite");
         data.push(&[1.0], &[1.0], 0.0, &[10.0]).expect("finite");

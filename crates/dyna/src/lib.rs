@@ -17,6 +17,8 @@ mod explore;
 mod gap;
 mod imagine;
 mod lockstep;
+#[cfg(test)]
+mod one_state;
 mod online;
 mod optimality;
 mod predict;

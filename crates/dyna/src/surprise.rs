@@ -76,7 +76,7 @@ fn error(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindyna_core::{Channel, Diverged, Kind, Precision, Seed, Space, Spec};
+    use sindyna_core::{Diverged, Seed};
 
     /// x' = x + gain u.
     struct Push(f64);
@@ -104,17 +104,7 @@ mod tests {
     }
 
     fn surprised(gains: &[f64]) -> bool {
-        let x = Channel::new("x", "", Kind::Plain, 1.0);
-        let spec = Spec {
-            name: "push".into(),
-            state: vec![x.clone()],
-            observation: vec![x.clone()],
-            control: vec![x],
-            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-            precision: Precision::F64,
-            noise: 0.0,
-            dt: 0.1,
-        };
+        let spec = crate::one_state::spec();
         let inverse = Inverse::of(&spec).expect("all is shown");
         is_surprised(&Push(1.0), &inverse, &data(gains), 1, &mut Seed::new(0).numpy())
     }

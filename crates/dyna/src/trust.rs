@@ -171,7 +171,7 @@ impl Trust {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindyna_core::{Channel, Dataset, Diverged, Kind, Precision, Space, Spec};
+    use sindyna_core::{Dataset, Diverged};
 
     /// x' = x + gain u.
     struct Push(f64);
@@ -185,17 +185,7 @@ mod tests {
 
     /// Data from −2 to 2, with the deviation √2, so that the support is ±4.
     fn trust(gains: &[f64]) -> Trust {
-        let x = Channel::new("x", "m", Kind::Plain, 1.0);
-        let spec = Spec {
-            name: "push".into(),
-            state: vec![x.clone()],
-            observation: vec![x.clone()],
-            control: vec![x],
-            action_space: Space::Box { low: vec![-1.0], high: vec![1.0] },
-            precision: Precision::F64,
-            noise: 0.0,
-            dt: 0.1,
-        };
+        let spec = crate::one_state::spec();
         let mut data = Dataset::new(1, 1, 1, 0.1);
         data.begin(&[-2.0]).expect("finite");
         for x in [-1.0, 0.0, 1.0, 2.0] {

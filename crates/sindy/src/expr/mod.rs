@@ -7,6 +7,7 @@ mod nested;
 mod parse;
 mod pretty;
 mod print;
+mod several;
 mod summands;
 mod tape;
 
