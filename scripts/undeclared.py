@@ -2,7 +2,8 @@
 """Identification from data whose noise nobody declares: how often right, how often wrong without saying so.
 
 Runs the program `undeclared` of crates/bench for every system, noise and number of samples, and writes results/undeclared.json
-(with --set functions results/undeclared-functions.json, with --positions results/undeclared-positions.json) and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
+(with --set functions results/undeclared-functions.json, with --set absolute results/undeclared-absolute.json, with --positions
+results/undeclared-positions.json) and docs/undeclared.md; with --set development it prints its table instead, since nothing is reported on those. What was run before is taken
 from runs/undeclared; delete that folder after a change of the identifier. What PySINDy makes of the same logs is added to the page
 if results/undeclared-pysindy.json and results/undeclared-pysindy-ensembles.json are there (benches/undeclared_pysindy.py).
 
@@ -19,6 +20,7 @@ from study import ROOT, build, commit, each, lines, middle, parse_seeds, rounded
 
 REPORTED = ROOT / "results" / "undeclared.json"
 FUNCTIONS = ROOT / "results" / "undeclared-functions.json"
+ABSOLUTE = ROOT / "results" / "undeclared-absolute.json"
 POSITIONS = ROOT / "results" / "undeclared-positions.json"
 PEERS = {"STLSQ": ROOT / "results" / "undeclared-pysindy.json",
          "STLSQ and ensembles of it": ROOT / "results" / "undeclared-pysindy-ensembles.json"}
@@ -109,6 +111,12 @@ def page(document):
                  f"Saturation, growth, reaction: systems not used in development before the first version of this table, by `{other['command']}` with the"
                  f" identifier of commit {other['commit']}. A term is right if its parameter is within 30 %; of {other['groups'][0]['seeds']}.",
                  "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
+    if ABSOLUTE.exists():
+        other = json.loads(ABSOLUTE.read_text())
+        text += ["", "## States far from zero", "",
+                 f"Temperatures in kelvins, altitudes, speeds near 314 rad/s: by `{other['command']}` with the identifier of commit {other['commit']}. None of"
+                 f" these systems was used in development. Of {other['groups'][0]['seeds']}.",
+                 "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
     if POSITIONS.exists():
         other = json.loads(POSITIONS.read_text())
         text += ["", "## Without the rates", "",
@@ -126,7 +134,7 @@ def page(document):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--set", choices=["reported", "functions", "development"], default="reported")
+    parser.add_argument("--set", choices=["reported", "functions", "absolute", "development"], default="reported")
     parser.add_argument("--systems", nargs="+", help="only these")
     parser.add_argument("--positions", action="store_true", help="without the states that are rates of others")
     parser.add_argument("--noise", nargs="+", type=float, default=[0, 0.001, 0.01, 0.05])
@@ -152,7 +160,8 @@ def main():
         return
     command = " ".join(["scripts/undeclared.py", *sys.argv[1:]])
     document = {"command": command, "commit": commit(), "limit": args.limit, "groups": groups}
-    written = POSITIONS if args.positions else FUNCTIONS if args.set == "functions" else REPORTED
+    of_set = {"reported": REPORTED, "functions": FUNCTIONS, "absolute": ABSOLUTE}
+    written = POSITIONS if args.positions else of_set[args.set]
     written.write_text(json.dumps(document, indent=1, ensure_ascii=False) + "\n")
     (ROOT / "docs" / "undeclared.md").write_text(page(json.loads(REPORTED.read_text())))
 

@@ -23,6 +23,8 @@ pub enum Set {
     Reported,
     /// So are they on these, whose terms have parameters inside.
     Functions,
+    /// And on these, whose states are far from zero.
+    Absolute,
     /// Methods are developed on these.
     Development,
 }
@@ -33,6 +35,7 @@ pub fn systems(set: Set) -> Vec<System> {
     match set {
         Set::Reported => reported::systems(),
         Set::Functions => reported::functions(),
+        Set::Absolute => reported::absolute(),
         Set::Development => development::systems(),
     }
 }
@@ -40,5 +43,8 @@ pub fn systems(set: Set) -> Vec<System> {
 /// The system called `name`, of whatever set.
 #[must_use]
 pub fn find(name: &str) -> Option<System> {
-    [Set::Reported, Set::Functions, Set::Development].into_iter().flat_map(systems).find(|s| s.name() == name)
+    [Set::Reported, Set::Functions, Set::Absolute, Set::Development]
+        .into_iter()
+        .flat_map(systems)
+        .find(|s| s.name() == name)
 }

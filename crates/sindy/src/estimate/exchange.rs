@@ -1,7 +1,7 @@
 //! Exchanges of terms for others, and which of them the data do not tell apart.
 
 use super::hypothesis::Hypothesis;
-use super::propose::{Proposal, Regression};
+use super::regression::{Proposal, Regression};
 use super::search::{Problem, Searched, TOLD_APART};
 
 /// Passes of exchanges, at most.
@@ -24,48 +24,44 @@ fn exchanged(support: &[usize], out: usize, other: usize) -> Vec<usize> {
     support
 }
 
+/// What is found near a hypothesis.
+struct Near {
+    regressions: Vec<Regression>,
+    /// Per equation, other terms that explain the data as well.
+    rivals: Vec<Rivals>,
+    /// Hypotheses with these.
+    others: Vec<Hypothesis>,
+    /// The best hypothesis of all, if it is another.
+    improved: Option<Hypothesis>,
+}
+
 impl Problem<'_> {
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much near it, as long as that
-    /// improves the score. Also the regressions of the last pass and, per equation, the terms that
-    /// explain the data as well.
+    /// improves the score. Of terms that the data do not tell apart the simplest are meant. Also the regressions of the last pass and, per equation,
+    /// the terms that explain the data as well.
     pub(super) fn exchanged(&self, mut best: Hypothesis) -> Searched {
-        let (mut regressions, mut rivals, mut others) = (Vec::new(), Vec::new(), Vec::new());
+        let mut near = self.near(&best);
+        for _ in 1..PASSES {
+            let Some(better) = near.improved.take() else { break };
+            best = better;
+            near = self.near(&best);
+        }
+        let likeliest = best.clone();
         for _ in 0..PASSES {
-            regressions = self.propose_near(&best, &|i| self.most(&best, i));
-            let loose = self.loosely(&best);
-            rivals = vec![Rivals::new(); self.rates.len()];
-            others.clear();
-            let mut improved: Option<Hypothesis> = None;
-            for (i, regression) in regressions.iter().enumerate() {
-                let own = &best.supports[i];
-                // Of terms that are the same on all data the simplest is meant.
-                rivals[i] = regression.twins(own).into_iter().map(|(out, other)| exchanged(own, out, other)).collect();
-                rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(own));
-                let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
-                if let Some(loose) = &loose {
-                    let more = loose[i].near_best(NEAR, RIVALS, |support| self.penalty(support));
-                    let unlike = |p: &Proposal| proposals.iter().all(|other| other.support != p.support);
-                    proposals.extend(more.into_iter().filter(unlike).collect::<Vec<_>>());
-                }
-                if !self.leaves_nothing(&best) && self.rates[i].is_none() && self.is_noise(&best, i) {
-                    proposals.extend(self.propose_inside(&best, i));
-                }
-                for proposal in proposals {
-                    let Some(rival) = self.exchange(&best, i, &proposal) else { continue };
-                    if self.is_rival(&rival, &best, i) {
-                        rivals[i].push(proposal.support.clone());
-                        others.push(rival.clone());
-                    }
-                    if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
-                        improved = Some(rival);
-                    }
-                }
-            }
-            match improved {
-                Some(better) => best = better,
-                None => break,
+            let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
+            best = simpler;
+            near = self.near(&best);
+        }
+        for (i, rivals) in near.rivals.iter_mut().enumerate() {
+            let own = &likeliest.supports[i];
+            if *own != best.supports[i] && !rivals.contains(own) {
+                rivals.push(own.clone());
             }
         }
+        if likeliest.supports != best.supports {
+            near.others.push(likeliest);
+        }
+        let Near { regressions, mut rivals, mut others, .. } = near;
         for (i, regression) in regressions.iter().enumerate().filter(|_| !self.leaves_nothing(&best)) {
             if rivals[i].is_empty()
                 && let Some(rival) = self.unlikely_rival(&best, i, regression)
@@ -75,6 +71,74 @@ impl Problem<'_> {
             }
         }
         Searched { best, regressions, rivals, others }
+    }
+
+    /// What other terms in one of the equations come to.
+    fn near(&self, best: &Hypothesis) -> Near {
+        let regressions = self.propose_near(best, &|i| self.most(best, i));
+        let loose = self.loosely(best);
+        let mut rivals = vec![Rivals::new(); self.rates.len()];
+        let mut others = Vec::new();
+        let mut improved: Option<Hypothesis> = None;
+        for (i, regression) in regressions.iter().enumerate() {
+            let own = &best.supports[i];
+            // Of terms that are the same on all data the simplest is meant.
+            rivals[i] = regression.twins(own).into_iter().map(|(out, other)| exchanged(own, out, other)).collect();
+            rivals[i].retain(|twin| self.penalty(twin) <= self.penalty(own));
+            let mut proposals = regression.near_best(NEAR, RIVALS, |support| self.penalty(support));
+            let mut propose = |more: Vec<Proposal>| {
+                let unlike = |p: &Proposal| proposals.iter().all(|other| other.support != p.support);
+                let more: Vec<Proposal> = more.into_iter().filter(unlike).collect();
+                proposals.extend(more);
+            };
+            if let Some(loose) = &loose {
+                propose(loose[i].near_best(NEAR, RIVALS, |support| self.penalty(support)));
+            }
+            if !self.leaves_nothing(best) {
+                let (penalty, prior) =
+                    (|support: &[usize]| self.penalty(support), |support: &[usize]| self.prior(support));
+                propose(regression.simpler(own, (NEAR, RIVALS), penalty, prior));
+            }
+            if !self.leaves_nothing(best) && self.rates[i].is_none() && self.is_noise(best, i) {
+                proposals.extend(self.propose_inside(best, i));
+            }
+            for proposal in proposals {
+                let Some(rival) = self.exchange(best, i, &proposal) else { continue };
+                if self.is_rival(&rival, best, i) {
+                    rivals[i].push(proposal.support.clone());
+                    others.push(rival.clone());
+                }
+                if improved.as_ref().map_or(best.score, |h| h.score) > rival.score {
+                    improved = Some(rival);
+                }
+            }
+        }
+        Near { regressions, rivals, others, improved }
+    }
+
+    /// `best` with the simplest terms of as many parameters in every equation, of those in `others` that the data do not tell from the likeliest, whose
+    /// score is `likeliest`. `None` if these are its own.
+    fn simpler(&self, best: &Hypothesis, others: &[Hypothesis], likeliest: f64) -> Option<Hypothesis> {
+        let is_as_likely = |h: &Hypothesis| h.score < likeliest + TOLD_APART;
+        let mut simplest: Option<Hypothesis> = None;
+        for (i, own) in best.supports.iter().enumerate() {
+            let is_simpler = |h: &&Hypothesis| {
+                let other = &h.supports[i];
+                let as_many = self.n_parameters(other) == self.n_parameters(own);
+                as_many && self.prior(other) < self.prior(own) && is_as_likely(h)
+            };
+            let simpler = others.iter().filter(is_simpler);
+            let believed = |h: &&Hypothesis| self.prior(&h.supports[i]);
+            let Some(simpler) = simpler.min_by(|a, b| believed(a).total_cmp(&believed(b))) else { continue };
+            simplest = match simplest {
+                None => Some(simpler.clone()),
+                Some(begun) => {
+                    let both = self.with_equation(&begun, i, &simpler.equation(i), 3..4);
+                    both.filter(is_as_likely).or(Some(begun))
+                }
+            };
+        }
+        simplest
     }
 
     /// Regressions near `best` with states that follow the data more than its equations: how errors grow along a path other terms would change, and a

@@ -5,7 +5,9 @@ use std::ops::Range;
 
 use ndarray::{Array2, s};
 
+use super::regression::Proposal;
 use super::search::Problem;
+use super::size::Size;
 use crate::Stage;
 use crate::data::measures;
 use crate::library::Shape;
@@ -56,6 +58,15 @@ impl Hypothesis {
     /// Its coefficients, equation by equation.
     pub(super) fn coefficients(&self) -> &[f64] {
         &self.fit.xi[..self.supports.iter().map(Vec::len).sum()]
+    }
+
+    /// Its equation `i`, as a proposal for others.
+    pub(super) fn equation(&self, i: usize) -> Proposal {
+        let first: usize = self.supports[..i].iter().map(Vec::len).sum();
+        let support = self.supports[i].clone();
+        let coefficients = self.fit.xi[first..first + support.len()].to_vec();
+        let inside = self.inside.iter().filter(|(j, _)| support.contains(j)).cloned().collect();
+        Proposal { support, coefficients, inside, score: self.score, residual: 0.0 }
     }
 
     /// This hypothesis along some `steps` of its path alone: numbers of segments, and of the steps in these.
@@ -160,17 +171,7 @@ impl Problem<'_> {
         // Bounds on the noise keep a residual from counting for less than it is told, not for less than it is.
         let left = fit.left.iter().zip(&fit.drift).map(|(left, drift)| left.hypot(*drift));
         let seen: Vec<f64> = left.zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
-        // Contributions are of the size of the rates, or seldom larger: a Cauchy distribution. Terms that cancel are worth it only
-        // where the data tell them so.
-        let contributions = flow.contributions(self.segments, &fit.x, &fit.xi);
-        let size: f64 = contributions.iter().map(|c| 2.0 * (c * c).ln_1p()).sum();
-        let mut rest = &contributions[..];
-        let largest = |support: &Vec<usize>| {
-            let (own, later) = rest.split_at(support.len());
-            rest = later;
-            own.iter().copied().fold(0.0, f64::max)
-        };
-        let contributions = supports.iter().map(largest).collect();
+        let Size { size, contributions } = self.size(&supports, &flow, &fit);
         let score = self.score(&supports, &seen) + size;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);

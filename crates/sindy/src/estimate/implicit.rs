@@ -2,7 +2,7 @@
 
 use super::constraints::Constraints;
 use super::hypothesis::Hypothesis;
-use super::propose::{Proposal, Regression};
+use super::regression::{Proposal, Regression};
 use super::rounds::ROUNDS;
 use super::search::{FAR, Problem, TIMES, followed, measured};
 use crate::data::Signals;

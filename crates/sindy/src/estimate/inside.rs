@@ -2,7 +2,7 @@
 
 use super::exchange::NEAR;
 use super::hypothesis::{Hypothesis, Inside};
-use super::propose::Proposal;
+use super::regression::Proposal;
 use super::search::{Problem, SAMPLE};
 use crate::Triangle;
 use crate::data::{Signals, sample_of, stretches};

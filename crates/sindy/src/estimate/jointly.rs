@@ -2,7 +2,7 @@
 
 use super::hypothesis::Inside;
 use super::inside::SIMPLE;
-use super::propose::{Proposal, Regression};
+use super::regression::{Proposal, Regression};
 use super::search::{Problem, TIMES};
 use crate::data::Signals;
 use crate::motion::Stepping;

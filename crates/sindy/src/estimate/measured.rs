@@ -4,7 +4,8 @@ use ndarray::{Array2, Axis, concatenate, s};
 
 use super::hypothesis::Inside;
 use super::inside::{Candidate, FAMILIES};
-use super::propose::{Effort, Proposal, Regression, THOROUGHLY};
+use super::propose::{Effort, THOROUGHLY};
+use super::regression::{Proposal, Regression};
 use super::search::{Problem, TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;

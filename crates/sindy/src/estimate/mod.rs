@@ -20,10 +20,12 @@ mod positions;
 mod posterior;
 mod propose;
 mod prune;
+mod regression;
 mod rounds;
 mod scheme;
 mod search;
 mod series;
+mod size;
 mod strays;
 mod white;
 

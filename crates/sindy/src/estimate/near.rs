@@ -1,7 +1,8 @@
 //! Regressions linearised at a trajectory: which other terms each equation may have.
 
 use super::hypothesis::Hypothesis;
-use super::propose::{Regression, THOROUGHLY};
+use super::propose::THOROUGHLY;
+use super::regression::Regression;
 use super::search::Problem;
 use crate::Triangle;
 use crate::library::Term;

@@ -2,14 +2,13 @@
 
 use ndarray::{Array2, Axis, concatenate};
 
-use super::constraints::Constraints;
-use super::hypothesis::Inside;
+use super::regression::Regression;
 use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
 use crate::library::Term;
 use crate::shooting::{Flow, Samples};
-use crate::solve::{Candidates, SizeReport, Subset};
+use crate::solve::Subset;
 
 /// Equations found before, their coefficients, and the states (T + 1, n) of each segment that follow them.
 pub(super) type Along<'a> = (&'a Flow, &'a [f64], &'a [Array2<f64>]);
@@ -254,140 +253,5 @@ impl Problem<'_> {
             all.push(errors);
         }
         all
-    }
-}
-
-/// The regression of one equation.
-#[derive(Debug, Clone)]
-pub(super) struct Regression {
-    /// The best subsets of each size, by columns.
-    found: Candidates,
-    triangle: Triangle,
-    /// The smallest mean square of what is left that is believed.
-    least: f64,
-    /// The term of each column of the triangle.
-    choice: Vec<usize>,
-    /// How many of these, the first ones, are required; what was found is a choice of the others.
-    n_required: usize,
-    /// The multiple of the derivative that was taken from the last column.
-    own: Option<f64>,
-    constraints: Constraints,
-}
-
-/// Terms proposed for one equation.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Proposal {
-    pub(super) support: Vec<usize>,
-    pub(super) coefficients: Vec<f64>,
-    /// Where parameters inside terms begin; for others the terms say so.
-    pub(super) inside: Vec<Inside>,
-    /// Smaller is better.
-    pub(super) score: f64,
-    /// RMS of what is left, whitened.
-    pub(super) residual: f64,
-}
-
-impl Regression {
-    /// Of an equation that is not fitted.
-    pub(super) fn none() -> Self {
-        let (found, triangle, constraints) = (Candidates::default(), Triangle::new(1), Constraints::default());
-        Self { found, triangle, least: 0.0, choice: Vec::new(), n_required: 0, own: None, constraints }
-    }
-
-    /// The terms with the best score when every term costs `times` what `penalty` says.
-    ///
-    /// Errors of the path are not independent from row to row, so the rows tell less than their number, nobody knows how much
-    /// less.
-    pub(super) fn best(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> Proposal {
-        let scored = self.scored(times, penalty);
-        let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
-        match best {
-            Some((score, subset)) => self.proposal(score, subset),
-            None => Proposal {
-                support: Vec::new(),
-                coefficients: Vec::new(),
-                inside: Vec::new(),
-                score: 0.0,
-                residual: f64::INFINITY,
-            },
-        }
-    }
-
-    /// At most `most` proposals whose scores are within `gap` of the best one, best first.
-    pub(super) fn near_best(&self, gap: f64, most: usize, penalty: impl Fn(&[usize]) -> f64) -> Vec<Proposal> {
-        let mut scored: Vec<(f64, &Subset)> = self.scored(1.0, penalty).collect();
-        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let least = scored.first().map_or(0.0, |s| s.0);
-        scored.iter().take(most).filter(|s| s.0 <= least + gap).map(|s| self.proposal(s.0, s.1)).collect()
-    }
-
-    fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
-        let rows = self.triangle.n_rows() as f64;
-        let possible = |s: &&Subset| s.rss.is_finite() && self.has_signs(s);
-        self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(possible).map(move |subset| {
-            let free = (rows - subset.support.len() as f64).max(1.0);
-            let likelihood = rows * (subset.rss / free).max(self.least).max(f64::MIN_POSITIVE).ln();
-            (likelihood + times * penalty(&self.terms(subset)), subset)
-        })
-    }
-
-    /// The columns of a subset, those of required terms among them.
-    fn columns(&self, subset: &Subset) -> Vec<usize> {
-        (0..self.n_required).chain(subset.support.iter().map(|c| self.n_required + c)).collect()
-    }
-
-    /// The terms of a subset, ascending.
-    fn terms(&self, subset: &Subset) -> Vec<usize> {
-        let mut terms: Vec<usize> = self.columns(subset).into_iter().map(|c| self.choice[c]).collect();
-        terms.sort_unstable();
-        terms
-    }
-
-    /// Whether the coefficients have the signs they should.
-    fn has_signs(&self, subset: &Subset) -> bool {
-        self.constraints.signs.is_empty() || {
-            let columns = self.columns(subset);
-            let coefficients = self.triangle.solve_unit(&columns, self.choice.len());
-            let terms: Vec<usize> = columns.into_iter().map(|c| self.choice[c]).collect();
-            self.constraints.agrees(&terms, &coefficients)
-        }
-    }
-
-    fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
-        let columns = self.columns(subset);
-        let mut coefficients = self.triangle.solve_unit(&columns, self.choice.len());
-        if let Some(c) = self.own
-            && let Some(at) = columns.iter().position(|&column| column + 1 == self.choice.len())
-        {
-            // ẋ = Σ a θ + b (f ẋ − c ẋ)
-            let whole = 1.0 + c * coefficients[at];
-            coefficients.iter_mut().for_each(|a| *a /= whole);
-        }
-        let residual = (subset.rss / self.triangle.n_rows().max(1) as f64).sqrt();
-        let mut told: Vec<(usize, f64)> = columns.iter().map(|&c| self.choice[c]).zip(coefficients).collect();
-        told.sort_by_key(|(j, _)| *j);
-        let (support, coefficients) = told.into_iter().unzip();
-        Proposal { support, coefficients, inside: Vec::new(), score, residual }
-    }
-
-    /// Terms of `support`, each with another that has the same values on all data, up to a factor.
-    pub(super) fn twins(&self, support: &[usize]) -> Vec<(usize, usize)> {
-        let term = |c: usize| self.choice[self.n_required + c];
-        let pair = |&(out, kept): &(usize, usize)| {
-            let pairs = [(term(kept), term(out)), (term(out), term(kept))];
-            pairs.into_iter().find(|(own, _)| support.contains(own))
-        };
-        self.found.equal.iter().filter_map(pair).collect()
-    }
-
-    /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
-    pub(super) fn path(&self) -> Vec<SizeReport> {
-        let rows = self.triangle.n_rows() as f64;
-        let best = self.found.sizes.iter().filter_map(|(subsets, proved)| Some((subsets.first()?, *proved)));
-        best.map(|(subset, proved)| {
-            let free = (rows - subset.support.len() as f64).max(1.0);
-            SizeReport { support: self.terms(subset), residual: (subset.rss / free).sqrt(), proved }
-        })
-        .collect()
     }
 }

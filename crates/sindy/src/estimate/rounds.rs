@@ -1,7 +1,7 @@
 //! Rounds of proposals, each along the path of what the last one found.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::propose::Regression;
+use super::regression::Regression;
 use super::search::{FAR, Problem, TIMES};
 use crate::data::Signals;
 use crate::motion::Stepping;

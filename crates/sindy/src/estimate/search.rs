@@ -9,7 +9,7 @@ use super::alone::Alone;
 use super::constraints::Constraints;
 use super::exchange::Rivals;
 use super::hypothesis::{Hypothesis, Start};
-use super::propose::{Proposal, Regression};
+use super::regression::{Proposal, Regression};
 use super::strays::{Kept, Rejecting};
 use super::white::is_white;
 use crate::data::{Segment, Signals, Smoother, sample_of, with_variances, without_glitches};

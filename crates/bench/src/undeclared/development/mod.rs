@@ -1,5 +1,6 @@
 //! Systems to develop methods on. What is tuned, is tuned here; no result is ever reported on them.
 
+mod absolute;
 mod chaos;
 mod circuits;
 mod functions;
@@ -13,6 +14,7 @@ use super::System;
 /// All of them.
 pub(super) fn systems() -> Vec<System> {
     let all = [
+        absolute::systems(),
         chaos::systems(),
         circuits::systems(),
         functions::systems(),

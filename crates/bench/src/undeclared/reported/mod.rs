@@ -1,5 +1,6 @@
 //! Systems results are reported on. Nothing is ever tuned here.
 
+mod absolute;
 mod functions;
 mod laboratory;
 mod machines;
@@ -12,6 +13,11 @@ use super::System;
 /// Those with parameters inside their terms.
 pub(super) fn functions() -> Vec<System> {
     functions::systems()
+}
+
+/// Those whose states are far from zero.
+pub(super) fn absolute() -> Vec<System> {
+    absolute::systems()
 }
 
 /// All of the others.

@@ -1,0 +1,189 @@
+//! The terms that one regression proposes.
+
+use super::constraints::Constraints;
+use super::hypothesis::Inside;
+use crate::Triangle;
+use crate::solve::{Candidates, SizeReport, Subset};
+
+/// The regression of one equation.
+#[derive(Debug, Clone)]
+pub(super) struct Regression {
+    /// The best subsets of each size, by columns.
+    pub(super) found: Candidates,
+    pub(super) triangle: Triangle,
+    /// The smallest mean square of what is left that is believed.
+    pub(super) least: f64,
+    /// The term of each column of the triangle.
+    pub(super) choice: Vec<usize>,
+    /// How many of these, the first ones, are required; what was found is a choice of the others.
+    pub(super) n_required: usize,
+    /// The multiple of the derivative that was taken from the last column.
+    pub(super) own: Option<f64>,
+    pub(super) constraints: Constraints,
+}
+
+/// Terms proposed for one equation.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Proposal {
+    pub(super) support: Vec<usize>,
+    pub(super) coefficients: Vec<f64>,
+    /// Where parameters inside terms begin; for others the terms say so.
+    pub(super) inside: Vec<Inside>,
+    /// Smaller is better.
+    pub(super) score: f64,
+    /// RMS of what is left, whitened.
+    pub(super) residual: f64,
+}
+
+impl Regression {
+    /// Of an equation that is not fitted.
+    pub(super) fn none() -> Self {
+        let (found, triangle, constraints) = (Candidates::default(), Triangle::new(1), Constraints::default());
+        Self { found, triangle, least: 0.0, choice: Vec::new(), n_required: 0, own: None, constraints }
+    }
+
+    /// The terms with the best score when every term costs `times` what `penalty` says.
+    ///
+    /// Errors of the path are not independent from row to row, so the rows tell less than their number, nobody knows how much
+    /// less.
+    pub(super) fn best(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> Proposal {
+        let scored = self.scored(times, penalty);
+        let best = scored.min_by(|a, b| a.0.total_cmp(&b.0));
+        match best {
+            Some((score, subset)) => self.proposal(score, subset),
+            None => Proposal {
+                support: Vec::new(),
+                coefficients: Vec::new(),
+                inside: Vec::new(),
+                score: 0.0,
+                residual: f64::INFINITY,
+            },
+        }
+    }
+
+    /// At most `most` proposals whose scores are within `gap` of the best one, best first.
+    pub(super) fn near_best(&self, gap: f64, most: usize, penalty: impl Fn(&[usize]) -> f64) -> Vec<Proposal> {
+        let mut scored: Vec<(f64, &Subset)> = self.scored(1.0, penalty).collect();
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = scored.first().map_or(0.0, |s| s.0);
+        scored.iter().take(most).filter(|s| s.0 <= least + gap).map(|s| self.proposal(s.0, s.1)).collect()
+    }
+
+    /// At most `most` proposals of the terms `support` with one of them exchanged for a simpler one, as `prior` says, whose scores are within `gap` of that
+    /// of `support`, best first. Where many terms explain nearly the same, the best subsets of a size do not come to all of them.
+    pub(super) fn simpler(
+        &self,
+        support: &[usize],
+        (gap, most): (f64, usize),
+        penalty: impl Fn(&[usize]) -> f64,
+        prior: impl Fn(&[usize]) -> f64,
+    ) -> Vec<Proposal> {
+        let column = |j: &usize| self.choice.iter().position(|k| k == j);
+        let Some(own) = support.iter().map(column).collect::<Option<Vec<_>>>() else { return Vec::new() };
+        let free: Vec<usize> = own.into_iter().filter(|&c| c >= self.n_required).collect();
+        let limit = self.score(1.0, &self.subset(&free), &penalty) + gap;
+        let known = prior(support);
+        let mut scored: Vec<(f64, Subset)> = Vec::new();
+        for at in 0..free.len() {
+            for other in (self.n_required..self.choice.len()).filter(|c| !free.contains(c)) {
+                let mut columns = free.clone();
+                columns[at] = other;
+                let terms: Vec<usize> =
+                    columns.iter().copied().chain(0..self.n_required).map(|c| self.choice[c]).collect();
+                if prior(&terms) < known {
+                    let simpler = self.subset(&columns);
+                    let score = self.score(1.0, &simpler, &penalty);
+                    if score < limit && self.has_signs(&simpler) {
+                        scored.push((score, simpler));
+                    }
+                }
+            }
+        }
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        scored.iter().take(most).map(|(score, subset)| self.proposal(*score, subset)).collect()
+    }
+
+    /// The subset of the columns `columns` behind those of required terms.
+    fn subset(&self, columns: &[usize]) -> Subset {
+        let mut support: Vec<usize> = columns.iter().map(|c| c - self.n_required).collect();
+        support.sort_unstable();
+        let mut subset = Subset { support, rss: 0.0 };
+        let (columns, target) = (self.columns(&subset), self.choice.len());
+        let xi = self.triangle.solve_unit(&columns, target);
+        subset.rss = self.triangle.residual_norm(&columns, &xi, target).powi(2);
+        subset
+    }
+
+    fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
+        let possible = |s: &&Subset| s.rss.is_finite() && self.has_signs(s);
+        let subsets = self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(possible);
+        subsets.map(move |subset| (self.score(times, subset, &penalty), subset))
+    }
+
+    fn score(&self, times: f64, subset: &Subset, penalty: impl Fn(&[usize]) -> f64) -> f64 {
+        let rows = self.triangle.n_rows() as f64;
+        let free = (rows - subset.support.len() as f64).max(1.0);
+        let likelihood = rows * (subset.rss / free).max(self.least).max(f64::MIN_POSITIVE).ln();
+        likelihood + times * penalty(&self.terms(subset))
+    }
+
+    /// The columns of a subset, those of required terms among them.
+    fn columns(&self, subset: &Subset) -> Vec<usize> {
+        (0..self.n_required).chain(subset.support.iter().map(|c| self.n_required + c)).collect()
+    }
+
+    /// The terms of a subset, ascending.
+    fn terms(&self, subset: &Subset) -> Vec<usize> {
+        let mut terms: Vec<usize> = self.columns(subset).into_iter().map(|c| self.choice[c]).collect();
+        terms.sort_unstable();
+        terms
+    }
+
+    /// Whether the coefficients have the signs they should.
+    fn has_signs(&self, subset: &Subset) -> bool {
+        self.constraints.signs.is_empty() || {
+            let columns = self.columns(subset);
+            let coefficients = self.triangle.solve_unit(&columns, self.choice.len());
+            let terms: Vec<usize> = columns.into_iter().map(|c| self.choice[c]).collect();
+            self.constraints.agrees(&terms, &coefficients)
+        }
+    }
+
+    fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
+        let columns = self.columns(subset);
+        let mut coefficients = self.triangle.solve_unit(&columns, self.choice.len());
+        if let Some(c) = self.own
+            && let Some(at) = columns.iter().position(|&column| column + 1 == self.choice.len())
+        {
+            // ẋ = Σ a θ + b (f ẋ − c ẋ)
+            let whole = 1.0 + c * coefficients[at];
+            coefficients.iter_mut().for_each(|a| *a /= whole);
+        }
+        let residual = (subset.rss / self.triangle.n_rows().max(1) as f64).sqrt();
+        let mut told: Vec<(usize, f64)> = columns.iter().map(|&c| self.choice[c]).zip(coefficients).collect();
+        told.sort_by_key(|(j, _)| *j);
+        let (support, coefficients) = told.into_iter().unzip();
+        Proposal { support, coefficients, inside: Vec::new(), score, residual }
+    }
+
+    /// Terms of `support`, each with another that has the same values on all data, up to a factor.
+    pub(super) fn twins(&self, support: &[usize]) -> Vec<(usize, usize)> {
+        let term = |c: usize| self.choice[self.n_required + c];
+        let pair = |&(out, kept): &(usize, usize)| {
+            let pairs = [(term(kept), term(out)), (term(out), term(kept))];
+            pairs.into_iter().find(|(own, _)| support.contains(own))
+        };
+        self.found.equal.iter().filter_map(pair).collect()
+    }
+
+    /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
+    pub(super) fn path(&self) -> Vec<SizeReport> {
+        let rows = self.triangle.n_rows() as f64;
+        let best = self.found.sizes.iter().filter_map(|(subsets, proved)| Some((subsets.first()?, *proved)));
+        best.map(|(subset, proved)| {
+            let free = (rows - subset.support.len() as f64).max(1.0);
+            SizeReport { support: self.terms(subset), residual: (subset.rss / free).sqrt(), proved }
+        })
+        .collect()
+    }
+}
