@@ -4,14 +4,16 @@ use std::{fmt, str::FromStr};
 
 /// Vector instructions of the matrix products.
 ///
-/// Each gives the same bits on every machine and with any number of threads beside it. [`Isa::Avx2`] and
-/// [`Isa::Avx512`] give the same bits as each other: every sum is one chain of fused products in the same order,
-/// whatever the width of the vectors. [`Isa::Portable`] rounds products and sums apart.
+/// Each gives the same bits on every machine and with any number of threads beside it. All but [`Isa::Portable`] give the
+/// same bits as each other: every sum is one chain of fused products in the same order, whatever the width of the vectors.
+/// [`Isa::Portable`] rounds products and sums apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
 pub enum Isa {
     /// What every machine has.
     Portable,
+    /// NEON, 4 numbers at a time.
+    Neon,
     /// AVX2 with fused multiply-add, 8 numbers at a time.
     Avx2,
     /// AVX-512, 16 numbers at a time.
@@ -23,7 +25,7 @@ pub enum Isa {
 #[non_exhaustive]
 pub enum IsaError {
     /// No instruction set has this name.
-    #[error("no instruction set named `{name}`; known: `portable`, `avx2`, `avx512`")]
+    #[error("no instruction set named `{name}`; known: `portable`, `neon`, `avx2`, `avx512`")]
     Unknown {
         /// The name.
         name: String,
@@ -40,7 +42,7 @@ pub enum IsaError {
 
 impl Isa {
     /// All of them, the plainest first.
-    pub const ALL: [Self; 3] = [Self::Portable, Self::Avx2, Self::Avx512];
+    pub const ALL: [Self; 4] = [Self::Portable, Self::Neon, Self::Avx2, Self::Avx512];
 
     /// The widest this machine has.
     #[must_use]
@@ -56,11 +58,12 @@ impl Isa {
         if self.present() { Ok(self) } else { Err(IsaError::Missing { isa: self, widest: Self::widest() }) }
     }
 
-    /// The name: `portable`, `avx2` or `avx512`.
+    /// The name: `portable`, `neon`, `avx2` or `avx512`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Portable => "portable",
+            Self::Neon => "neon",
             Self::Avx2 => "avx2",
             Self::Avx512 => "avx512",
         }
@@ -71,12 +74,18 @@ impl Isa {
         let avx2 = std::is_x86_feature_detected!("avx2") && std::is_x86_feature_detected!("fma");
         match self {
             Self::Portable => true,
+            Self::Neon => false,
             Self::Avx2 => avx2,
             Self::Avx512 => avx2 && std::is_x86_feature_detected!("avx512f"),
         }
     }
 
-    #[cfg(not(target_arch = "x86_64"))]
+    #[cfg(target_arch = "aarch64")]
+    pub(crate) fn present(self) -> bool {
+        self == Self::Portable || self == Self::Neon && std::arch::is_aarch64_feature_detected!("neon")
+    }
+
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
     pub(crate) fn present(self) -> bool {
         self == Self::Portable
     }

@@ -7,6 +7,8 @@
 
 mod dot;
 mod lanes;
+#[cfg(target_arch = "aarch64")]
+mod lanes_neon;
 #[cfg(target_arch = "x86_64")]
 mod lanes_x86;
 mod product;
@@ -15,6 +17,8 @@ mod tests;
 mod tile;
 
 use lanes::Plain;
+#[cfg(target_arch = "aarch64")]
+use lanes_neon::Neon;
 #[cfg(target_arch = "x86_64")]
 use lanes_x86::{Avx2, Avx512};
 use product::{Job, product};
@@ -139,6 +143,8 @@ pub(crate) fn matmul_and_sums(
             Isa::Avx512 if isa.present() => product_avx512(&job),
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2 if isa.present() => product_avx2(&job),
+            #[cfg(target_arch = "aarch64")]
+            Isa::Neon if isa.present() => product_neon(&job),
             _ => product::<Plain>(&job),
         }
     }
@@ -161,6 +167,8 @@ pub(crate) fn dots(isa: Isa, ys: &mut [f32], xs: &[f32], vectors: &[f32], inner:
             Isa::Avx512 if isa.present() => dots_avx512(job),
             #[cfg(target_arch = "x86_64")]
             Isa::Avx2 if isa.present() => dots_avx2(job),
+            #[cfg(target_arch = "aarch64")]
+            Isa::Neon if isa.present() => dots_neon(job),
             _ => dot::dots::<Plain>(job),
         }
     }
@@ -192,4 +200,18 @@ unsafe fn dots_avx512(job: dot::Job<'_>) {
 unsafe fn dots_avx2(job: dot::Job<'_>) {
     // SAFETY: the caller's promise, and the instructions are those of this function.
     unsafe { dot::dots::<Avx2>(job) }
+}
+
+#[cfg(target_arch = "aarch64")]
+#[target_feature(enable = "neon")]
+unsafe fn product_neon(job: &Job) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
+    unsafe { product::<Neon>(job) }
+}
+
+#[cfg(target_arch = "aarch64")]
+#[target_feature(enable = "neon")]
+unsafe fn dots_neon(job: dot::Job<'_>) {
+    // SAFETY: the caller's promise, and the instructions are those of this function.
+    unsafe { dot::dots::<Neon>(job) }
 }

@@ -106,6 +106,21 @@ fn dots_are_those_of_the_definition() {
 }
 
 #[test]
+fn fused_sums_are_one_chain_that_rounds_once_a_product() {
+    for isa in sets().filter(|isa| *isa != Isa::Portable) {
+        for (m, k, n) in shapes().filter(|s| s.1 > 0) {
+            let (a, b) = (wave(m * k, 0.3), wave(k * n, 1.1));
+            let mut c = vec![0.0; m * n];
+            matmul(isa, &mut c, Matrix::new(&a, m, k), Matrix::new(&b, k, n), Finish::Plain);
+            let chain = |i: usize, j: usize| (0..k).fold(0.0, |sum: f32, l| a[i * k + l].mul_add(b[l * n + j], sum));
+            let expected: Vec<u32> = (0..m * n).map(|at| chain(at / n, at % n).to_bits()).collect();
+            let bits: Vec<u32> = c.iter().map(|c| c.to_bits()).collect();
+            assert!(bits == expected, "{isa} ({m}, {k}, {n})");
+        }
+    }
+}
+
+#[test]
 fn wider_vectors_give_the_same_bits() {
     let sets: Vec<Isa> = sets().filter(|isa| *isa != Isa::Portable).collect();
     for (m, k, n) in shapes().filter(|s| s.1 > 0) {

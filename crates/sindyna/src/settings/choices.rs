@@ -158,6 +158,8 @@ named! {
     IsaName {
         /// What every machine has
         Portable = "portable",
+        /// NEON of 64-bit Arm, which gives the same bytes as AVX2
+        Neon = "neon",
         /// AVX2 with fused multiply-add
         Avx2 = "avx2",
         /// AVX-512, which gives the same bytes as AVX2
@@ -247,6 +249,7 @@ impl IsaName {
     pub(crate) fn isa(self) -> Isa {
         match self {
             Self::Portable => Isa::Portable,
+            Self::Neon => Isa::Neon,
             Self::Avx2 => Isa::Avx2,
             Self::Avx512 => Isa::Avx512,
         }
