@@ -95,9 +95,11 @@ impl Problem<'_> {
                 propose(loose[i].near_best(NEAR, RIVALS, |support| self.penalty(support)));
             }
             if !self.leaves_nothing(best) {
-                let (penalty, prior) =
-                    (|support: &[usize]| self.penalty(support), |support: &[usize]| self.prior(support));
-                propose(regression.simpler(own, (NEAR, RIVALS), penalty, prior));
+                let complexity = |j: usize| self.terms[j].complexity;
+                let (simpler, work) =
+                    regression.simpler(own, (NEAR, RIVALS), |support| self.penalty(support), complexity);
+                self.charge(work);
+                propose(simpler);
             }
             if !self.leaves_nothing(best) && self.rates[i].is_none() && self.is_noise(best, i) {
                 proposals.extend(self.propose_inside(best, i));

@@ -25,6 +25,7 @@ mod rounds;
 mod scheme;
 mod search;
 mod series;
+mod simpler;
 mod size;
 mod strays;
 mod white;

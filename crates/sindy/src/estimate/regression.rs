@@ -69,62 +69,21 @@ impl Regression {
         scored.iter().take(most).filter(|s| s.0 <= least + gap).map(|s| self.proposal(s.0, s.1)).collect()
     }
 
-    /// At most `most` proposals of the terms `support` with one of them exchanged for a simpler one, as `prior` says, whose scores are within `gap` of that
-    /// of `support`, best first. Where many terms explain nearly the same, the best subsets of a size do not come to all of them.
-    pub(super) fn simpler(
-        &self,
-        support: &[usize],
-        (gap, most): (f64, usize),
-        penalty: impl Fn(&[usize]) -> f64,
-        prior: impl Fn(&[usize]) -> f64,
-    ) -> Vec<Proposal> {
-        let column = |j: &usize| self.choice.iter().position(|k| k == j);
-        let Some(own) = support.iter().map(column).collect::<Option<Vec<_>>>() else { return Vec::new() };
-        let free: Vec<usize> = own.into_iter().filter(|&c| c >= self.n_required).collect();
-        let limit = self.score(1.0, &self.subset(&free), &penalty) + gap;
-        let known = prior(support);
-        let mut scored: Vec<(f64, Subset)> = Vec::new();
-        for at in 0..free.len() {
-            for other in (self.n_required..self.choice.len()).filter(|c| !free.contains(c)) {
-                let mut columns = free.clone();
-                columns[at] = other;
-                let terms: Vec<usize> =
-                    columns.iter().copied().chain(0..self.n_required).map(|c| self.choice[c]).collect();
-                if prior(&terms) < known {
-                    let simpler = self.subset(&columns);
-                    let score = self.score(1.0, &simpler, &penalty);
-                    if score < limit && self.has_signs(&simpler) {
-                        scored.push((score, simpler));
-                    }
-                }
-            }
-        }
-        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
-        scored.iter().take(most).map(|(score, subset)| self.proposal(*score, subset)).collect()
-    }
-
-    /// The subset of the columns `columns` behind those of required terms.
-    fn subset(&self, columns: &[usize]) -> Subset {
-        let mut support: Vec<usize> = columns.iter().map(|c| c - self.n_required).collect();
-        support.sort_unstable();
-        let mut subset = Subset { support, rss: 0.0 };
-        let (columns, target) = (self.columns(&subset), self.choice.len());
-        let xi = self.triangle.solve_unit(&columns, target);
-        subset.rss = self.triangle.residual_norm(&columns, &xi, target).powi(2);
-        subset
-    }
-
     fn scored(&self, times: f64, penalty: impl Fn(&[usize]) -> f64) -> impl Iterator<Item = (f64, &Subset)> {
         let possible = |s: &&Subset| s.rss.is_finite() && self.has_signs(s);
         let subsets = self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(possible);
         subsets.map(move |subset| (self.score(times, subset, &penalty), subset))
     }
 
-    fn score(&self, times: f64, subset: &Subset, penalty: impl Fn(&[usize]) -> f64) -> f64 {
+    pub(super) fn score(&self, times: f64, subset: &Subset, penalty: impl Fn(&[usize]) -> f64) -> f64 {
+        self.likelihood(subset.support.len(), subset.rss) + times * penalty(&self.terms(subset))
+    }
+
+    /// −2 ln L of `size` terms that leave the sum of squares `rss`.
+    pub(super) fn likelihood(&self, size: usize, rss: f64) -> f64 {
         let rows = self.triangle.n_rows() as f64;
-        let free = (rows - subset.support.len() as f64).max(1.0);
-        let likelihood = rows * (subset.rss / free).max(self.least).max(f64::MIN_POSITIVE).ln();
-        likelihood + times * penalty(&self.terms(subset))
+        let free = (rows - size as f64).max(1.0);
+        rows * (rss / free).max(self.least).max(f64::MIN_POSITIVE).ln()
     }
 
     /// The columns of a subset, those of required terms among them.
@@ -133,14 +92,14 @@ impl Regression {
     }
 
     /// The terms of a subset, ascending.
-    fn terms(&self, subset: &Subset) -> Vec<usize> {
+    pub(super) fn terms(&self, subset: &Subset) -> Vec<usize> {
         let mut terms: Vec<usize> = self.columns(subset).into_iter().map(|c| self.choice[c]).collect();
         terms.sort_unstable();
         terms
     }
 
     /// Whether the coefficients have the signs they should.
-    fn has_signs(&self, subset: &Subset) -> bool {
+    pub(super) fn has_signs(&self, subset: &Subset) -> bool {
         self.constraints.signs.is_empty() || {
             let columns = self.columns(subset);
             let coefficients = self.triangle.solve_unit(&columns, self.choice.len());
@@ -149,7 +108,7 @@ impl Regression {
         }
     }
 
-    fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
+    pub(super) fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
         let columns = self.columns(subset);
         let mut coefficients = self.triangle.solve_unit(&columns, self.choice.len());
         if let Some(c) = self.own
