@@ -2,6 +2,9 @@
 
 #![allow(clippy::float_cmp, reason = "where tests compare exactly, the bits are the claim")]
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use ndarray::{Array2, ArrayView2, Axis, concatenate, s};
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
@@ -209,6 +212,15 @@ fn squared_error(ensemble: &Ensemble, member: usize, inputs: &Array2<f64>, targe
     let (inputs, targets) = (inputs.select(Axis(0), held_out), targets.select(Axis(0), held_out));
     let predicted = ensemble.predict(member, inputs.view());
     (&predicted.mean - &targets).mapv(|e| e * e).mean().expect("rows")
+}
+
+#[test]
+fn a_fit_that_is_told_to_stop_ends_as_interrupted() {
+    let (inputs, targets) = rows(&linear_data(300, &mut rng(2)));
+    let stop = Arc::new(AtomicBool::new(true));
+    let trainer = EnsembleTrainer::new(small()).expect("usable settings").until(stop);
+    let fitted = trainer.fit(inputs.view(), targets.view(), None, &mut rng(3));
+    assert!(matches!(fitted, Err(FitError::Interrupted)));
 }
 
 #[test]

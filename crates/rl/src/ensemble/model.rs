@@ -1,5 +1,8 @@
 //! The ensemble as what the loop knows: a learner of dynamics over the task's state.
 
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
 use ndarray::Array2;
 use sindyna_core::{Dataset, Diverged, Dynamics, DynamicsLearner, FitError, Knowledge, Rng, Spec};
 
@@ -55,6 +58,12 @@ impl EnsembleLearner {
     /// [`IsaError::Missing`] if this machine lacks them.
     pub fn with_isa(self, isa: Isa) -> Result<Self, IsaError> {
         Ok(Self { trainer: self.trainer.with_isa(isa)?, ..self })
+    }
+
+    /// The same, whose fits end with [`FitError::Interrupted`] once `stop` is set.
+    #[must_use]
+    pub fn until(self, stop: Arc<AtomicBool>) -> Self {
+        Self { trainer: self.trainer.until(stop), ..self }
     }
 
     /// Numbers that training adjusts.

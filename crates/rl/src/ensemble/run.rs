@@ -54,8 +54,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Trains the ensemble, and leaves its elites and the report in it.
-    pub(super) fn all(mut self) -> Result<(), FitError> {
+    /// Trains the ensemble as long as `go_on` says so, and leaves its elites and the report in it.
+    pub(super) fn all(mut self, go_on: &dyn Fn() -> bool) -> Result<(), FitError> {
         let config = &self.ensemble.config;
         let (patience, per_epoch) = (config.patience, self.report.training_rows.div_ceil(config.batch_size));
         let by_steps = config.max_steps.map(|most| most.div_ceil(per_epoch));
@@ -63,7 +63,7 @@ impl<'a> Run<'a> {
         let most = [config.max_epochs, by_steps].into_iter().flatten().min();
         let mut idle = 0;
         while idle <= patience && most.is_none_or(|most| self.report.history.len() < most) {
-            self.epoch()?;
+            self.epoch(go_on)?;
             let errors = self.holdout_errors();
             idle = self.stopping.note(
                 &errors,
@@ -88,9 +88,12 @@ impl<'a> Run<'a> {
     }
 
     /// Every member sees its whole sample, batch by batch.
-    fn epoch(&mut self) -> Result<(), FitError> {
+    fn epoch(&mut self, go_on: &dyn Fn() -> bool) -> Result<(), FitError> {
         let (rows, batch) = (self.report.training_rows, self.ensemble.config.batch_size);
         for start in (0..rows).step_by(batch) {
+            if !go_on() {
+                return Err(FitError::Interrupted);
+            }
             let samples = self.samples.iter().map(|s| &s[start..rows.min(start + batch)]);
             self.step.take(self.ensemble, self.training, samples).map_err(|(member, loss)| FitError::Regression {
                 reason: format!("the loss of network {member} is {loss} after {} epochs", self.report.history.len()),

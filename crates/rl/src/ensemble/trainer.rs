@@ -1,5 +1,8 @@
 //! Fitting the networks to rows.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use ndarray::ArrayView2;
 use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{FitError, Rng};
@@ -40,6 +43,7 @@ use crate::{Isa, IsaError, adam::Adam, mlp::Mlp};
 pub struct EnsembleTrainer {
     config: EnsembleConfig,
     isa: Isa,
+    stop: Arc<AtomicBool>,
 }
 
 impl EnsembleTrainer {
@@ -49,7 +53,7 @@ impl EnsembleTrainer {
     /// [`EnsembleError::Setting`] if a setting is outside its range.
     pub fn new(config: EnsembleConfig) -> Result<Self, EnsembleError> {
         config.check()?;
-        Ok(Self { config, isa: Isa::widest() })
+        Ok(Self { config, isa: Isa::widest(), stop: Arc::default() })
     }
 
     /// The same with the matrix products run by the instructions `isa`.
@@ -58,6 +62,12 @@ impl EnsembleTrainer {
     /// [`IsaError::Missing`] if this machine lacks them.
     pub fn with_isa(self, isa: Isa) -> Result<Self, IsaError> {
         Ok(Self { isa: isa.checked()?, ..self })
+    }
+
+    /// The same, whose fits end with [`FitError::Interrupted`] once `stop` is set.
+    #[must_use]
+    pub fn until(self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop, ..self }
     }
 
     /// The settings.
@@ -71,7 +81,7 @@ impl EnsembleTrainer {
     ///
     /// # Errors
     /// [`FitError::TooFewRows`] if none can be held out or fewer than two remain; [`FitError::Shape`] if rows do not fit
-    /// each other or `previous`; [`FitError::Regression`] if the loss left the finite numbers.
+    /// each other or `previous`; [`FitError::Regression`] if the loss left the finite numbers; [`FitError::Interrupted`] if it was told to stop.
     pub fn fit(
         &self,
         inputs: ArrayView2<'_, f64>,
@@ -92,7 +102,8 @@ impl EnsembleTrainer {
         };
         let table = |rows| Table::new((inputs, &ensemble.input_scale), (targets, &ensemble.target_scale), rows);
         let (training, holdout) = (table(&split.training), table(&split.holdout));
-        Run::new(&mut ensemble, &training, &holdout, split, rng).all()?;
+        let go_on = || !self.stop.load(Ordering::SeqCst);
+        Run::new(&mut ensemble, &training, &holdout, split, rng).all(&go_on)?;
         Ok(ensemble)
     }
 

@@ -123,7 +123,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             }
             locked().begin(job, left.len(), &progress);
             let begun = Instant::now();
-            let outcome = job.run(&stop);
+            let outcome = job.run(&interrupt.flag());
             let seconds = begun.elapsed().as_secs_f64();
             if let Some(outcome) = &outcome {
                 store.keep(job, outcome, seconds)?;

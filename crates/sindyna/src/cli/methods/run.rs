@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 use sindyna_control::{ByHand, Costs, Lqr};
@@ -20,6 +21,7 @@ use super::presets::{self, EPISODES, Preset};
 use crate::cli::failure::Failure;
 use crate::problem::Problem;
 use crate::settings::{TrainConfig, agent};
+use crate::training::learner::{Fitted, Learner};
 
 /// The real data that a regulator's linear model is fitted to: short episodes and small actions, so that states stay near the equilibrium.
 const PUSHES: Pushes = Pushes { episodes: 6, steps: 5, share: 0.1 };
@@ -75,10 +77,10 @@ impl Job {
         self.contender.method
     }
 
-    /// Does it. What goes wrong is part of the outcome; `None` if it was interrupted.
-    pub(crate) fn run(&self, interrupted: &dyn Fn() -> bool) -> Option<Outcome> {
+    /// Does it until `stop` is set. What goes wrong is part of the outcome; `None` if it was interrupted.
+    pub(crate) fn run(&self, stop: &Arc<AtomicBool>) -> Option<Outcome> {
         let mut outcome = Outcome::new(&self.task(), &self.contender.name(), self.seed);
-        match self.attempt(&mut outcome, interrupted) {
+        match self.attempt(&mut outcome, stop) {
             Ok(Ended::Whole) => Some(outcome),
             Ok(Ended::Interrupted) => None,
             Err(failure) => {
@@ -88,25 +90,28 @@ impl Job {
         }
     }
 
-    fn attempt(&self, outcome: &mut Outcome, interrupted: &dyn Fn() -> bool) -> Result<Ended, Failure> {
+    fn attempt(&self, outcome: &mut Outcome, stop: &Arc<AtomicBool>) -> Result<Ended, Failure> {
         let spec = self.system.spec();
         match self.method() {
-            Method::Sindy => self.inside(&self.identifier()?, outcome, interrupted, tell),
-            Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, interrupted, |model, outcome| {
+            Method::Sindy => self.inside(&self.learner(stop)?, outcome, stop, |Fitted(found), outcome| {
+                tell(&found.model, outcome);
+            }),
+            Method::LeastSquares => self.inside(&Identifier::linear(spec)?, outcome, stop, |model, outcome| {
                 outcome.model_parameters = Some(model.nonzero());
             }),
             Method::Ensemble => {
-                let learner = EnsembleLearner::new(presets::ensemble(EnsembleConfig::janner()), spec)?;
+                let learner =
+                    EnsembleLearner::new(presets::ensemble(EnsembleConfig::janner()), spec)?.until(stop.clone());
                 outcome.model_parameters = Some(learner.n_parameters());
-                self.inside(&learner, outcome, interrupted, |_, _| {})
+                self.inside(&learner, outcome, stop, |_, _| {})
             }
             Method::Truth => {
                 let truth = self.system.dynamics().ok_or_else(|| Failure::new("nobody knows its equations"))?;
-                self.inside(&Known(truth), outcome, interrupted, |_, _| {})
+                self.inside(&Known(truth), outcome, stop, |_, _| {})
             }
             Method::Sac | Method::Sac20 | Method::Mbpo | Method::MbpoPaper | Method::SindyMbpo => {
                 let preset = self.preset().ok_or_else(|| Failure::new("this method has no settings"))?;
-                self.outside(&preset, outcome, interrupted)
+                self.outside(&preset, outcome, stop)
             }
             Method::Lqr => self.regulate_linear(outcome),
             Method::SindyLqr => self.regulate_identified(outcome),
@@ -171,7 +176,7 @@ impl Job {
         &self,
         learner: &L,
         outcome: &mut Outcome,
-        interrupted: &dyn Fn() -> bool,
+        stop: &AtomicBool,
         tell: fn(&L::Model, &mut Outcome),
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
@@ -181,7 +186,7 @@ impl Job {
         let dyna = Dyna { task: &*task, sensors: &sensors, learner, schedule: &schedule, seed };
         let mut env = self.system.environment()?;
         let mut explorer = config.warmup.explorer.explorer(spec);
-        let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, interrupted)?;
+        let learned = dyna.run(&mut env, &mut *explorer, self.agent(config.sac)?, &mut Silent, &|| is_set(stop))?;
         if learned.interrupted {
             return Ok(Ended::Interrupted);
         }
@@ -200,21 +205,16 @@ impl Job {
     }
 
     /// Learning on the real system, with what the ensemble of `preset` or identified equations make of its data, if it has them.
-    fn outside(
-        &self,
-        preset: &Preset,
-        outcome: &mut Outcome,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Result<Ended, Failure> {
+    fn outside(&self, preset: &Preset, outcome: &mut Outcome, stop: &Arc<AtomicBool>) -> Result<Ended, Failure> {
         let Some(ensemble) = preset.ensemble.clone() else {
             return match preset.schedule.branches {
-                Some(_) => self.online(&self.identifier()?, preset, outcome, interrupted),
-                None => self.online(&NoModel, preset, outcome, interrupted),
+                Some(_) => self.online(&self.learner(stop)?, preset, outcome, stop),
+                None => self.online(&NoModel, preset, outcome, stop),
             };
         };
-        let learner = EnsembleLearner::new(ensemble, self.system.spec())?;
+        let learner = EnsembleLearner::new(ensemble, self.system.spec())?.until(stop.clone());
         outcome.model_parameters = Some(learner.n_parameters());
-        self.online(&learner, preset, outcome, interrupted)
+        self.online(&learner, preset, outcome, stop)
     }
 
     fn online<L: DynamicsLearner>(
@@ -222,7 +222,7 @@ impl Job {
         learner: &L,
         preset: &Preset,
         outcome: &mut Outcome,
-        interrupted: &dyn Fn() -> bool,
+        stop: &AtomicBool,
     ) -> Result<Ended, Failure> {
         let (spec, seed) = (self.system.spec(), Seed::new(self.seed));
         let (task, sensors) = (self.system.task(), self.system.sensors().with_noise(&[]));
@@ -231,7 +231,7 @@ impl Job {
         let mut judges = self.environments(preset.schedule.checks.episodes)?;
         let mut explorer = Uniform::new(spec);
         let agent = self.agent(preset.sac.clone())?;
-        let left = online.run(&mut env, &mut judges, &mut explorer, agent, interrupted)?;
+        let left = online.run(&mut env, &mut judges, &mut explorer, agent, &|| is_set(stop))?;
         self.account(left, outcome)
     }
 
@@ -289,6 +289,11 @@ impl Job {
         Ok(self.inner_settings()?.identifier(self.system.spec())?)
     }
 
+    /// The same as a learner, until `stop` is set.
+    fn learner(&self, stop: &Arc<AtomicBool>) -> Result<Learner, Failure> {
+        Ok(Learner { identifier: self.identifier()?, given: None, stop: stop.clone() })
+    }
+
     /// The first real steps, so many times so many, by `explorer`.
     fn warm_up(
         &self,
@@ -321,6 +326,10 @@ impl Job {
 }
 
 /// What is told of identified equations.
+fn is_set(stop: &AtomicBool) -> bool {
+    stop.load(Ordering::SeqCst)
+}
+
 fn tell(model: &Model, outcome: &mut Outcome) {
     outcome.model_parameters = Some(model.nonzero());
     outcome.equations = model.equations();
