@@ -15,7 +15,17 @@ struct Rest<'a> {
     basis: Vec<Vec<f64>>,
 }
 
-impl Rest<'_> {
+impl<'a> Rest<'a> {
+    /// What `columns` leave of others.
+    fn without(regression: &'a Regression, columns: impl Iterator<Item = usize>) -> Self {
+        let mut rest = Self { regression, basis: Vec::new() };
+        for c in columns {
+            let left = rest.of(c);
+            rest.basis.extend(left.map(unit));
+        }
+        rest
+    }
+
     /// What is left of column `c`; `None` if that is nothing.
     fn of(&self, c: usize) -> Option<Vec<f64>> {
         let triangle = &self.regression.triangle;
@@ -27,6 +37,37 @@ impl Rest<'_> {
             take(&mut rest, q);
         }
         (length(&rest) > LEFT * triangle.norm(c)).then_some(rest)
+    }
+
+    /// Each one of `columns`, or each two of them if `count` is two, of which `may` holds, with the sum of squares that is left of the target then; also
+    /// the operations that this took.
+    fn with(
+        &self,
+        columns: impl Iterator<Item = usize>,
+        count: usize,
+        may: impl Fn(&[usize]) -> bool,
+    ) -> (Vec<(Vec<usize>, f64)>, u64) {
+        let Some(y) = self.of(self.regression.choice.len()) else { return (Vec::new(), 0) };
+        let columns: Vec<(usize, Vec<f64>)> = columns.filter_map(|c| Some((c, unit(self.of(c)?)))).collect();
+        let mut work = (2 * self.basis.len() + 1) * columns.len() * y.len();
+        let mut found = Vec::new();
+        for (at, (c, u)) in columns.iter().enumerate() {
+            let left = dot(&y, &y) - dot(u, &y).powi(2);
+            if count == 1 {
+                found.extend(may(&[*c]).then(|| (vec![*c], left.max(0.0))));
+                continue;
+            }
+            for (d, v) in columns[at + 1..].iter().filter(|(d, _)| may(&[*c, *d])) {
+                let mut v = v.clone();
+                take(&mut v, u);
+                let square = dot(&v, &v);
+                if square > LEFT * LEFT {
+                    found.push((vec![*c, *d], (left - dot(&v, &y).powi(2) / square).max(0.0)));
+                }
+                work += 4 * y.len();
+            }
+        }
+        (found, work as u64)
     }
 }
 
@@ -64,62 +105,30 @@ impl Regression {
         let Some(own) = support.iter().map(column).collect::<Option<Vec<_>>>() else { return (Vec::new(), 0) };
         let target = self.choice.len();
         let complexity: Vec<u32> = self.choice.iter().map(|&j| complexity(j)).collect();
+        let complexity_of = |columns: &[usize]| columns.iter().map(|&c| complexity[c]).sum::<u32>();
         let free: Vec<usize> = own.iter().copied().filter(|&c| c >= self.n_required).collect();
+        let Some(left) = Rest::without(self, own.iter().copied()).of(target) else { return (Vec::new(), 0) };
         let price = penalty(support);
-        let mut scored: Vec<(f64, Subset)> = Vec::new();
-        let (mut limit, mut work) = (f64::INFINITY, 0);
-        let mut outs: Vec<Vec<usize>> = free.iter().map(|&c| vec![c]).collect();
-        outs.extend(free.iter().enumerate().flat_map(|(at, &c)| free[at + 1..].iter().map(move |&d| vec![c, d])));
-        // With nothing exchanged the score is that of `support`.
-        for out in std::iter::once(Vec::new()).chain(outs) {
-            let kept: Vec<usize> = own.iter().copied().filter(|c| !out.contains(c)).collect();
-            let mut rest = Rest { regression: self, basis: Vec::new() };
-            for &c in &kept {
-                let left = rest.of(c);
-                rest.basis.extend(left.map(unit));
-            }
-            let Some(y) = rest.of(target) else { continue };
-            let kept: Vec<usize> = kept.into_iter().filter(|&c| c >= self.n_required).collect();
-            let total: u32 = out.iter().map(|&c| complexity[c]).sum();
-            let mut offer = |with: &[usize], rss: f64, limit: f64| {
-                // No term costs less than nothing.
-                if self.likelihood(free.len(), rss) + price - f64::from(total) > limit {
-                    return limit;
-                }
-                let mut support: Vec<usize> = kept.iter().chain(with).map(|c| c - self.n_required).collect();
+        let limit = self.likelihood(free.len(), dot(&left, &left)) + price + gap;
+        let ones = free.iter().map(|&c| vec![c]);
+        let twos = free.iter().enumerate().flat_map(|(at, &c)| free[at + 1..].iter().map(move |&d| vec![c, d]));
+        let (mut scored, mut work): (Vec<(f64, Subset)>, u64) = (Vec::new(), 0);
+        for out in ones.chain(twos) {
+            let rest = Rest::without(self, own.iter().copied().filter(|c| !out.contains(c)));
+            let plainest = out.iter().map(|&c| complexity[c]).min().unwrap_or(0);
+            let others = (self.n_required..target).filter(|c| !own.contains(c) && complexity[*c] <= plainest);
+            let (exchanges, spent) = rest.with(others, out.len(), |with| complexity_of(with) < complexity_of(&out));
+            work += spent;
+            // No term costs less than nothing.
+            let hopeful = |rss: f64| self.likelihood(free.len(), rss) + price - f64::from(complexity_of(&out)) < limit;
+            for (with, rss) in exchanges.into_iter().filter(|(_, rss)| hopeful(*rss)) {
+                let kept = free.iter().filter(|c| !out.contains(c));
+                let mut support: Vec<usize> = kept.chain(&with).map(|c| c - self.n_required).collect();
                 support.sort_unstable();
                 let subset = Subset { support, rss };
                 let score = self.score(1.0, &subset, &penalty);
-                if score < limit && !with.is_empty() && self.has_signs(&subset) {
+                if score < limit && self.has_signs(&subset) {
                     scored.push((score, subset));
-                }
-                score
-            };
-            let least = out.iter().map(|&c| complexity[c]).min().unwrap_or(0);
-            let square = dot(&y, &y);
-            let Some(&_) = out.first() else {
-                limit = offer(&[], square, f64::INFINITY) + gap;
-                continue;
-            };
-            let others = (self.n_required..target).filter(|c| !own.contains(c) && complexity[*c] <= least);
-            let others: Vec<(usize, Vec<f64>)> = others.filter_map(|c| Some((c, unit(rest.of(c)?)))).collect();
-            work += ((2 * rest.basis.len() + 1) * others.len() * y.len()) as u64;
-            for (at, (c, u)) in others.iter().enumerate() {
-                let explained = dot(u, &y).powi(2);
-                if out.len() == 1 {
-                    if complexity[*c] < total {
-                        offer(&[*c], (square - explained).max(0.0), limit);
-                    }
-                    continue;
-                }
-                for (d, v) in others[at + 1..].iter().filter(|(d, _)| complexity[*c] + complexity[*d] < total) {
-                    let mut v = v.clone();
-                    take(&mut v, u);
-                    let left = dot(&v, &v);
-                    if left > LEFT * LEFT {
-                        offer(&[*c, *d], (square - explained - dot(&v, &y).powi(2) / left).max(0.0), limit);
-                    }
-                    work += 4 * y.len() as u64;
                 }
             }
         }
