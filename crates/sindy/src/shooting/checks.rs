@@ -11,54 +11,63 @@ const LEAST: f64 = 0.02;
 /// Part of that which is the derivative itself, at least: without it the equation is one of the product.
 const SHARE: f64 = 1e-4;
 
-/// What the summand of a coefficient adds to the rates, RMS, as a multiple of the RMS of these.
+/// What the summand of a coefficient adds to the rates, as a multiple of the RMS of these.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Contribution {
+    /// All of it, RMS.
     pub(crate) whole: f64,
-    /// The part of it that the constant of the equation cannot make up for; all of it where there is none.
+    /// The part that no constant in the equation makes up for, RMS.
     pub(crate) beyond_constant: f64,
+    /// The part that a constant makes up for, with its sign.
+    pub(crate) constant: f64,
 }
 
+/// Where a coefficient stands: the row of its equation, and the number of the coefficient of the constant there.
+pub(crate) type Place = (usize, Option<usize>);
+
 impl Flow {
-    /// What the summand of each coefficient adds to the rates at the samples `x` (T + 1, n) of `segments`; `constants` are for each the
-    /// number of the coefficient of the constant in its equation. Of equations that are next to singular it is large.
+    /// What the summand of each coefficient, whose places are `places`, adds to the rates at the samples `x` (T + 1, n) of `segments`. Of equations
+    /// that are next to singular it is large.
     pub(crate) fn contributions(
         &self,
         segments: &[Segment],
         x: &[Array2<f64>],
         xi: &[f64],
-        constants: &[Option<usize>],
+        places: &[Place],
     ) -> Vec<Contribution> {
         let (n, p) = (self.n, self.n_parameters);
         let mut scratch = self.scratch();
         let mut squares = vec![0.0; n * p];
-        let mut with_constant = vec![0.0; n * p];
+        let (mut with_one, mut ones) = (vec![0.0; n * p], vec![0.0; n * p]);
         let mut rates = vec![0.0; n];
         for (segment, x) in segments.iter().zip(x) {
             for (now, u) in x.rows().into_iter().zip(segment.u.rows()) {
                 self.rates_at(&now.to_vec(), &u.to_vec(), xi, &mut scratch);
                 rates.iter_mut().zip(&scratch.f).for_each(|(sum, [f])| *sum += f * f);
                 for (i, row) in scratch.f_xi.chunks_exact(p.max(1)).enumerate() {
-                    for (parameter, [f]) in row.iter().enumerate() {
-                        squares[i * p + parameter] += f * f;
-                        if let Some([one]) = constants.get(parameter).copied().flatten().map(|c| row[c]) {
-                            with_constant[i * p + parameter] += f * one;
-                        }
+                    for (parameter, ([f], (equation, constant))) in row.iter().zip(places).enumerate() {
+                        // What a constant would add; where equations are coupled only those that are there tell.
+                        let one = match constant {
+                            Some(constant) => row[*constant][0],
+                            None => f64::from(i == *equation && !self.coupled.contains(equation)),
+                        };
+                        let at = i * p + parameter;
+                        squares[at] += f * f;
+                        with_one[at] += f * one;
+                        ones[at] += one * one;
                     }
                 }
             }
         }
         let of = |parameter: usize| {
-            let relative = |left: &dyn Fn(usize) -> f64| {
-                let sum = (0..n).filter(|&i| rates[i] > 0.0).map(|i| left(i).max(0.0) / rates[i]).sum::<f64>();
-                xi[parameter].abs() * sum.sqrt()
-            };
-            let whole = |i: usize| squares[i * p + parameter];
-            let shared = |i: usize| {
-                let one = constants[parameter].map_or(0.0, |c| squares[i * p + c]);
-                if one > 0.0 { with_constant[i * p + parameter].powi(2) / one } else { 0.0 }
-            };
-            Contribution { whole: relative(&whole), beyond_constant: relative(&|i| whole(i) - shared(i)) }
+            let rows = (0..n).filter(|&i| rates[i] > 0.0).map(|i| (i * p + parameter, rates[i]));
+            let shared = |at: usize| if ones[at] > 0.0 { with_one[at] / ones[at].sqrt() } else { 0.0 };
+            let sum = |part: &dyn Fn(usize) -> f64| rows.clone().map(|(at, rate)| part(at) / rate).sum::<f64>();
+            Contribution {
+                whole: xi[parameter].abs() * sum(&|at| squares[at]).sqrt(),
+                beyond_constant: xi[parameter].abs() * sum(&|at| (squares[at] - shared(at).powi(2)).max(0.0)).sqrt(),
+                constant: xi[parameter] * rows.clone().map(|(at, rate)| shared(at) / rate.sqrt()).sum::<f64>(),
+            }
         };
         (0..p - self.inside.len()).map(of).collect()
     }

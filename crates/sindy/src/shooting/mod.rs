@@ -13,7 +13,7 @@ mod tableau;
 mod turn;
 mod work;
 
-pub(crate) use checks::Contribution;
+pub(crate) use checks::{Contribution, Place};
 pub(crate) use fit::{Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
 pub(crate) use passes::Samples;
