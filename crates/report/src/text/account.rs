@@ -152,7 +152,10 @@ fn table(account: &Account, equation: &Equation) -> String {
         }
         (false, true) => {
             let floor = significant(equation.floor, 2);
-            format!("above the level of {sensors} ({floor}): noise, or a missing term")
+            match doubt_below(equation) {
+                Some(doubt) => format!("at the level of {sensors} ({floor}), {doubt}"),
+                None => format!("above the level of {sensors} ({floor}): noise, or a missing term"),
+            }
         }
         (false, false) => "no noise floor is known for this target".into(),
     };
@@ -190,7 +193,16 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
             equation.doubt.as_deref().unwrap_or_default()
         ));
     }
-    Some(format!("the residual of the equation of {state} is {residual} RMS, above the level of {sensors} ({floor})"))
+    let level = match doubt_below(equation) {
+        Some(doubt) => format!("at the level of {sensors} ({floor}), {doubt}"),
+        None => format!("above the level of {sensors} ({floor})"),
+    };
+    Some(format!("the residual of the equation of {state} is {residual} RMS, {level}"))
+}
+
+/// What speaks against an equation whose residual is no larger than what the sensors explain.
+fn doubt_below(equation: &Equation) -> Option<&str> {
+    equation.doubt.as_deref().filter(|_| equation.residual.is_some_and(|residual| residual <= equation.floor))
 }
 
 fn quantity(equation: &Equation, value: f64) -> String {
@@ -311,6 +323,11 @@ mod tests {
         let says = "the residual of the equation of w is 0.12 rad/s² RMS, above the level of rounding (2e-6)";
         assert_eq!(excess(&account(100), &missed).as_deref(), Some(says));
         assert!(table(&account(100), &missed).contains("above the level of rounding (2e-6): noise, or a missing term"));
+        let doubt = Some("but other halves want other coefficients".into());
+        let small = Equation { reached_floor: false, doubt, ..equation() };
+        let says = "at the level of rounding (2e-6), but other halves want other coefficients";
+        assert!(table(&account(100), &small).contains(says));
+        assert!(excess(&account(100), &small).is_some_and(|text| text.ends_with(says)));
         let says = "the equation of w has 2 terms for 2 steps: no degrees of freedom are left to test it";
         assert_eq!(excess(&account(2), &missed).as_deref(), Some(says));
         let unknown = Equation { floor: 0.0, ..missed };

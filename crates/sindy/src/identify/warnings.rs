@@ -1,5 +1,7 @@
 //! What is to be known of equations whose noise was estimated, though it is no doubt of any of them.
 
+use sindyna_core::number::significant;
+
 use super::report::feature;
 use crate::Expr;
 use crate::estimate::Estimate;
@@ -38,8 +40,9 @@ fn offset_rates(names: &[String], found: &Estimate) -> Vec<String> {
         let (state, rate) = (&names[i], feature(&found.terms[fit.support[rate]], names));
         told.then(|| {
             format!(
-                "`{state}` changes by `{rate}` but for {constant:.4e}: `{rate}` may be measured with that offset, and its terms in other equations \
-                 then approximate those of `{rate}` without it"
+                "`{state}` changes by `{rate}` but for {}: `{rate}` may be measured with that offset, and its terms in other equations \
+                 then approximate those of `{rate}` without it",
+                significant(constant, 5)
             )
         })
     };
