@@ -22,6 +22,14 @@ REPORTED = ROOT / "results" / "undeclared.json"
 FUNCTIONS = ROOT / "results" / "undeclared-functions.json"
 ABSOLUTE = ROOT / "results" / "undeclared-absolute.json"
 POSITIONS = ROOT / "results" / "undeclared-positions.json"
+OTHERS = [
+    ("Terms with parameters inside", FUNCTIONS, "Saturation, growth, reaction: systems not used in development before the first version of this table, {by}. A term"
+     " is right if its parameter is within 30 %."),
+    ("States far from zero", ABSOLUTE, "Temperatures in kelvins, altitudes, speeds near 314 rad/s: {by}. Results on two-rooms and lake showed faults that were mended"
+     " since; the other three are held out."),
+    ("Without the rates", POSITIONS, "The same systems without the states that are rates of others, {by}: the method is told which these are, not their values. None of"
+     " these logs was looked at during development, some systems of these kinds were."),
+]
 PEERS = {"STLSQ": ROOT / "results" / "undeclared-pysindy.json",
          "STLSQ and ensembles of it": ROOT / "results" / "undeclared-pysindy-ensembles.json"}
 
@@ -105,24 +113,12 @@ def page(document):
         "",
         *grid(groups, cell),
     ]
-    if FUNCTIONS.exists():
-        other = json.loads(FUNCTIONS.read_text())
-        text += ["", "## Terms with parameters inside", "",
-                 f"Saturation, growth, reaction: systems not used in development before the first version of this table, by `{other['command']}` with the"
-                 f" identifier of commit {other['commit']}. A term is right if its parameter is within 30 %; of {other['groups'][0]['seeds']}.",
-                 "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
-    if ABSOLUTE.exists():
-        other = json.loads(ABSOLUTE.read_text())
-        text += ["", "## States far from zero", "",
-                 f"Temperatures in kelvins, altitudes, speeds near 314 rad/s: by `{other['command']}` with the identifier of commit {other['commit']}. Results"
-                 f" on two-rooms and lake showed faults that were mended since; the other three are held out. Of {other['groups'][0]['seeds']}.",
-                 "", *totals(other["groups"]), "", *grid(other["groups"], cell)]
-    if POSITIONS.exists():
-        other = json.loads(POSITIONS.read_text())
-        text += ["", "## Without the rates", "",
-                 f"The same systems without the states that are rates of others, by `{other['command']}` with the identifier of commit {other['commit']}: the"
-                 " method is told which these are, not their values. None of these logs was looked at during development, some systems of these kinds were.", "",
-                 *totals(other["groups"]), "", *grid(other["groups"], cell)]
+    for title, path, about in OTHERS:
+        if path.exists():
+            other = json.loads(path.read_text())
+            by = f"by `{other['command']}` with the identifier of commit {other['commit']}"
+            text += ["", f"## {title}", "", f"{about.format(by=by)} Of {other['groups'][0]['seeds']}.", "", *totals(other["groups"]), "",
+                     *grid(other["groups"], cell)]
     for title, path in PEERS.items():
         if path.exists():
             peer = json.loads(path.read_text())
