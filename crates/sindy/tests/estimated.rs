@@ -153,6 +153,28 @@ fn saturation_is_found_with_its_scale_and_the_error_of_that() {
     assert!(squares / f64::from(seeds as u32) < 3.7, "{squares}");
 }
 
+/// A heater whose power saturates, under inputs from 0 to 5.
+fn saturating_heater(x: &[f64], u: f64) -> Vec<f64> {
+    let u = 2.5 * (u + 1.0);
+    vec![20.0 * u / (1.7 + u) - 0.2 * x[0]]
+}
+
+#[test]
+fn an_input_that_saturates_enters_as_a_ratio() {
+    for seed in 0..4 {
+        let mut recording = record(saturating_heater, &[50.0], (400, 0.5), (0.01, 1.0, false), seed);
+        recording.controls.mapv_inplace(|u| 2.5 * (u + 1.0));
+        let identifier = Identifier::new(&spec(&[("T", Kind::Plain)], 0.5));
+        let found = identifier.identify_recordings(&[recording]).expect("equations");
+        let report = &found.report.equations[0];
+        let [scale] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
+        let name = found.report.features[scale.term].clone();
+        assert!(name.starts_with("u/("), "{name}");
+        assert_equation(&found, 0, &[(&name, 20.0), ("T", -0.2)], 0.05);
+        assert!((scale.value - 1.7).abs() < 4.0 * scale.standard_error, "{scale:?}");
+    }
+}
+
 /// Short recordings leave residuals that are correlated by what was fitted to each: where it begins. Their prediction errors are not.
 #[test]
 fn a_true_model_of_many_short_recordings_is_not_called_correlated() {

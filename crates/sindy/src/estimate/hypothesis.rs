@@ -172,7 +172,7 @@ impl Problem<'_> {
         let left = fit.left.iter().zip(&fit.drift).map(|(left, drift)| left.hypot(*drift));
         let seen: Vec<f64> = left.zip(&fit.sigma).map(|(left, sigma)| left.max(*sigma)).collect();
         let Size { size, contributions } = self.size(&supports, &flow, &fit);
-        let score = self.score(&supports, &seen) + size;
+        let score = self.score(&supports, &seen) + size + fit.expansion;
         let numerical = finest == FINEST && self.is_numerical(&flow, &fit);
         let part = parts.end.min(PARTS.len()).saturating_sub(1);
         let innovations = OnceCell::new();

@@ -58,10 +58,9 @@ const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 
 /// Candidate terms with a parameter c that the data tell, one for each value with which fits start. With a, b straight variables (no angles):
 ///
-/// - tanh(a/c): saturation and smooth friction, of all of them; tanh((a − c₁)/c₂), sigmoids, of those that are neither rates nor controls,
-/// - of those that are neither rates nor angles max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or
-///   a dead zone,
-/// - of states that are neither angles nor rates e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive but for noise a/(c + a), where they are positive a^c,
+/// - tanh(a/c): saturation and smooth friction, of all of them; of those that are no rates:
+/// - max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or a dead zone,
+/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive but for noise a/(c + a), where they are positive a^c,
 /// - the exponentials and ratios times each other b.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
@@ -97,9 +96,6 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             for part in DEAD_ZONES {
                 terms.add(zone.clone(), vec![scale(part, 1.0)]);
             }
-        }
-        if inputs[a].role != Role::Plain {
-            continue;
         }
         for at in [0.25, 0.5, 0.75] {
             let location = Parameter { start: extent.at(at), bounds: (extent.low, extent.high), positive: false };

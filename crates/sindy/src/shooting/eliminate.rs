@@ -20,13 +20,15 @@ pub(super) struct Elimination {
     left: Vec<f64>,
     /// Whether the states are asked for in the end.
     with_states: bool,
+    /// ln √det of the information about all states, the parameters as they are: of those eliminated so far.
+    volume: f64,
 }
 
 impl Elimination {
     pub(super) fn new(n: usize, p: usize, with_states: bool) -> Self {
         let prior = vec![0.0; n * (n + p + 1)];
         let stacked = vec![0.0; 3 * n * (2 * n + p + 1)];
-        Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new(), with_states }
+        Self { n, p, heads: Vec::new(), prior, stacked, left: Vec::new(), with_states, volume: 0.0 }
     }
 
     /// What a sample adds to what is known before it, with the parameters as they are: y − δx as predicted, one per state, each in
@@ -73,6 +75,7 @@ impl Elimination {
             row[width - 1] = d[i] / q[i];
         }
         reflect(&mut self.stacked, width, 2 * n);
+        self.volume += diagonal(&self.stacked, width, n);
         if self.with_states {
             self.heads.push(self.stacked[..n * width].to_vec());
         }
@@ -96,10 +99,16 @@ impl Elimination {
             stacked[(n + i + 1) * width - 1] = y[i] / sigma[i];
         }
         reflect(&mut stacked, width, n);
+        self.volume += diagonal(&stacked, width, n);
         self.prior.copy_from_slice(&stacked[..n * width]);
         for row in stacked.chunks_exact(width).skip(n) {
             self.left.extend_from_slice(&row[n..]);
         }
+    }
+
+    /// ln √det of the information about the states of all samples, the parameters as they are.
+    pub(super) fn volume(&self) -> f64 {
+        self.volume
     }
 
     /// What became known of δξ since this was asked last: rows (·, p + 1), whose last column is the right-hand side.
@@ -128,6 +137,11 @@ impl Elimination {
         }
         Some(states)
     }
+}
+
+/// Σ ln |r_ii| of the first `n` rows, each `width` long.
+fn diagonal(rows: &[f64], width: usize, n: usize) -> f64 {
+    (0..n).map(|i| rows[i * width + i].abs().ln()).sum()
 }
 
 /// Makes the first `columns` columns of `rows` (each `width` long) upper triangular, by Householder's reflections.

@@ -24,6 +24,8 @@ pub(crate) struct Fit {
     /// RMS over the samples of the sum of x⁺ − F(x; ξ) up to there, per state (n): next to nothing, unless the iterations ended before the states
     /// followed the equations.
     pub(crate) drift: Vec<f64>,
+    /// How much better than a state that nothing drives the first ones must be known, −2 ln of that.
+    pub(crate) expansion: f64,
     /// The factor of all rows over the coefficients, whitened.
     pub(crate) triangle: Triangle,
 }
@@ -62,11 +64,12 @@ pub(crate) fn fit(
     }
     // With the noise that was found at last.
     let triangle = state.iterate(flow, segments, (PARTS[last], 3), (work, go_on))?;
+    let expansion = state.expansion(flow, segments, PARTS[last]);
     state.update_noise(flow, segments, noise);
     let drift = state.drift();
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
-    Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, drift, triangle })
+    Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, drift, expansion, triangle })
 }
 
 /// What `segments` tell of changes of the coefficients of `flow`, linearised at `xi` and the states `x` that follow the equations but for
@@ -199,5 +202,39 @@ mod tests {
         }
         // With free pieces of twenty steps the first would be 8e-3.
         assert!(reported[0] / (seeds as f64) < 4e-3, "{reported:?}");
+    }
+
+    #[test]
+    fn the_start_of_a_state_that_runs_away_is_paid_for() {
+        let names = ["x".to_owned()];
+        let term = Term {
+            expr: parse("x", &names).expect("a term"),
+            name: "x".into(),
+            complexity: 0,
+            rate: None,
+            shape: None,
+        };
+        let stepping = Stepping::Continuous { substeps: 2 };
+        let flow = Flow::new(&[term], (&[vec![0]], &[], &[]), &[None], 0, stepping);
+        let (steps, dt, noise) = (60, 0.1, 1e-3);
+        let expansion = |rate: f64| {
+            let mut rng = Seed::new(3).stream("noise", 0);
+            let start = if rate > 0.0 { 1e-2 } else { 1.0 };
+            let x = Array2::from_shape_fn((steps + 1, 1), |(t, _)| {
+                start * (rate * dt * t as f64).exp() + noise * normal(&mut rng)
+            });
+            let segment = Segment { x, u: Array2::zeros((steps, 0)), dt: vec![dt; steps], relative: None };
+            let bounds = Bounds { floor: &[1e-9], shape: &[noise] };
+            let start = (&[rate][..], &[segment.x.clone()][..]);
+            let watched = (&Work::default(), &(|| true) as &dyn Fn() -> bool);
+            fit(&flow, &[segment.clone()], start, &[noise], bounds, 0..4, watched).expect("a fit").expansion
+        };
+        // A start is known by Σ e^(2 λ t) samples, and one that nothing drives by their number.
+        for rate in [0.5, 1.0] {
+            let growth = |t: usize| (2.0 * rate * dt * t as f64).exp();
+            let exact = ((0..=steps).map(growth).sum::<f64>() / (steps + 1) as f64).ln();
+            assert!((expansion(rate) - exact).abs() < 0.05 * exact, "{} {exact}", expansion(rate));
+        }
+        assert_eq!(expansion(-0.5), 0.0);
     }
 }
