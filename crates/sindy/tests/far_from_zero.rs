@@ -33,3 +33,19 @@ fn temperatures_in_kelvins_have_the_equations_of_those_above_the_room() {
         }
     }
 }
+
+/// A balloon held at 1,520 m.
+fn balloon(x: &[f64], u: f64) -> Vec<f64> {
+    vec![x[1], -0.15 * x[1] * x[1].abs() - 0.1 * x[1] + 1.2 * u - 0.02 * (x[0] - 1520.0)]
+}
+
+/// Coefficients that differ between the halves of the data in digits which rounding leaves open are no reason for doubt.
+#[test]
+fn an_exact_altitude_is_no_approximation() {
+    let recording = record(balloon, &[1510.0, 0.0], (800, 0.2), (0.0, 1.0, false), 1);
+    let identifier = Identifier::new(&spec(&[("z", Kind::Plain), ("v", Kind::RateOf(0))], 0.2));
+    let found = identifier.identify_recordings(&[recording]).expect("equations");
+    let truth = [("1", 30.4), ("z", -0.02), ("v", -0.1), ("v·abs v", -0.15), ("u", 1.2)];
+    assert_equation(&found, 1, &truth, 1e-6);
+    assert_eq!(found.report.equations[1].doubt, None);
+}

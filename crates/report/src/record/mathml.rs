@@ -161,7 +161,11 @@ fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
             let pair = format!("{}<mo>,</mo><mn>0</mn>", of(a));
             format!("<mi>max</mi>{APPLY}{}", parenthesised(&pair))
         }
-        Expr::Call(f, a) => format!("<mi>{f}</mi>{APPLY}{}", argument(a, names)),
+        Expr::Call(f, a) => match expr.as_power() {
+            Some((base @ Expr::Variable(_), c)) => format!("<msup>{}<mrow>{}</mrow></msup>", of(base), of(c)),
+            Some((base, c)) => format!("<msup>{}<mrow>{}</mrow></msup>", parenthesised(&of(base)), of(c)),
+            None => format!("<mi>{f}</mi>{APPLY}{}", argument(a, names)),
+        },
     }
 }
 
@@ -202,6 +206,7 @@ mod tests {
         );
         assert_eq!(of("v/x"), "<mfrac><mrow><mi>v</mi></mrow><mrow><mi>x</mi></mrow></mfrac>");
         assert!(of("v*abs(v)").contains("<mo>|</mo><mi>v</mi><mo>|</mo>"));
+        assert_eq!(of("v^0.7"), "<msup><mi>v</mi><mrow><mn>0.7</mn></mrow></msup>");
     }
 
     #[test]

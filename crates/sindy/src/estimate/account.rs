@@ -148,7 +148,7 @@ impl Problem<'_> {
                 Some(Doubt::OtherTerms)
             } else if self.is_series(&best, i) {
                 Some(Doubt::Series)
-            } else if !constant[i] && !best.numerical {
+            } else if !constant[i] && !self.leaves_nothing(&best) {
                 Some(Doubt::Inconstant)
             } else {
                 (self.spent.get() > self.budget).then_some(Doubt::Unfinished)

@@ -156,6 +156,24 @@ impl Expr {
         }
     }
 
+    /// a^c, of a that is positive where c is not whole: then it is e^(c log a).
+    pub(crate) fn raised(self, exponent: f64) -> Self {
+        if exponent.fract() == 0.0 && exponent.abs() <= f64::from(i32::MAX) {
+            return Self::Power(Box::new(self), exponent as i32);
+        }
+        let log = Self::Call(Function::Log, Box::new(self));
+        Self::Call(Function::Exp, Box::new(Self::Mul(Box::new(Self::Constant(exponent)), Box::new(log))))
+    }
+
+    /// a and c of e^(c log a), which is the power a^c.
+    #[must_use]
+    pub fn as_power(&self) -> Option<(&Self, &Self)> {
+        let Self::Call(Function::Exp, exponent) = self else { return None };
+        let Self::Mul(c, log) = &**exponent else { return None };
+        let Self::Call(Function::Log, a) = &**log else { return None };
+        matches!(**c, Self::Constant(_) | Self::Variable(_)).then_some((&**a, &**c))
+    }
+
     /// a to a whole power, with a power of 1 left out.
     #[must_use]
     pub fn to_power(self, exponent: i32) -> Self {

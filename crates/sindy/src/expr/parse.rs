@@ -71,7 +71,7 @@ const MAX_OPERATORS: usize = 1000;
 ///
 /// Grammar: numbers, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)`,
 /// `clip(a, low, high)` and `tolerance(a, low, high, margin)`: 1 between `low` and `high`, and outside a Gaussian that is 0.1 at the distance `margin` (0 for a margin of 0). A comparison in parentheses,
-/// `(a < b)` or with `<=`, `>`, `>=`, is 1 where it holds, else 0. Powers are whole numbers and bind tighter than a sign: `-x^2` is −(x²). `·`, `−` and raised digits (`x²`) are read as well.
+/// `(a < b)` or with `<=`, `>`, `>=`, is 1 where it holds, else 0. Powers are numbers and bind tighter than a sign: `-x^2` is −(x²); one that is not whole, `x^0.7`, is `exp(0.7*log(x))`. `·`, `−` and raised digits (`x²`) are read as well.
 ///
 /// # Errors
 /// [`ParseError`] with the position of the first thing that does not fit.
@@ -225,8 +225,7 @@ impl Parser<'_> {
     fn raised(&mut self) -> Result<Expr, ParseError> {
         let base = self.atom()?;
         if self.take(&['^']).is_some() {
-            let exponent = self.exponent()?;
-            return Ok(Expr::Power(Box::new(base), exponent));
+            return self.exponent().map(|exponent| base.raised(exponent));
         }
         let mut exponent = 0_u32;
         while let Some(digit) = self.peek().and_then(raised_digit) {
@@ -240,19 +239,19 @@ impl Parser<'_> {
         }
     }
 
-    fn exponent(&mut self) -> Result<i32, ParseError> {
-        let negative = self.take(&['-', '−']).is_some();
+    fn exponent(&mut self) -> Result<f64, ParseError> {
+        let sign = if self.take(&['-', '−']).is_some() { -1.0 } else { 1.0 };
         self.skip_space();
         let begin = self.at;
-        while self.peek().is_some_and(|c| c.is_ascii_digit()) {
+        while self.peek().is_some_and(|c| c.is_ascii_digit() || c == '.') {
             self.at += 1;
         }
         let digits: String = self.chars[begin..self.at].iter().collect();
-        match digits.parse::<i32>() {
-            Ok(n) => Ok(if negative { -n } else { n }),
-            Err(_) => {
+        match digits.parse::<f64>() {
+            Ok(n) if n <= f64::from(i32::MAX) => Ok(sign * n),
+            _ => {
                 self.at = begin;
-                Err(self.unexpected("a whole power"))
+                Err(self.unexpected("a number as the power"))
             }
         }
     }

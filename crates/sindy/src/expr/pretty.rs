@@ -80,7 +80,13 @@ impl fmt::Display for Pretty<'_> {
                 }
                 _ => write!(f, "({}){}", self.with(a), superscript(*n)),
             },
-            Expr::Call(function, a) => write!(f, "{function}{}", self.argument(*function, a)),
+            Expr::Call(function, a) => match self.expr.as_power() {
+                Some((base @ Expr::Variable(_), exponent)) if !self.with(base).to_string().contains(' ') => {
+                    write!(f, "{}^{}", self.with(base), self.with(exponent))
+                }
+                Some((base, exponent)) => write!(f, "({})^{}", self.with(base), self.with(exponent)),
+                None => write!(f, "{function}{}", self.argument(*function, a)),
+            },
         }
     }
 }

@@ -33,9 +33,7 @@ impl Identifier {
         let inputs = self.inputs();
         let n = self.spec.state_dim();
         let values = |i: usize, s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
-        let lowest = |i: usize| segments.iter().flat_map(|s| values(i, s)).fold(f64::INFINITY, f64::min);
-        let positive: Vec<bool> = (0..inputs.len()).map(|i| lowest(i) > 0.0).collect();
-        let mut terms = general(&inputs, &self.speeds(), &positive);
+        let mut terms = general(&inputs, &self.speeds(), &self.extents(segments));
         let still: Vec<usize> =
             (0..inputs.len()).filter(|&i| stays(segments.iter().flat_map(|s| values(i, s)))).collect();
         terms.retain(|t| !still.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
@@ -55,13 +53,17 @@ impl Identifier {
         if self.library != LibraryChoice::Auto {
             return Vec::new();
         }
+        shaped(&self.inputs(), &self.extents(segments))
+    }
+
+    /// The values of states and inputs (n + k) in `segments`.
+    fn extents(&self, segments: &[Segment]) -> Vec<Extent> {
         let n = self.spec.state_dim();
         let extent = |i: usize| {
             let values = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
             Extent::of(&segments.iter().flat_map(values).collect::<Vec<_>>())
         };
-        let inputs = self.inputs();
-        shaped(&inputs, &(0..inputs.len()).map(extent).collect::<Vec<_>>())
+        (0..n + self.spec.control_dim()).map(extent).collect()
     }
 
     /// Identifies the equations behind recordings that may be sampled unevenly; their noise is estimated.

@@ -1,6 +1,8 @@
 //! The candidate terms of a system about which nothing is known but the roles of its variables.
 
-use super::{Input, Role, Term, complexity};
+use std::f64::consts::FRAC_PI_2;
+
+use super::{Extent, Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
 
 /// The complexity a derivative adds to the term it is multiplied by.
@@ -9,8 +11,8 @@ const OF_A_RATE: u32 = 3;
 /// Highest frequency of waves of lengths.
 const FREQUENCIES: usize = 3;
 
-/// Candidate terms over the variables `inputs`, of which `rates` are states that are rates of others. `positive` says which
-/// variables (n + k) are positive on all data.
+/// Candidate terms over the variables `inputs` (n + k), of which `rates` are states that are rates of others and whose values on all data are those of
+/// `extents`.
 ///
 /// With a, b straight variables (no angles), q, r rates, w waves (sine and cosine of angles, of twice an angle, of sums and
 /// differences of two):
@@ -18,11 +20,11 @@ const FREQUENCIES: usize = 3;
 /// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
 /// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, and sign a only if they are rates,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
-/// - v·tan u of a state and an input: steering,
+/// - v·tan u of a state and an input that stays within ±π/2: steering,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
 /// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
 /// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates.
-pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> Vec<Term> {
+pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> Vec<Term> {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
     let straight = of(|r| !matches!(r, Role::Angle | Role::Turning));
@@ -42,10 +44,11 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> V
     }
     for &a in &states {
         terms.add(variable(a).times(call(Function::Abs, variable(a))), None);
-        if inputs[a].role == Role::Rate || !positive[a] {
+        let positive = extents[a].low > 0.0;
+        if inputs[a].role == Role::Rate || !positive {
             terms.add(call(Function::Sign, variable(a)), None);
         }
-        if positive[a] {
+        if positive {
             terms.add(call(Function::Sqrt, variable(a)), None);
         }
     }
@@ -69,7 +72,7 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], positive: &[bool]) -> V
             terms.add(variable(a).to_power(2).times(wave.clone()), None);
         }
     }
-    for &u in &controls {
+    for &u in controls.iter().filter(|&&u| -FRAC_PI_2 < extents[u].low && extents[u].high < FRAC_PI_2) {
         terms.add(call(Function::Tan, variable(u)), None);
         states.iter().for_each(|&v| terms.add(variable(v).times(call(Function::Tan, variable(u))), None));
     }

@@ -72,8 +72,9 @@ pub(crate) struct Args {
 /// What to do about residuals that nothing explains.
 const HELP: &str = "\
 what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FORMULA for a term that is missing, such as
-               v*w*abs(w) or exp(-x), --unmeasured RATE=OF for a rate that is no column, --delay ROWS for inputs that act
-               late, --angles for states that turn, a log in which states and inputs move more; `sindyna inspect` shows it
+               v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no
+               column, --delay ROWS for inputs that act late, --angles for states that turn, a log in which states and
+               inputs move more; `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\

@@ -99,7 +99,10 @@ fn formula(expr: &Expr, names: &[String], tight: bool) -> String {
         Expr::Call(Function::Sqrt, a) => format!("\\sqrt{{{}}}", part(a, false)),
         Expr::Call(Function::Sign, a) => format!("\\operatorname{{sgn}}\\left({}\\right)", part(a, false)),
         Expr::Call(Function::PositivePart, a) => format!("\\max\\left({}, 0\\right)", part(a, false)),
-        Expr::Call(function, a) => format!("\\{}\\left({}\\right)", function.name(), part(a, false)),
+        Expr::Call(function, a) => match expr.as_power() {
+            Some((base, c)) => format!("\\left({}\\right)^{{{}}}", part(base, false), part(c, false)),
+            None => format!("\\{}\\left({}\\right)", function.name(), part(a, false)),
+        },
     };
     let loose = matches!(expr, Expr::Add(..) | Expr::Sub(..) | Expr::Neg(_));
     if loose && tight { format!("\\left({text}\\right)") } else { text }
