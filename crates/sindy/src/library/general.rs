@@ -19,6 +19,8 @@ const FREQUENCIES: usize = 3;
 ///
 /// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
 /// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, and sign a only if they are rates,
+/// - u·√a of inputs u and states a that stay positive, valves; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
+///   that are joined,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
 /// - v·tan u of a state and an input that stays within ±π/2: steering,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
@@ -49,8 +51,16 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
             terms.add(call(Function::Sign, variable(a)), None);
         }
         if positive {
-            terms.add(call(Function::Sqrt, variable(a)), None);
+            let root = call(Function::Sqrt, variable(a));
+            terms.add(root.clone(), None);
+            controls.iter().for_each(|&u| terms.add(variable(u).times(root.clone()), None));
         }
+    }
+    let meet = |&(a, b): &(usize, usize)| extents[a].low < extents[b].high && extents[b].low < extents[a].high;
+    for (a, b) in pairs(&lengths).into_iter().filter(meet) {
+        let difference = Expr::Sub(Box::new(variable(a)), Box::new(variable(b)));
+        let root = call(Function::Sqrt, call(Function::Abs, difference.clone()));
+        terms.add(call(Function::Sign, difference).times(root), None);
     }
     let single: Vec<Expr> = angles.iter().flat_map(|&a| waves(variable(a))).collect();
     let twice = angles.iter().flat_map(|&a| [Function::Sin, Function::Cos].map(|f| Expr::wave(f, 2, variable(a))));

@@ -48,6 +48,10 @@ const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
 const FREQUENCIES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
 
+/// Part of the range, below the lowest value, where the zero of √(a − c) is looked for first, and how far.
+const BELOW: f64 = 0.2;
+const FAR_BELOW: f64 = 4.0;
+
 /// Parts of the range, from its lowest value, and of the largest value, where kinks are looked for.
 const KINKS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
@@ -60,8 +64,9 @@ const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 ///
 /// - tanh(a/c): saturation and smooth friction, of all of them; of those that are no rates:
 /// - max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or a dead zone,
-/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a); where they are positive but for noise a/(c + a), where they are positive a^c,
-/// - the exponentials and ratios times each other b.
+/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero; where they are
+///   positive but for noise a/(c + a); where they are positive a^c, and e^(−c/a), a reaction (Arrhenius),
+/// - the exponentials and ratios times each other b, the roots times inputs.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
         !matches!(inputs[*i].role, Role::Angle | Role::Turning)
@@ -111,7 +116,23 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         }
         let others: Vec<Expr> = straight.iter().filter(|&&b| b != a).map(|&b| Expr::Variable(b)).collect();
         let factors: Vec<Expr> = std::iter::once(Expr::Constant(1.0)).chain(others).collect();
+        let inputs_alone = straight.iter().filter(|&&b| b != a && inputs[b].role == Role::Control);
+        for factor in std::iter::once(Expr::Constant(1.0)).chain(inputs_alone.map(|&b| Expr::Variable(b))) {
+            let bounds = (extent.at(-FAR_BELOW), extent.low);
+            let zero = Parameter { start: extent.at(-BELOW), bounds, positive: false };
+            terms.add(factor.times(call(Function::Sqrt, Expr::Sub(x(), c(0)))), vec![zero]);
+        }
         for factor in &factors {
+            if extent.low > 0.0 {
+                let middle = extent.at(0.5);
+                // It is e^(a/w) around the middle of the range for w = middle²/c.
+                let bounds = (1.0 / WIDTH_BOUNDS.1, 1.0 / WIDTH_BOUNDS.0);
+                let inverse = Expr::Neg(Box::new(Expr::Div(c(0), x())));
+                for times in WIDTHS {
+                    let energy = positive(1.0 / times, bounds, middle * middle / extent.spread);
+                    terms.add(factor.clone().times(call(Function::Exp, inverse.clone())), vec![energy]);
+                }
+            }
             for times in WIDTHS {
                 let width = positive(times, WIDTH_BOUNDS, extent.spread);
                 terms.add(factor.clone().times(call(Function::Exp, over_c())), vec![width.clone()]);

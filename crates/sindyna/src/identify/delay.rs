@@ -71,6 +71,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         None => asked.unmeasured.clone(),
     };
     let mut scores: Vec<(f64, (f64, bool))> = Vec::new();
+    let mut left_out = usize::MAX;
     for (rows, simulated) in TRIED {
         if simulated && !matches!(rates, Unmeasured::Given(_)) {
             continue;
@@ -89,11 +90,14 @@ pub(super) fn told_apart<E: From<FitError>>(
         }
         let found = with.ok().flatten().map(|(found, ..)| found).or(first);
         let score = found.as_ref().and_then(|found| found.report.score);
-        // As it was read it is what others are compared with; of these one that leaves as much tells nothing.
-        let counts = |found: &Identified| scores.is_empty() || !is_spoilt(found);
-        if found.as_ref().is_some_and(counts)
+        // As it was read it is what others are compared with; of these one that leaves as much tells nothing, and one that leaves out more steps is contradicted by them: where an
+        // input changes, and nowhere else, its delay shows.
+        let counts =
+            |found: &Identified| scores.is_empty() || !is_spoilt(found) && found.report.rows_astray <= left_out;
+        if let Some(found) = found.as_ref().filter(|found| counts(found))
             && let Some(score) = score
         {
+            left_out = left_out.min(found.report.rows_astray);
             scores.push((score, (rows, simulated)));
         }
         if scores.len() == 1 && found.is_some_and(|found| !is_spoilt(&found)) {
