@@ -191,3 +191,26 @@ impl Shaped {
 fn call(f: Function, a: Expr) -> Expr {
     Expr::Call(f, Box::new(a))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inputs_and_states_enter_by_the_same_laws_where_their_values_allow_them() {
+        let inputs = [Input::new("T", Role::Plain), Input::new("v", Role::Rate), Input::new("u", Role::Control)];
+        let names = |extents: &[Extent]| {
+            shaped(&inputs, extents).into_iter().map(|t| t.name.replace(' ', "")).collect::<Vec<_>>()
+        };
+        let extent = |low: f64, high: f64| Extent::of(&[low, high]);
+        let all = names(&[extent(300.0, 330.0), extent(-1.0, 1.0), extent(0.5, 2.0)]);
+        for wanted in ["u/(c+u)", "exp(c*log(u))", "u*sqrt(T-c)", "exp(-(c/T))", "v*exp(-(c/T))", "tanh(v/c)"] {
+            assert!(all.iter().any(|n| n == wanted), "{wanted} is missing in {all:?}");
+        }
+        // Not of what changes its sign, and none of rates but saturation.
+        let signed = names(&[extent(-30.0, 30.0), extent(-1.0, 1.0), extent(-2.0, 2.0)]);
+        for unwanted in ["u/(c+u)", "exp(c*log(u))", "exp(-(c/T))", "sqrt(v-c)"] {
+            assert!(!signed.iter().any(|n| n == unwanted), "{unwanted}");
+        }
+    }
+}

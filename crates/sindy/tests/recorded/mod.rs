@@ -32,8 +32,20 @@ pub(crate) fn spec(kinds: &[(&str, Kind)], dt: f64) -> Spec {
 pub(crate) fn record(
     field: Field,
     start: &[f64],
+    samples: (usize, f64),
+    errors: (f64, f64, bool),
+    seed: u64,
+) -> Recording {
+    record_held(field, start, samples, errors, 1, seed)
+}
+
+/// The same under inputs that change every `hold` samples.
+pub(crate) fn record_held(
+    field: Field,
+    start: &[f64],
     (samples, dt): (usize, f64),
     (noise, unit, uneven): (f64, f64, bool),
+    hold: usize,
     seed: u64,
 ) -> Recording {
     const PARTS: usize = 40;
@@ -43,12 +55,15 @@ pub(crate) fn record(
     let mut times = vec![0.0];
     let mut states = Array2::zeros((samples, n));
     let mut controls = Array2::zeros((samples - 1, 1));
+    let mut u = 0.0;
     for t in 0..samples {
         (0..n).for_each(|i| states[[t, i]] = x[i]);
         if t + 1 == samples {
             break;
         }
-        let u = 2.0 * rng.random::<f64>() - 1.0;
+        if t % hold == 0 {
+            u = 2.0 * rng.random::<f64>() - 1.0;
+        }
         let step = if uneven { dt * (0.3 + 1.4 * rng.random::<f64>()) } else { dt };
         controls[[t, 0]] = u;
         let h = step / PARTS as f64;
