@@ -130,7 +130,7 @@ const BEYOND: f64 = 10.0;
 impl Problem<'_> {
     /// What was found, and what speaks against it.
     pub(super) fn account(&self, found: Searched, signals: &Signals) -> Estimate {
-        let Searched { best, regressions, rivals, others } = found;
+        let Searched { best, regressions, rivals, others, finished } = found;
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
         let doubt = |i: usize| {
@@ -151,7 +151,7 @@ impl Problem<'_> {
             } else if !constant[i] && !self.leaves_nothing(&best) {
                 Some(Doubt::Inconstant)
             } else {
-                (self.spent.get() > self.budget).then_some(Doubt::Unfinished)
+                (!finished[i]).then_some(Doubt::Unfinished)
             }
         };
         let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();

@@ -33,6 +33,17 @@ struct Near {
     others: Vec<Hypothesis>,
     /// The best hypothesis of all, if it is another.
     improved: Option<Hypothesis>,
+    /// Per equation, whether all that was to be tried was.
+    finished: Vec<bool>,
+}
+
+impl Near {
+    /// Notes in `compared`, per equation, the terms of `best` that were compared with all others, and those that explain the data as well.
+    fn note(&self, best: &Hypothesis, compared: &mut [Option<(Vec<usize>, Rivals)>]) {
+        for (i, slot) in compared.iter_mut().enumerate().filter(|(i, _)| self.finished[*i]) {
+            *slot = Some((best.supports[i].clone(), self.rivals[i].clone()));
+        }
+    }
 }
 
 impl Problem<'_> {
@@ -40,17 +51,39 @@ impl Problem<'_> {
     /// improves the score. Of terms that the data do not tell apart the simplest are meant. Also the regressions of the last pass and, per equation,
     /// the terms that explain the data as well.
     pub(super) fn exchanged(&self, mut best: Hypothesis) -> Searched {
-        let mut near = self.near(&best);
+        let mut near = self.near(&best, &|_| true);
+        let mut compared = vec![None; self.rates.len()];
+        near.note(&best, &mut compared);
         for _ in 1..PASSES {
             let Some(better) = near.improved.take() else { break };
             best = better;
-            near = self.near(&best);
+            near = self.near(&best, &|_| true);
+            near.note(&best, &mut compared);
         }
         let likeliest = best.clone();
         for _ in 0..PASSES {
             let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
             best = simpler;
-            near = self.near(&best);
+            near = self.near(&best, &|_| true);
+            near.note(&best, &mut compared);
+        }
+        // Where the operations ended in the last pass, what an earlier one told of the same terms counts.
+        let mut finished = vec![false; self.rates.len()];
+        for (i, (own, seen)) in compared.into_iter().enumerate().filter_map(|(i, c)| Some((i, c?))) {
+            finished[i] = own == best.supports[i];
+            let more = seen.into_iter().filter(|_| own == best.supports[i]);
+            let more: Rivals = more.filter(|rival| !near.rivals[i].contains(rival)).collect();
+            near.rivals[i].extend(more);
+        }
+        // An equation that is settled is compared with others even if the operations went into one that is not.
+        let settled: Vec<bool> = (0..finished.len()).map(|i| !finished[i] && self.is_noise(&best, i)).collect();
+        if settled.contains(&true) {
+            let more = self.with_reserve(|problem| problem.near(&best, &|i| settled[i]));
+            for i in (0..finished.len()).filter(|&i| settled[i]) {
+                near.rivals[i].clone_from(&more.rivals[i]);
+                finished[i] = more.finished[i];
+            }
+            near.others.extend(more.others);
         }
         for (i, rivals) in near.rivals.iter_mut().enumerate() {
             let own = &likeliest.supports[i];
@@ -70,17 +103,22 @@ impl Problem<'_> {
                 others.push(rival);
             }
         }
-        Searched { best, regressions, rivals, others }
+        Searched { best, regressions, rivals, others, finished }
     }
 
-    /// What other terms in one of the equations come to.
-    fn near(&self, best: &Hypothesis) -> Near {
+    /// What other terms in one of the equations `of` come to.
+    fn near(&self, best: &Hypothesis, of: &dyn Fn(usize) -> bool) -> Near {
         let regressions = self.propose_near(best, &|i| self.most(best, i));
         let loose = self.loosely(best);
         let mut rivals = vec![Rivals::new(); self.rates.len()];
         let mut others = Vec::new();
+        let mut finished = Vec::with_capacity(self.rates.len());
         let mut improved: Option<Hypothesis> = None;
         for (i, regression) in regressions.iter().enumerate() {
+            if !of(i) {
+                finished.push(false);
+                continue;
+            }
             let own = &best.supports[i];
             // Of terms that are the same on all data the simplest is meant.
             rivals[i] = regression.twins(own).into_iter().map(|(out, other)| exchanged(own, out, other)).collect();
@@ -114,8 +152,9 @@ impl Problem<'_> {
                     improved = Some(rival);
                 }
             }
+            finished.push(self.spent.get() <= self.budget);
         }
-        Near { regressions, rivals, others, improved }
+        Near { regressions, rivals, others, improved, finished }
     }
 
     /// `best` with the simplest terms of as many parameters in every equation, of those in `others` that the data do not tell from the likeliest, whose

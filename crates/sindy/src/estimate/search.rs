@@ -169,6 +169,8 @@ pub(super) struct Searched {
     pub(super) rivals: Vec<Rivals>,
     /// Hypotheses about as good.
     pub(super) others: Vec<Hypothesis>,
+    /// Per equation, whether all other terms that were to be compared with its own were.
+    pub(super) finished: Vec<bool>,
 }
 
 /// How exact samples are taken to be: the smallest error of each state that is believed (n), and what the signals are then.
@@ -255,7 +257,8 @@ impl Problem<'_> {
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
-                let searched = problem.finished(found, signals);
+                // Nothing comes after that, as it seems.
+                let searched = Problem { budget: self.budget, ..problem }.finished(found, signals);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));
                 }
