@@ -257,8 +257,7 @@ impl Problem<'_> {
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
-                // Nothing comes after that, as it seems.
-                let searched = Problem { budget: self.budget, ..problem }.finished(found, signals);
+                let searched = problem.finished(found, signals);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));
                 }
