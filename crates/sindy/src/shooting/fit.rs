@@ -227,7 +227,7 @@ mod tests {
             let bounds = Bounds { floor: &[1e-9], shape: &[noise] };
             let start = (&[rate][..], &[segment.x.clone()][..]);
             let watched = (&Work::default(), &(|| true) as &dyn Fn() -> bool);
-            fit(&flow, &[segment.clone()], start, &[noise], bounds, 0..4, watched).expect("a fit").expansion
+            fit(&flow, std::slice::from_ref(&segment), start, &[noise], bounds, 0..4, watched).expect("a fit").expansion
         };
         // A start is known by Σ e^(2 λ t) samples, and one that nothing drives by their number.
         for rate in [0.5, 1.0] {
