@@ -80,7 +80,8 @@ impl Problem<'_> {
         if settled.contains(&true) {
             let more = self.with_reserve(|problem| problem.near(&best, &|i| settled[i]));
             for i in (0..finished.len()).filter(|&i| settled[i]) {
-                near.rivals[i].clone_from(&more.rivals[i]);
+                let new: Rivals = more.rivals[i].iter().filter(|r| !near.rivals[i].contains(r)).cloned().collect();
+                near.rivals[i].extend(new);
                 finished[i] = more.finished[i];
             }
             near.others.extend(more.others);

@@ -31,11 +31,8 @@ impl Identifier {
             return tiers;
         }
         let inputs = self.inputs();
-        let n = self.spec.state_dim();
-        let values = |i: usize, s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
         let mut terms = general(&inputs, &self.speeds(), &self.extents(segments));
-        let still: Vec<usize> =
-            (0..inputs.len()).filter(|&i| stays(segments.iter().flat_map(|s| values(i, s)))).collect();
+        let still: Vec<usize> = (0..inputs.len()).filter(|&i| stays(self.values(i, segments).into_iter())).collect();
         terms.retain(|t| !still.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
         // Terms of the user's own, and those of declared rates.
         let missing =
@@ -56,14 +53,17 @@ impl Identifier {
         shaped(&self.inputs(), &self.extents(segments))
     }
 
-    /// The values of states and inputs (n + k) in `segments`.
-    fn extents(&self, segments: &[Segment]) -> Vec<Extent> {
+    /// The values in `segments` of state `i`, or of input `i` − n.
+    fn values(&self, i: usize, segments: &[Segment]) -> Vec<f64> {
         let n = self.spec.state_dim();
-        let extent = |i: usize| {
-            let values = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
-            Extent::of(&segments.iter().flat_map(values).collect::<Vec<_>>())
-        };
-        (0..n + self.spec.control_dim()).map(extent).collect()
+        let of = |s: &Segment| if i < n { s.x.column(i).to_vec() } else { s.u.column(i - n).to_vec() };
+        segments.iter().flat_map(of).collect()
+    }
+
+    /// What the values of states and inputs (n + k) are in `segments`.
+    fn extents(&self, segments: &[Segment]) -> Vec<Extent> {
+        let n = self.spec.state_dim() + self.spec.control_dim();
+        (0..n).map(|i| Extent::of(&self.values(i, segments))).collect()
     }
 
     /// Identifies the equations behind recordings that may be sampled unevenly; their noise is estimated.

@@ -122,8 +122,8 @@ impl State {
     /// −2 ln of the share of all states that the data leave, beyond what they would leave of states that nothing drives: 2 ln det ∂x_T/∂x₀ along the
     /// directions that grow. None of it where they shrink. Its states were found with `part` of the noise in every step.
     ///
-    /// A start must be known e^λ times as well as a state λ later. Whoever integrates over it, instead of choosing the likeliest, pays for that: a
-    /// state that runs away is told by what comes after it, and would explain anything.
+    /// Where errors grow as e^(λ t), a start must be known e^(λ T) times as well as the state at T. A likelihood that integrates over the states pays for that; one at the
+    /// likeliest states does not, and a state that runs away, told by what comes after it, would explain anything.
     ///
     /// # References
     /// MacKay (1992), Neural Computation 4(3): the Occam factor, of states instead of parameters.
