@@ -1,9 +1,10 @@
 //! Multilayer perceptrons whose parameters are one flat vector.
 
+use pulp::{Arch, Simd, WithSimd};
 use rand::RngExt as _;
 use sindyna_core::Rng;
 
-use crate::{affine::affine_rows, simd::vectorized};
+use crate::affine::affine_rows;
 
 /// A fully connected network with ReLU after every layer but the last.
 ///
@@ -92,23 +93,27 @@ impl Mlp {
     /// Every sum starts at the bias and runs over the inputs in order, so a row's result depends neither on the rows
     /// beside it nor on the machine: what acts in a controller is what was evaluated.
     pub(crate) fn evaluate_rows(&self, inputs: &[f32], outputs: &mut [f32]) {
-        // As many rows at once as keep the adders busy while each waits for its own sums.
-        const ABREAST: usize = 4;
-        let abreast = inputs.len() / self.inputs() / ABREAST * ABREAST;
-        let (inputs, last_inputs) = inputs.split_at(abreast * self.inputs());
-        let (outputs, last_outputs) = outputs.split_at_mut(abreast * self.outputs());
-        vectorized(
+        struct Evaluation<'a>(&'a Mlp, &'a [f32], &'a mut [f32]);
+        impl WithSimd for Evaluation<'_> {
+            type Output = ();
             #[inline(always)]
-            || {
-                self.evaluate_abreast::<ABREAST>(inputs, outputs);
-                self.evaluate_abreast::<1>(last_inputs, last_outputs);
-            },
-        );
+            fn with_simd<S: Simd>(self, simd: S) {
+                let Self(net, inputs, outputs) = self;
+                // As many rows at once as keep the adders busy while each waits for its own sums.
+                const ABREAST: usize = 4;
+                let abreast = inputs.len() / net.inputs() / ABREAST * ABREAST;
+                let (inputs, last_inputs) = inputs.split_at(abreast * net.inputs());
+                let (outputs, last_outputs) = outputs.split_at_mut(abreast * net.outputs());
+                net.evaluate_abreast::<S, ABREAST>(simd, inputs, outputs);
+                net.evaluate_abreast::<S, 1>(simd, last_inputs, last_outputs);
+            }
+        }
+        Arch::new().dispatch(Evaluation(self, inputs, outputs));
     }
 
     /// [`Self::evaluate_rows`] for R rows at once, of which there must be a multiple.
     #[inline(always)]
-    fn evaluate_abreast<const R: usize>(&self, inputs: &[f32], outputs: &mut [f32]) {
+    fn evaluate_abreast<S: Simd, const R: usize>(&self, simd: S, inputs: &[f32], outputs: &mut [f32]) {
         let widest = self.sizes.iter().copied().max().unwrap_or(0);
         let (mut x, mut y) = (vec![0.0; R * widest], vec![0.0; R * widest]);
         let groups = inputs.chunks_exact(R * self.inputs()).zip(outputs.chunks_exact_mut(R * self.outputs()));
@@ -118,7 +123,7 @@ impl Mlp {
             }
             for l in 0..self.depth() {
                 let hidden = l + 1 < self.depth();
-                affine_rows::<R>(&x, widest, self.layer(l).of(&self.params), hidden, &mut y);
+                affine_rows::<S, R>(simd, &x, widest, self.layer(l).of(&self.params), hidden, &mut y);
                 std::mem::swap(&mut x, &mut y);
             }
             for (x, output) in x.chunks_exact(widest).zip(outputs.chunks_exact_mut(self.outputs())) {
