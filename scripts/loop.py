@@ -93,9 +93,9 @@ def page(document):
     return "\n".join([
         "# Controllers under noise", "",
         f"Written by `{document['command']}` from `results/{document['stem']}.json`, with commit {document['commit']}. Noise is Gaussian, independent from"
-        " step to step, on every observation of the real system, in training and in evaluation; its standard deviation is the given part of each channel's scale. The"
+        " step to step, on every observation of the system, in training and in evaluation; its standard deviation is the given part of each channel's scale. The"
         " learner is told neither this nor the scales nor what return counts as solved. Defaults throughout: where equations explain the data down to"
-        " rounding, the real system is not asked again; from 40 first steps on half of them, and all that is collected later, is what the models that the data allow disagree on; where something speaks against them, as many steps are collected again, and a policy that is optimal in"
+        " rounding, the system is not asked again; from 40 first steps on half of them, and all that is collected later, is what the models that the data allow disagree on; where something speaks against them, as many steps are collected again, and a policy that is optimal in"
         " the model has a real episode to confirm it. *Real steps* and *episodes* count all of that, before the evaluation of 100 episodes.", "",
         f"The 90 % interval of the return that is predicted before the evaluation holds it in **{held} of {predicted}** runs"
         f" ({100 * held / max(predicted, 1):.0f} %). Of {failed} runs that did not solve their task {failed - silent} had said that they may not: the interval reached"

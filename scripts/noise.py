@@ -78,7 +78,7 @@ def page(groups, command, stem):
         "# Under noise",
         "",
         f"Written by `{command}` from `results/{stem}.json`, {groups[0]['seeds']} seed{'s' * (groups[0]['seeds'] > 1)} a row."
-        " Noise is Gaussian, independent from step to step, on every observation of the real system, in training and in"
+        " Noise is Gaussian, independent from step to step, on every observation of the system, in training and in"
         " evaluation; its standard deviation is the given part of each channel's scale. Real steps are those of the default warm-up.",
     ]
     text += [

@@ -88,7 +88,7 @@ def report(document):
         f"of R real steps, at most {MAX_UPDATES} updates; from task to task only what the paper changes (R, the collecting policy, fine-tuning).",
         "",
         "| task | library | variant | N | R | P | paper's P | P′, median | paper's P′ | solved (generalises) | the paper | episodes of fine-tuning, "
-        "median | the paper's | return in the model, median | return on the real system, median | no model |",
+        "median | the paper's | return in the model, median | return on the system, median | no model |",
         "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for (task, library, variant, imagined), rows in lines_of(runs).items():

@@ -51,14 +51,14 @@ pub enum Event<'a> {
         /// The best such mean so far, this one included.
         best_return: f64,
     },
-    /// A policy that was optimal in the model had an episode on the real system.
+    /// A policy that was optimal in the model had an episode on the system.
     Confirmed {
         /// Its return there.
         real: f64,
         /// The return expected from the same start by the model.
         promised: f64,
     },
-    /// The policy was evaluated on the real system, after everything else.
+    /// The policy was evaluated on the system, after everything else.
     Evaluated {
         /// Return of every episode.
         returns: &'a [f64],

@@ -67,7 +67,7 @@ impl Batch {
 /// Transitions drawn before any is copied: they come from far memory all at the same time, not one after the other.
 const AHEAD: usize = 32;
 
-/// Number of the real system among those that make transitions; models are counted from one.
+/// Number of the system among those that make transitions; models are counted from one.
 const REAL: u32 = 0;
 
 /// A ring of the newest transitions, all of one width, each with the model that made it.
@@ -100,7 +100,7 @@ impl Replay {
         }
     }
 
-    /// Keeps a transition of the real system; the oldest one makes room when the ring is full.
+    /// Keeps a transition of the system; the oldest one makes room when the ring is full.
     pub fn push(&mut self, t: Transition<'_>) {
         self.push_of(REAL, t);
     }

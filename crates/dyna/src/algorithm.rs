@@ -50,12 +50,12 @@ pub struct Learned<M> {
     pub model: Option<Arc<M>>,
     /// Where the model is believed.
     pub trust: Option<Arc<Trust>>,
-    /// The policy that was best in the model; of those that were tried on the real system the one that kept its promise, or that earned most if none
+    /// The policy that was best in the model; of those that were tried on the system the one that kept its promise, or that earned most if none
     /// did; none if training never came to a trial.
     pub policy: Option<Arc<dyn TrainedPolicy>>,
     /// What that policy scored in the model.
     pub model_return: Option<f64>,
-    /// What it will earn on the real system.
+    /// What it will earn on the system.
     pub prediction: Option<Prediction>,
     /// What to collect next, where the interval of the prediction is wide.
     pub gap: Option<Gap>,
@@ -90,7 +90,7 @@ pub enum DynaError {
     /// No run can have the schedule.
     #[error(transparent)]
     Schedule(#[from] ScheduleError),
-    /// The real system failed.
+    /// The system failed.
     #[error("collecting real data failed")]
     Collect(#[source] CollectError),
     /// No model could be made of the data.
@@ -111,7 +111,7 @@ pub enum DynaError {
 }
 
 impl DynaError {
-    /// What went wrong with the real system or in a trial, if it was that.
+    /// What went wrong with the system or in a trial, if it was that.
     #[must_use]
     pub fn environment(&self) -> Option<&EnvError> {
         match self {
@@ -159,7 +159,7 @@ impl<L: DynamicsLearner + ?Sized> Dyna<'_, L> {
         Ok(begun)
     }
 
-    /// Runs Algorithm 1 on the real system `env` with `agent`; `interrupted` is asked often whether to stop.
+    /// Runs Algorithm 1 on the system `env` with `agent`; `interrupted` is asked often whether to stop.
     ///
     /// # Errors
     /// [`DynaError`]; what `observer` was told before it happened.

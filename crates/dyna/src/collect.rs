@@ -40,7 +40,7 @@ pub(crate) enum Amount {
     Episode(usize),
 }
 
-/// The real system in use. Its `data` count steps as [`Dataset::n_steps`], resets as [`Dataset::n_rollouts`].
+/// The system in use. Its `data` count steps as [`Dataset::n_steps`], resets as [`Dataset::n_rollouts`].
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Collector {
     pub(crate) data: Dataset,

@@ -94,7 +94,7 @@ pub struct Loop<'a, L: DynamicsLearner + ?Sized> {
     beginner: Vec<u8>,
     imagination: Option<Imagination<'a>>,
     best: Option<Best>,
-    /// The policy to be handed over of those that were on the real system.
+    /// The policy to be handed over of those that were on the system.
     tried: Option<(Best, Confirmation)>,
     prediction: Option<Prediction>,
     /// What to collect next, where the prediction is wide.
@@ -311,7 +311,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         fitted.map_or(Certainty::Doubted, |k| k.certainty)
     }
 
-    /// Whether the model is not believed before the real system confirmed it: it is an approximation, or the policy goes where it was never compared with
+    /// Whether the model is not believed before the system confirmed it: it is an approximation, or the policy goes where it was never compared with
     /// the system.
     fn is_doubted(&self) -> bool {
         match self.parts.schedule.imagined_rollouts {

@@ -1,5 +1,5 @@
 //! Algorithm 1 of Arora, da Silva and Moss (2022): collect a little real data, identify, improve a policy inside the
-//! identified model, and check it on the real system.
+//! identified model, and check it on the system.
 //!
 //! This crate depends on [`sindyna_core`] and nothing else of ours, so the loop cannot know whether its model is a
 //! handful of equations, a neural ensemble, or none.

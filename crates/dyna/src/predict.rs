@@ -1,4 +1,4 @@
-//! What a policy will earn on the real system, before it has been there.
+//! What a policy will earn on the system, before it has been there.
 
 use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};

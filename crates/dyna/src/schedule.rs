@@ -2,12 +2,12 @@
 
 use crate::Optimality;
 
-/// N of Algorithm 1: how long a policy is improved in the model before the real system is asked again.
+/// N of Algorithm 1: how long a policy is improved in the model before the system is asked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rollouts {
     /// So many imagined rollouts. A policy that is optimal in the model has one real episode to keep what the model promises.
     Count(u64),
-    /// As many as it takes: the model is trusted until the policy is optimal in it, and the real system is not asked again.
+    /// As many as it takes: the model is trusted until the policy is optimal in it, and the system is not asked again.
     Unlimited,
     /// Unlimited where the model explains the data down to rounding; elsewhere until the policy is optimal in the model, which one real
     /// episode then has to confirm.
@@ -26,11 +26,11 @@ pub enum Refit {
 /// The hyper-parameters of Algorithm 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Schedule {
-    /// N_e: rollouts on the real system before anything is learned.
+    /// N_e: rollouts on the system before anything is learned.
     pub warmup_rollouts: usize,
     /// R: real steps of each of them.
     pub rollout_len: usize,
-    /// Whether a run that asks the real system by itself ([`Rollouts::Auto`]) chooses what to collect by what the models that the data allow disagree on: the second half of
+    /// Whether a run that asks the system by itself ([`Rollouts::Auto`]) chooses what to collect by what the models that the data allow disagree on: the second half of
     /// the first steps, and all that it collects later. Else the explorer does.
     pub curious: bool,
     /// N: imagined rollouts per real one.

@@ -123,7 +123,7 @@ impl System {
         self
     }
 
-    /// The real system: task and true dynamics together. The first call must be a reset.
+    /// The system: task and true dynamics together. The first call must be a reset.
     #[must_use]
     pub fn environment(&self) -> Simulated<Arc<dyn Dynamics>, Arc<dyn Task>, Sensors> {
         Simulated::new(self.dynamics(), self.task(), self.sensors())

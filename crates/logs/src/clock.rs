@@ -46,8 +46,7 @@ pub(crate) fn forward(recordings: &mut [Recording], sources: &[Source<'_>]) -> R
 
 /// Ends recordings where steps are gaps: longer than `given`, or than [`GAP`] times as long as others are.
 pub(crate) fn without_gaps(recordings: &[Recording], given: Option<f64>) -> (Vec<Recording>, Option<Note>) {
-    let mut steps: Vec<f64> = recordings.iter().flat_map(Recording::steps).collect();
-    steps.sort_by(f64::total_cmp);
+    let steps = sorted_steps(recordings);
     let usual = steps.get(steps.len() * 95 / 100).copied().unwrap_or(f64::INFINITY);
     let longest = given.unwrap_or(GAP * usual);
     let (mut parts, mut gaps) = (Vec::new(), Vec::new());
@@ -88,10 +87,23 @@ pub(crate) fn interval(recordings: &[Recording], rounding: f64) -> Result<Option
     Ok(several().all(is_even).then(|| short(dt, (1e-9 * dt).max(1e-3 * rounding / steps as f64))))
 }
 
-/// The usual step of samples that are not evenly spaced \[s\], and a note on them.
-pub(crate) fn uneven(recordings: &[Recording]) -> (f64, Note) {
+/// The mean of the steps between time stamps that are no gaps, in their unit; 0 without any.
+pub(crate) fn usual_step(recordings: &[Recording]) -> f64 {
+    let steps = sorted_steps(recordings);
+    let longest = GAP * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
+    let steps: Vec<f64> = steps.into_iter().filter(|step| *step <= longest).collect();
+    steps.iter().sum::<f64>() / steps.len().max(1) as f64
+}
+
+fn sorted_steps(recordings: &[Recording]) -> Vec<f64> {
     let mut steps: Vec<f64> = recordings.iter().flat_map(Recording::steps).collect();
     steps.sort_by(f64::total_cmp);
+    steps
+}
+
+/// The usual step of samples that are not evenly spaced \[s\], and a note on them.
+pub(crate) fn uneven(recordings: &[Recording]) -> (f64, Note) {
+    let steps = sorted_steps(recordings);
     let at = |share: f64| steps[((steps.len() - 1) as f64 * share) as usize];
     let dt = short(at(0.5), 0.01 * at(0.5));
     (dt, Note::Uneven { shortest: at(0.0), longest: at(1.0), usual: dt })

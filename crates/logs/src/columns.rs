@@ -53,6 +53,7 @@ pub(crate) fn selected(table: &Table, options: &LogOptions) -> Result<Selected, 
 /// The column of the time stamps; one that was named must be there.
 fn time_of(table: &Table, options: &LogOptions) -> Result<Option<usize>, LogError> {
     match &options.time {
+        Some(name) if name == crate::NO_TIME && table.find(name).is_none() => Ok(None),
         Some(name) => table.column(name).map(Some),
         None => {
             // `t` is the time, whatever was said; another name could be anything.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::PathBuf;
 
-use sindyna_core::DatasetError;
+use sindyna_core::{DatasetError, number::significant};
 
 /// Why a log could not be read or does not fit what was said about it.
 ///
@@ -212,6 +212,16 @@ pub enum LogError {
     NoTime {
         /// The file.
         path: PathBuf,
+    },
+    /// The sampling interval that was given is not that of the time stamps.
+    #[error("a sampling interval of {} s was given, but samples are {} s apart by the column `{column}`", significant(*dt, 6), significant(*stamps, 6))]
+    OtherInterval {
+        /// The interval given \[s\].
+        dt: f64,
+        /// The mean interval of the time stamps, gaps left out \[s\].
+        stamps: f64,
+        /// Their column.
+        column: String,
     },
     /// Resampling needs time stamps.
     #[error("resampling needs time stamps: a column such as `t` or `time`")]

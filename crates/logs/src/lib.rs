@@ -49,6 +49,6 @@ pub use held_out::{Samples, held_out};
 pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;
 pub use note::Note;
-pub use options::{Clock, LogOptions, TIME, TRAJECTORY};
+pub use options::{Clock, LogOptions, NO_TIME, TIME, TRAJECTORY};
 pub use rates::closes_circle;
 pub use time::{TimeUnit, UnitBy};

@@ -5,11 +5,14 @@ use crate::recording::{Digits, Recording, Source};
 use crate::time::{unit_in_header, unit_in_values};
 use crate::{Clock, LogError, LogOptions, Note, TIME, TimeUnit, UnitBy, clock, states};
 
+/// Part of a sampling interval that was given by which time stamps may differ from it.
+const OTHER: f64 = 0.05;
+
 /// `recordings` with times in seconds, parted at gaps, and to how many seconds the stamps were rounded; untouched where stamps are
 /// not looked at. What was decided is added to `notes`; states number `folded` are angles.
 ///
 /// # Errors
-/// [`LogError`] if there are no stamps and some are needed, or they do not run forward.
+/// [`LogError`] if there are no stamps and some are needed, they do not run forward, or they contradict the interval that was given.
 pub(crate) fn told(
     mut recordings: Vec<Recording>,
     sources: &[Source<'_>],
@@ -21,7 +24,14 @@ pub(crate) fn told(
     let without = sources.iter().find(|s| s.columns.time.is_none());
     match (options.clock, without) {
         (Clock::Given(dt), without) => {
-            notes.extend(without.is_none().then_some(Note::TimeIgnored { dt }));
+            if without.is_none() {
+                let (unit, _) = unit(&recordings, sources, digits, options, folded)?;
+                let stamps = clock::usual_step(&recordings) * unit.seconds();
+                if stamps > 0.0 && (stamps - dt).abs() > OTHER * dt {
+                    return Err(LogError::OtherInterval { dt, stamps, column: sources[0].time_name().to_owned() });
+                }
+                notes.push(Note::TimeIgnored { dt });
+            }
             return Ok((recordings, 0.0));
         }
         (Clock::Stamps, Some(source)) => return Err(LogError::NoTime { path: source.path().to_owned() }),

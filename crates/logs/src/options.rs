@@ -5,6 +5,9 @@ use sindyna_core::Precision;
 /// Column of the time stamps, before any other that could be.
 pub const TIME: &str = "t";
 
+/// What to name where no column is one of time stamps.
+pub const NO_TIME: &str = "none";
+
 /// Column that tells trajectories apart.
 pub const TRAJECTORY: &str = "trajectory";
 
@@ -14,7 +17,7 @@ pub struct LogOptions {
     /// What stands between two cells of a line: one byte that is neither a quote, a line break nor part of a number, a space for any
     /// blanks; `None` for what the lines show.
     pub delimiter: Option<u8>,
-    /// Column of the time stamps; `None` for [`TIME`], else one that is called `time`, `timestamp`, `time_ms` or the like.
+    /// Column of the time stamps; `None` for [`TIME`], else one that is called `time`, `timestamp`, `time_ms` or the like; [`NO_TIME`] for none.
     pub time: Option<String>,
     /// Columns and their units, such as (`t`, `ms`) or (`th`, `deg`), whatever the header says of these.
     pub units: Vec<(String, String)>,

@@ -24,7 +24,18 @@ pub fn json(value: &impl serde::Serialize) -> Result<Vec<u8>, RecordError> {
 /// # Errors
 /// [`RecordError::Io`] if there is no room or no right to write.
 pub fn save(path: &Path, contents: &[u8]) -> Result<(), RecordError> {
-    write_atomic(path, contents).map_err(RecordError::io("write", path))
+    write_atomic(path, contents).map_err(cause).map_err(RecordError::io("write", path))
+}
+
+/// What the system said of a temporary file, without the file's name.
+#[must_use]
+pub fn cause(error: io::Error) -> io::Error {
+    let source = error.get_ref().and_then(|wrapped| wrapped.source()?.downcast_ref::<io::Error>());
+    match source.map(io::Error::raw_os_error) {
+        Some(Some(code)) => io::Error::from_raw_os_error(code),
+        Some(None) => error.kind().into(),
+        None => error,
+    }
 }
 
 /// Whether the file is one that a killed process was writing.

@@ -29,7 +29,7 @@ mod table_csv;
 mod whole;
 
 pub use error::RecordError;
-pub use file::{is_unfinished, json, save, sweep};
+pub use file::{cause, is_unfinished, json, save, sweep};
 pub use own::Own;
 pub use table_csv::{TableError, from_csv, to_csv};
 pub use whole::{ModelRecord, RunRecord};

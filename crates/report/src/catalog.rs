@@ -13,7 +13,7 @@ pub trait Catalog {
     /// Whether `method` is a reference whose real steps say nothing: it knows what others have to learn, or learns nothing.
     fn is_reference(&self, method: &str) -> bool;
 
-    /// Whether `method` goes on acting on the real system until its budget is spent.
+    /// Whether `method` goes on acting on the system until its budget is spent.
     fn is_online(&self, method: &str) -> bool;
 
     /// Real steps at the first check of a policy of `method` that has learned something; `None` where there are no checks.
@@ -40,7 +40,7 @@ pub struct Published {
     pub rollout_len: usize,
     /// Dynamics learned, such as `exact`.
     pub dynamics: &'static str,
-    /// Whether the policy generalises to the real system.
+    /// Whether the policy generalises to the system.
     pub generalises: &'static str,
     /// Size of Ξ.
     pub parameters: usize,

@@ -1,4 +1,4 @@
-//! What the real system is asked for: how many steps, when, and by whom.
+//! What the system is asked for: how many steps, when, and by whom.
 
 use sindyna_core::{Certainty, DynamicsLearner, Environment, Explorer, Inverse};
 
@@ -49,7 +49,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         Ok(())
     }
 
-    /// Whether the real system may be asked for so many `steps`.
+    /// Whether the system may be asked for so many `steps`.
     pub(super) fn may_ask(&self, steps: usize) -> bool {
         self.parts.schedule.max_real_steps.is_none_or(|most| self.base.data().n_steps() + steps <= most)
     }
@@ -60,13 +60,13 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         self.certainty() == Certainty::Doubted && !self.course.is_tested && self.may_double()
     }
 
-    /// Whether a run asks the real system for what it needs.
+    /// Whether a run asks the system for what it needs.
     pub(super) fn asks(&self) -> bool {
         let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
         imagined_rollouts == Rollouts::Auto && refit == Refit::AfterRollouts
     }
 
-    /// Whether the real system may be asked for as many steps as there are.
+    /// Whether the system may be asked for as many steps as there are.
     pub(super) fn may_double(&self) -> bool {
         let steps = self.base.data().n_steps();
         self.asks() && 2 * steps <= ENOUGH && self.may_ask(steps)

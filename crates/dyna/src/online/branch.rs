@@ -1,4 +1,4 @@
-//! Rollouts branched off from states the real system was in.
+//! Rollouts branched off from states the system was in.
 
 use std::convert::Infallible;
 
@@ -11,7 +11,7 @@ use crate::lockstep::{Lane, Lockstep};
 /// Branches stepped side by side.
 const GROUP: usize = 256;
 
-/// The model, seen and judged as the real system is.
+/// The model, seen and judged as the system is.
 pub(super) struct Stage<'a, M> {
     pub(super) model: &'a M,
     pub(super) task: &'a dyn Task,

@@ -1,4 +1,4 @@
-//! Learning while acting on the real system: model-free, or with a model that adds to the data.
+//! Learning while acting on the system: model-free, or with a model that adds to the data.
 
 mod branch;
 mod schedule;
@@ -65,7 +65,7 @@ pub struct Practised<M> {
     pub model: Option<Arc<M>>,
     /// Real steps made.
     pub real_steps: usize,
-    /// Resets of the real system.
+    /// Resets of the system.
     pub real_episodes: usize,
     /// Updates made.
     pub updates: u64,
@@ -110,7 +110,7 @@ impl<L: DynamicsLearner + ?Sized> Online<'_, L> {
         Ok(begun)
     }
 
-    /// Learns on the real system `env`; checks are on `judges`, systems of the same kind. `interrupted` is asked often whether to stop.
+    /// Learns on the system `env`; checks are on `judges`, systems of the same kind. `interrupted` is asked often whether to stop.
     ///
     /// # Errors
     /// [`DynaError`] if no run can have the schedule, a system fails or a model cannot be fitted.

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use crate::ScheduleError;
 
-/// The hyper-parameters of learning on the real system, with a model's help or without.
+/// The hyper-parameters of learning on the system, with a model's help or without.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OnlineSchedule {
     /// Real steps, at most.

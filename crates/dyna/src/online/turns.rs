@@ -80,7 +80,7 @@ impl<'a, L: DynamicsLearner + ?Sized> OnlineLoop<'a, L> {
         self.base.data().n_steps()
     }
 
-    /// Does what comes next, on the real system `env`; checks are on `judges`, systems of the same kind.
+    /// Does what comes next, on the system `env`; checks are on `judges`, systems of the same kind.
     ///
     /// # Errors
     /// [`DynaError`] if a system fails or a model cannot be fitted.

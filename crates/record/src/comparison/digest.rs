@@ -23,7 +23,7 @@ pub struct Run {
     pub solved_after: Option<usize>,
     /// Real steps in all.
     pub real_steps: usize,
-    /// Episodes on the real system.
+    /// Episodes on the system.
     pub real_episodes: usize,
     /// Gradient updates.
     pub updates: u64,

@@ -21,7 +21,7 @@ pub struct Outcome {
     pub solved_after: Option<usize>,
     /// Real steps and resets, all of them but for checks and the last evaluation.
     pub real_steps: usize,
-    /// Episodes on the real system.
+    /// Episodes on the system.
     pub real_episodes: usize,
     /// Gradient updates.
     pub updates: u64,

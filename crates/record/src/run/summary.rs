@@ -15,9 +15,9 @@ pub struct Summary {
     pub task: String,
     /// Seed of everything random.
     pub seed: u64,
-    /// Every step on the real system before evaluation, over all resets.
+    /// Every step on the system before evaluation, over all resets.
     pub real_steps: usize,
-    /// Resets of the real system before evaluation.
+    /// Resets of the system before evaluation.
     pub real_episodes: usize,
     /// Whether the evaluation reached the threshold; `null` where there was no evaluation or no threshold.
     pub solved: Option<bool>,
@@ -55,7 +55,7 @@ impl Summary {
     }
 }
 
-/// Returns of the deterministic policy on the real system.
+/// Returns of the deterministic policy on the system.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Number of episodes.
@@ -133,7 +133,7 @@ pub struct Training {
     pub model_return: Option<f64>,
     /// Whether training ended because trials in the model gained no more; how far the policy is from the best there is, it does not tell.
     pub converged: bool,
-    /// What the policy was expected to earn on the real system, before it was evaluated there.
+    /// What the policy was expected to earn on the system, before it was evaluated there.
     #[serde(default)]
     pub prediction: Option<Prediction>,
     /// Its real episode before that, where the model was not believed without one.

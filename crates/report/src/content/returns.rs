@@ -35,7 +35,7 @@ pub(super) fn returns(comparison: &Comparison<'_>) -> Vec<Block> {
         Block::Section("Returns at the end".into()),
         Block::text(
             "The policy that a run ends with, from 100 start states that are the same for every method with the same \
-             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds that came to a policy. Methods that learn on the real system have spent the real \
+             seed; the return of a seed is their mean, and the interquartile mean is taken over seeds that came to a policy. Methods that learn on the system have spent the real \
              steps of the third column by then; “minus sindy's” is how much better or worse they are in the end.",
         ),
         Block::table(2, head, groups.iter().map(row).collect()),

@@ -51,7 +51,7 @@ pub(crate) fn speed_ups(comparison: &Comparison<'_>) -> Vec<Block> {
     vec![
         Block::table(2, head, rows.collect()),
         Block::text(
-            "Solved: the mean return of 100 episodes from start states drawn anew reaches the task's threshold, for every method alike. Methods that learn on the real system are judged so at \
+            "Solved: the mean return of 100 episodes from start states drawn anew reaches the task's threshold, for every method alike. Methods that learn on the system are judged so at \
              every check, and the first that reaches it counts; the others have one such check, at their end. First check: the real steps before which nothing can be solved, because the policy \
              has learned nothing or is not looked at. A run that never solves its task counts as infinitely long; \
              where that makes the ratio of a method with a budget infinite, “at least” says what it would be if all of those had solved it when that was spent. The paper does not say how many updates a \

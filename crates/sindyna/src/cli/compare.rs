@@ -80,10 +80,10 @@ Methods:
   sindy          equations from ten real steps on, soft actor-critic inside them: `sindyna train`
   least-squares  the same loop with a linear model, fitted by least squares
   ensemble       the same loop with an ensemble of neural networks (Janner's)
-  mbpo           soft actor-critic on the real system and in an ensemble of networks (Janner 2019)
+  mbpo           soft actor-critic on the system and in an ensemble of networks (Janner 2019)
   mbpo-paper     the same with the ensemble whose size the SINDy paper gives
   sindy-mbpo     mbpo with identified equations instead of the ensemble
-  sac            soft actor-critic on the real system, one update a step
+  sac            soft actor-critic on the system, one update a step
   sac20          the same with twenty updates a step
   truth          soft actor-critic inside the true equations: what the best of models could give
   lqr            a linear-quadratic regulator of a linear model of 30 real steps (tasks to balance)

@@ -77,11 +77,11 @@ impl Conclusion<'_> {
         text += &match evaluation {
             Some(evaluation) => report(*threshold, evaluation, false),
             None if self.summary.interrupted => format!(
-                "stopped before the end of the evaluation on the real system; `sindyna train --resume {}` goes on with it\n",
+                "stopped before the end of the evaluation on the system; `sindyna train --resume {}` goes on with it\n",
                 self.record.display()
             ),
             None if training.coverage.is_some() => String::new(),
-            None if training.model_return.is_some() => "the policy was not evaluated on the real system\n".into(),
+            None if training.model_return.is_some() => "the policy was not evaluated on the system\n".into(),
             None => "no policy to evaluate: training never came to a trial in the model\n".into(),
         };
         if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {
@@ -114,7 +114,7 @@ fn planned(planners: &[PlannerReturn], kept: &str) -> String {
 fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>) -> String {
     let of = episodes.map_or_else(String::new, |episodes| format!(" of {}", plural(episodes, "episode")));
     format!(
-        "predicted mean return{of} on the real system: {} ({:.0} % interval {} to {})\n",
+        "predicted mean return{of} on the system: {} ({:.0} % interval {} to {})\n",
         significant(*mean, 4),
         100.0 * level,
         significant(*low, 4),

@@ -89,7 +89,7 @@ fn writing(directory: &Path) -> Check {
         Err(e) => Check {
             name,
             state: State::Broken,
-            detail: format!("no file can be written in {}: {e}", directory.display()),
+            detail: format!("no file can be written in {}: {}", directory.display(), sindyna_record::cause(e)),
         },
     }
 }

@@ -1,4 +1,4 @@
-//! `sindyna evaluate`: a trained policy on the real system again.
+//! `sindyna evaluate`: a trained policy on the system again.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use crate::training::{evaluation, planner};
 use sindyna_record::run::{Evaluation, Summary};
 use sindyna_sindy::Model;
 
-/// Runs a trained policy on the real system again
+/// Runs a trained policy on the system again
 ///
 /// Without options this repeats the evaluation of the run itself: same start states, same returns.
 #[derive(Debug, clap::Args)]
@@ -62,8 +62,20 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
                 .hint("RUN is a directory that `sindyna train` left, with config.toml and policy.safetensors")
         })
     };
-    let config = TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?))
-        .with_context(|| format!("{} is not a run's configuration", args.run.join("config.toml").display()))?;
+    let config = match TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?)) {
+        Ok(config) => config,
+        Err(_) if args.run.join("identify.json").exists() => {
+            let run = args.run.display();
+            return Err(Failure::new(format!("{run} is a model that `sindyna identify` left: it holds no policy"))
+                .hint(format!("`sindyna train --model {run} --task-file FILE` trains one in its equations")));
+        }
+        Err(e) => {
+            let path = args.run.join("config.toml");
+            return Err(anyhow::Error::new(e)
+                .context(format!("{} is not a run's configuration", path.display()))
+                .into());
+        }
+    };
     // What is no program is stopped at once.
     let interrupt = if args.pipe.is_given() { Interrupt::listen()? } else { Interrupt::default() };
     let pipe = args.pipe.source(&interrupt)?;
@@ -178,7 +190,7 @@ pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool
         None => String::new(),
     };
     let mut text =
-        format!("return on the real system: {mean_return:.1} ± {std_return:.1} over {episodes} episodes{judgement}\n");
+        format!("return on the system: {mean_return:.1} ± {std_return:.1} over {episodes} episodes{judgement}\n");
     if each {
         text.extend(returns.iter().map(|r| format!("{r}\n")));
     }

@@ -72,9 +72,11 @@ fn of_environment(error: &EnvError) -> Option<String> {
 
 fn of_ours(error: &Error) -> Option<String> {
     Some(match error {
-        Error::UnknownName { name, known, .. } => return near(name, known),
+        Error::UnknownName { name, known, what } => return near(name, known).or_else(|| listed(what)),
         Error::Setting { name, .. } => return of_setting(name),
-        Error::Override { .. } => "--set takes KEY=VALUE, such as sac.reward_scale=1; config.toml has all keys".into(),
+        Error::Override { .. } => {
+            "--set takes KEY=VALUE, such as sac.reward_scale=1 or sac.hidden=[64,64]; config.toml has all keys".into()
+        }
         Error::TooFewSteps { .. } => "give it more with --real-steps".into(),
         Error::ConstraintForm { option, .. } => match *option {
             "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
@@ -137,8 +139,11 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::NoTime { .. } => {
             "name it with --time-column, or give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
         }
+        LogError::OtherInterval { .. } => {
+            "leave --dt out, name another column with --time-column, or its unit with --units COLUMN=UNIT; `--time-column none` leaves time stamps aside".into()
+        }
         LogError::TimeNotIncreasing { .. } => {
-            "a column `trajectory` tells where another rollout begins; --dt S leaves time stamps aside".into()
+            "a column `trajectory` tells where another rollout begins; `--time-column none --dt S` leaves time stamps aside".into()
         }
         LogError::TooManyRows { .. } => "give --resample a longer step".into(),
         LogError::NotACircle { .. } | LogError::CircleTaken { .. } => {
@@ -180,6 +185,11 @@ fn of_record(error: &RecordError) -> Option<String> {
         _ => return None,
     };
     Some(hint.into())
+}
+
+/// Where names of this kind are told.
+fn listed(what: &str) -> Option<String> {
+    (what == "task").then(|| "--task-file names a system of your own (docs/task-files.md)".into())
 }
 
 /// The name among `known` that was meant.

@@ -1,4 +1,4 @@
-//! A program as the real system, named by an option.
+//! A program as the system, named by an option.
 
 use std::time::Duration;
 
@@ -9,10 +9,10 @@ use crate::problem::PipeSource;
 /// Seconds that an answer may take where none are given.
 const SECONDS: f64 = 60.0;
 
-/// Which program is the real system.
+/// Which program is the system.
 #[derive(Debug, Default, PartialEq, clap::Args)]
 pub(crate) struct PipeOptions {
-    /// Program that is the real system of --task-file, such as "python3 rig.py": it is told controls and tells states, a line of JSON each
+    /// Program that is the system of --task-file, such as "python3 rig.py": it is told controls and tells states, a line of JSON each
     /// (docs/pipe.md). It is started without a shell. No record names it, so evaluate, --config and --resume need it again
     #[arg(long, value_name = "COMMAND", help_heading = "Real data")]
     pipe: Option<String>,

@@ -35,7 +35,7 @@ pub(crate) struct ReadingOptions {
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
-    /// Seconds between two rows, whatever time stamps say; 1 for a map without seconds [default: from time stamps]
+    /// Seconds between two rows where time stamps jitter or are missing; 1 for a map without seconds [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
     /// Interpolate to steps of this many seconds [default: samples at their own times]
@@ -44,7 +44,7 @@ pub(crate) struct ReadingOptions {
     /// How finely the states were measured or computed [default: what the numbers show]
     #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
     precision: Option<PrecisionName>,
-    /// Column of the time stamps [default: t, else time, timestamp or the like]
+    /// Column of the time stamps, `none` for no column [default: t, else time, timestamp or the like]
     #[arg(long, value_name = "NAME", help_heading = "Log")]
     time_column: Option<String>,
     /// Units of columns, such as `t=ms` or `th=deg`; times are turned into seconds, degrees into radians [default: what the header says; of times

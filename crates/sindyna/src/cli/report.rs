@@ -40,7 +40,12 @@ pub(super) struct Told<'a> {
 }
 
 pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
+    const HINT: &str =
+        "DIR is a directory that `sindyna train`, `identify` or `compare` left, or the digest of a comparison";
     let directory = &args.directory;
+    if !directory.is_dir() {
+        return Err(Failure::new(format!("there is no directory {}", directory.display())).hint(HINT));
+    }
     if directory.join("config.toml").is_file() {
         if args.markdown.is_some() {
             return Err(Failure::new(format!("{} is no comparison", directory.display()))
@@ -52,14 +57,15 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     }
     // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
     let held = match args.markdown {
-        None if directory.is_dir() => Some(DirLock::take(directory).map_err(|at_work| {
+        None => Some(DirLock::take(directory).map_err(|at_work| {
             Failure::from(at_work).hint("wait for it, or look at what there is so far with --markdown FILE")
         })?),
-        _ => None,
+        Some(_) => None,
     };
     let tasks = Known::tasks();
     let names = Known::names(&tasks);
-    let digest = if Digest::is_in(directory) { Digest::read(directory, &names)? } else { gather(directory, &names)? };
+    let digest = if Digest::is_in(directory) { Digest::read(directory, &names) } else { gather(directory, &names) };
+    let digest = digest.map_err(|error| Failure::from(error).hint(HINT))?;
     if digest.runs.is_empty() {
         return Err(Failure::new(format!("{} holds no runs", directory.display()))
             .hint("`sindyna compare --out DIR` makes some"));

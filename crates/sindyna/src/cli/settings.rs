@@ -40,10 +40,10 @@ pub(crate) struct Settings {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Where the real system lives; `mujoco` for `inverted-pendulum` and task files [default: native]
+    /// Where the system lives; `mujoco` for `inverted-pendulum` and task files [default: native]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
     simulator: Option<SimulatorName>,
-    /// Gaussian noise on every observation of the real system, in training and evaluation: its standard deviation as a
+    /// Gaussian noise on every observation of the system, in training and evaluation: its standard deviation as a
     /// fraction of the channel's scale, 0 to 1 [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
@@ -51,7 +51,7 @@ pub(crate) struct Settings {
     /// (--imagined-rollouts auto) [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
-    /// N_e: rollouts on the real system before anything is learned [default: 1]
+    /// N_e: rollouts on the system before anything is learned [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
     /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 10]
@@ -71,7 +71,7 @@ pub(crate) struct Settings {
     /// equations and keeps the one that earns most there [default: sac]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     controller: Option<ControllerName>,
-    /// N: imagined rollouts per real one. `inf` never goes back to the real system; with a number, a policy that is optimal in the model
+    /// N: imagined rollouts per real one. `inf` never goes back to the system; with a number, a policy that is optimal in the model
     /// also has a real episode to keep what the model promises; `auto` is `inf` where the equations explain the data down to rounding, and
     /// elsewhere has real episodes until one keeps the promise [default: auto]
     #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
@@ -98,7 +98,7 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     isa: Option<IsaName>,
 
-    /// Episodes of the evaluation on the real system [default: 100]
+    /// Episodes of the evaluation on the system [default: 100]
     #[arg(long, value_name = "N", help_heading = "Evaluation")]
     episodes: Option<usize>,
 }

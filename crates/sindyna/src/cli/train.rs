@@ -35,7 +35,7 @@ use sindyna_core::number::plural;
 /// Learns a system from one short real rollout and trains a controller for it
 ///
 /// Collects a few real steps, finds the equations of motion in them by sparse regression, trains soft actor-critic
-/// inside those equations, predicts the return as an interval, and evaluates the policy on the real system. Where the
+/// inside those equations, predicts the return as an interval, and evaluates the policy on the system. Where the
 /// equations are not certain it collects more steps, and lets the policy have a real episode first. Leaves a run directory
 /// with the data, the equations, the policy and the results.
 #[derive(Debug, clap::Args)]

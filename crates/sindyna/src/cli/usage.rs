@@ -9,7 +9,10 @@ pub(crate) fn failure(error: &clap::Error) -> Failure {
     let text = error.render().to_string();
     // The first paragraph tells what is wrong; suggestions, usage and where help is follow.
     let message = text.split("\n\n").next().unwrap_or_default();
-    let message = message.strip_prefix("error: ").unwrap_or(message).trim_end().to_owned();
+    let message = message.strip_prefix("error: ").unwrap_or(message).trim_end();
+    // Rust's words for numbers that are none.
+    let message = message.replace("invalid float literal", "it is not a number");
+    let message = message.replace("invalid digit found in string", "it is not a whole number");
     Failure::usage(message).hint(hint(error))
 }
 
@@ -23,7 +26,15 @@ fn hint(error: &clap::Error) -> String {
     if let Some(names) = names {
         return format!("did you mean `{}`?", names.join("` or `"));
     }
+    if let Some(ContextValue::String(value)) = error.get(ContextKind::InvalidValue)
+        && let Some(Ok(percent)) = value.trim().strip_suffix('%').map(|number| number.trim().parse::<f64>())
+    {
+        return format!("{value} is {}", percent / 100.0);
+    }
     let usage = error.get(ContextKind::Usage).map(ToString::to_string);
     let usage = usage.map(|text| text.trim_start_matches("Usage:").trim().to_owned()).filter(|text| !text.is_empty());
-    usage.map_or_else(|| "`--help` tells what there is".into(), |usage| format!("usage: {usage} (`--help` tells more)"))
+    usage.map_or_else(
+        || "`--help` describes every option".into(),
+        |usage| format!("usage: {usage} (`--help` tells more)"),
+    )
 }

@@ -27,7 +27,7 @@ pub(crate) struct TrainConfig {
     /// The log that takes the place of a system; none where there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) data: Option<DataConfig>,
-    /// Where the real system lives: `native`, `mujoco`, `pipe` for a program, or `none` for a log.
+    /// Where the system lives: `native`, `mujoco`, `pipe` for a program, or `none` for a log.
     pub(crate) simulator: SimulatorName,
     /// Standard deviation of the sensors' noise, as a fraction of every observation channel's scale.
     #[serde(default)]

@@ -13,7 +13,7 @@ pub(crate) enum Method {
     LeastSquares,
     /// The same loop with an ensemble of neural networks, Janner's.
     Ensemble,
-    /// Soft actor-critic on the real system, one update a step.
+    /// Soft actor-critic on the system, one update a step.
     Sac,
     /// The same with twenty.
     Sac20,
@@ -101,7 +101,7 @@ impl Method {
         matches!(self, Self::Truth | Self::Hand | Self::Random)
     }
 
-    /// Whether the method goes on acting on the real system until its budget is spent.
+    /// Whether the method goes on acting on the system until its budget is spent.
     pub(crate) fn is_online(self) -> bool {
         matches!(self, Self::Sac | Self::Sac20 | Self::Mbpo | Self::MbpoPaper | Self::SindyMbpo)
     }

@@ -1,4 +1,4 @@
-//! Settings of those who learn on the real system, per task.
+//! Settings of those who learn on the system, per task.
 
 use serde::Serialize;
 use sindyna_core::Spec;
@@ -7,7 +7,7 @@ use sindyna_rl::{EnsembleConfig, SacConfig};
 
 use super::Method;
 
-/// What one run on the real system is put together from.
+/// What one run on the system is put together from.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Preset {
     pub(crate) schedule: OnlineSchedule,
@@ -20,7 +20,7 @@ pub(crate) struct Preset {
 /// Start states from which a policy is judged, at every check and at the end: a task is solved where their mean return reaches its threshold.
 pub(crate) const EPISODES: usize = 100;
 
-/// What those learn with who learn on the real system; none for the others.
+/// What those learn with who learn on the system; none for the others.
 pub(crate) fn of(method: Method, spec: &Spec) -> Option<Preset> {
     Some(match method {
         Method::Sac => sac(spec, 1),
@@ -44,7 +44,7 @@ pub(crate) fn ensemble(config: EnsembleConfig) -> EnsembleConfig {
     EnsembleConfig { max_steps: Some(600), ..config }
 }
 
-/// Soft actor-critic on the real system with so many updates a step.
+/// Soft actor-critic on the system with so many updates a step.
 ///
 /// Settings are those of Stable-Baselines3 (two layers of 256, batch 256, learning rate 3e-4, γ 0.99, τ 0.005), but for what
 /// RL-Baselines3-Zoo found better: pendulum's learning rate of 1e-3. On mountain-car actions are held, the first random ones for
@@ -90,7 +90,7 @@ fn sac(spec: &Spec, updates_per_step: usize) -> Preset {
 }
 
 /// MBPO: the same agent with ten updates a step, on batches of which a twentieth is real and the rest one step of `ensemble`, or of identified equations,
-/// from states the real system was in, newly imagined after every 250 real steps.
+/// from states the system was in, newly imagined after every 250 real steps.
 ///
 /// These are Janner's settings for the inverted pendulum, but for a quarter of his 400 rollouts a step and 250 random steps instead
 /// of 500, since with 10 updates a step and batches of 256 the rest would hardly be drawn.

@@ -46,7 +46,7 @@ pub(crate) struct Job {
     pub(crate) noise: f64,
     pub(crate) contender: Contender,
     pub(crate) seed: u64,
-    /// Real steps at most for those who learn on the real system, if they are not the task's.
+    /// Real steps at most for those who learn on the system, if they are not the task's.
     pub(crate) budget: Option<usize>,
     /// Whether they go on after they have solved the task.
     pub(crate) whole_budget: bool,
@@ -151,7 +151,7 @@ impl Job {
         })
     }
 
-    /// What those learn with who learn on the real system.
+    /// What those learn with who learn on the system.
     fn preset(&self) -> Option<Preset> {
         let mut preset = presets::of(self.method(), self.system.spec())?;
         if let Some(budget) = self.budget {
@@ -204,7 +204,7 @@ impl Job {
         Ok(Ended::Whole)
     }
 
-    /// Learning on the real system, with what the ensemble of `preset` or identified equations make of its data, if it has them.
+    /// Learning on the system, with what the ensemble of `preset` or identified equations make of its data, if it has them.
     fn outside(&self, preset: &Preset, outcome: &mut Outcome, stop: &Arc<AtomicBool>) -> Result<Ended, Failure> {
         let Some(ensemble) = preset.ensemble.clone() else {
             return match preset.schedule.branches {
