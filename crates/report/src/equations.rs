@@ -98,6 +98,13 @@ pub(crate) fn true_coefficients(system: &System, model: &Model) -> Option<Vec<Su
     is_of(system.spec(), model).then(|| summands(&Truth::of(system, FEW_POINTS), model))?
 }
 
+/// The equations of `system` in the form in which `model` was identified, with its terms; `None` unless these are the true ones and no others.
+#[must_use]
+pub fn true_equations(system: &System, model: &Model) -> Option<Vec<String>> {
+    let values: Vec<f64> = true_coefficients(system, model)?.iter().map(|summand| summand.truth).collect();
+    Some(model.with_coefficients(&values)?.equations())
+}
+
 impl Equations {
     /// How many seeds found the true terms.
     pub(crate) fn true_terms(&self) -> usize {
@@ -180,5 +187,11 @@ mod tests {
         let terms: Vec<_> = summands.iter().map(|s| (s.equation, s.term.as_str(), s.found)).collect();
         assert_eq!(terms, [(1, "sin θ", 15.0), (1, "u", 3.03)]);
         assert!((summands[1].truth - 3.0).abs() < 1e-11);
+        let (model, system) = (&pendulum.judged[0].model, &pendulum.system);
+        assert_eq!(
+            true_equations(system, model),
+            Some(vec!["θ\u{307} = ω".into(), "ω\u{307} = 15 sin θ + 3 u".into()])
+        );
+        assert_eq!(true_equations(system, &pendulum.judged[2].model), None, "one term is not true");
     }
 }

@@ -36,6 +36,7 @@ mod thin;
 
 pub use catalog::{Catalog, Published};
 pub use comparison::Comparison;
+pub use equations::true_equations;
 #[cfg(feature = "png")]
 pub use figure::PngError;
 pub use figure::{Figure, METHOD_COLOURS};

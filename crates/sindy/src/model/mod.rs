@@ -145,6 +145,15 @@ impl Model {
         model
     }
 
+    /// The same model with the coefficients `values`: those of the equations that are not kinematic, one equation after the other, in the order of
+    /// [`Self::coefficients`]. `None` if there are not as many.
+    #[must_use]
+    pub fn with_coefficients(&self, values: &[f64]) -> Option<Self> {
+        let mut xi: Vec<f64> = self.parts.offsets.iter().copied().filter(|v| *v != 0.0).collect();
+        xi.extend(values);
+        (xi.len() == self.fitted().len()).then(|| self.with_fitted(&xi))
+    }
+
     /// The same equations stepped in another way.
     pub(crate) fn with_form(&self, form: Form) -> Self {
         Self { parts: ModelParts { form, ..self.parts.clone() }, ..self.clone() }

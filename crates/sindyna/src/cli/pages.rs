@@ -6,6 +6,7 @@ use sindyna_envs::System;
 use sindyna_record::run::RunDir;
 use sindyna_record::{ModelRecord, RecordError, RunRecord};
 use sindyna_report::{Page, model_page, run_page};
+use sindyna_sindy::Model;
 
 use crate::cli::failure::Failure;
 use crate::settings::TrainConfig;
@@ -53,8 +54,13 @@ pub(crate) fn again(directory: &Path) -> Result<PathBuf, Failure> {
 
 /// The true system of a run with the configuration `config`, where it is one that comes along.
 pub(super) fn system(config: &str) -> Option<System> {
-    let config = TrainConfig::parse(config).ok()?;
-    if config.task_file.is_none() { sindyna_envs::find(&config.task) } else { None }
+    TrainConfig::parse(config).ok()?.system()
+}
+
+/// The true equations beside those of `model`: in the form in which these were identified, or as they are written by hand where terms differ.
+pub(super) fn truth(system: Option<&System>, model: Option<&Model>, by_hand: Vec<String>) -> Vec<String> {
+    let same_form = system.zip(model).and_then(|(system, model)| sindyna_report::true_equations(system, model));
+    same_form.unwrap_or(by_hand)
 }
 
 /// Name of the log that the text of an `identify.json` is about.

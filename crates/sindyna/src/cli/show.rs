@@ -67,14 +67,17 @@ fn of_run(path: &Path, record: &RunRecord) -> Result<Answer, Failure> {
     let timing = std::fs::read_to_string(path.join("timing.json")).ok();
     let timing: Option<Timing> = timing.and_then(|text| serde_json::from_str(&text).ok());
     let config = std::fs::read_to_string(path.join("config.toml")).unwrap_or_default();
-    let truth = pages::system(&config).map_or_else(Vec::new, |system| system.true_equations().to_vec());
+    let system = pages::system(&config);
+    let by_hand = system.iter().flat_map(|system| system.true_equations()).map(ToString::to_string);
+    let model = record.identified.as_ref().and_then(|identified| identified.model.as_ref()).or(record.model.as_ref());
+    let truth = pages::truth(system.as_ref(), model, by_hand.collect());
     let summary = &record.summary;
     let identification = record.identified.as_ref().map(|identified| &identified.account);
     let conclusion = Conclusion {
         summary,
         timing: timing.as_ref(),
         account: identification,
-        truth: &truth.iter().map(ToString::to_string).collect::<Vec<_>>(),
+        truth: &truth,
         unconfirmed: false,
         record: path,
         page: path.join(pages::PAGE).is_file(),

@@ -226,11 +226,13 @@ impl Run<'_> {
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
         let account = learned.model.as_ref().map(|fitted| Account::new(&fitted.0, spec));
+        let model = learned.model.as_ref().map(|fitted| &fitted.0.model);
+        let truth = pages::truth(config.system().as_ref(), model, problem.true_equations());
         let conclusion = Conclusion {
             summary: &summary,
             timing: Some(&timing),
             account: account.as_ref(),
-            truth: &problem.true_equations(),
+            truth: &truth,
             unconfirmed: learned.model.as_ref().is_some_and(|fitted| fitted.0.certainty() < Certainty::Exact),
             record: self.run_dir.path(),
             page: self.page && !learned.interrupted,

@@ -118,6 +118,11 @@ fn one_percent() -> f64 {
 }
 
 impl TrainConfig {
+    /// The ground-truth simulator, where it is one that comes along.
+    pub(crate) fn system(&self) -> Option<sindyna_envs::System> {
+        if self.task_file.is_none() { sindyna_envs::find(&self.task) } else { None }
+    }
+
     /// The defaults for `task`: one rule for all, no knowledge of any single one.
     pub(crate) fn defaults(task: &dyn Task) -> Self {
         let schedule = Schedule::new(task.max_steps());
