@@ -232,3 +232,75 @@ fn policies_are_the_same_in_every_language() {
         assert!(fs::read_to_string(directory.join("model.tex")).unwrap().contains("\\pi(o) = "));
     }
 }
+
+/// The part of a page that holds equations and policy.
+fn model_of(page: &str) -> &str {
+    page.split_once("<script id=\"model\">").unwrap().1.split_once("</script>").unwrap().0
+}
+
+#[test]
+fn the_page_moves_as_equations_and_policy_do() {
+    let temp = tempfile::tempdir().unwrap();
+    let args = ["train", "pendulum", "--episodes", "2", "--quiet", "--out", "run"];
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code <= 1, "{stderr}");
+    let directory = temp.path().join("run");
+    export(&directory, "html", "model.html");
+    let page = fs::read_to_string(directory.join("model.html")).unwrap();
+    assert!(page.len() < 1 << 20 && !page.contains("{{") && !page.contains("http"), "{} bytes", page.len());
+    let script = format!(
+        "{}\nlet x = [3.0, 0.5];\nfor (let t = 0; t < 1000; t++) {{ x = next(x, [2 * Math.sin(0.37 * t)]); console.log(x.join(' ')); }}\n\
+         x = [3.0, 0.5];\nfor (let t = 0; t < 200; t++) {{ x = next(x, control(x)); console.log(x.join(' ')); }}\n",
+        model_of(&page)
+    );
+    fs::write(directory.join("main.js"), script).unwrap();
+    let Some(printed) = run(&directory, "node", &["main.js"]) else { return };
+    let printed = numbers(&printed);
+
+    let model = Model::from_json(&fs::read_to_string(directory.join("model.json")).unwrap()).unwrap();
+    let policy = SavedPolicy::from_safetensors(&fs::read(directory.join("policy.safetensors")).unwrap()).unwrap();
+    let mut rng = Seed::new(0).numpy();
+    let mut moved = |steps: usize, control: &mut dyn FnMut(usize, &[f64]) -> f64| -> Vec<f64> {
+        let (mut x, mut all) = ([3.0, 0.5], Vec::new());
+        for t in 0..steps {
+            let (u, mut next) = ([control(t, &x)], [0.0; 2]);
+            model.step(&x, &u, &mut rng, &mut next).unwrap();
+            x = [next[0], next[1].clamp(-8.0, 8.0)];
+            all.extend(x);
+        }
+        all
+    };
+    let open = moved(1000, &mut |t, _| 2.0 * (0.37 * t as f64).sin());
+    same("equations", &printed[..2000], &open, 1e-9);
+    let closed = moved(200, &mut |_, x| {
+        let mut action = [0.0];
+        policy.act(&[x[0].cos(), x[0].sin(), x[1]], Mode::Exploit, &mut Seed::new(0).numpy(), &mut action);
+        action[0]
+    });
+    same("with the policy", &printed[2000..], &closed, 1e-3);
+}
+
+#[test]
+fn names_do_not_end_the_script_of_a_page() {
+    let temp = tempfile::tempdir().unwrap();
+    let name = r#"</script><script>alert(1)</script><!--"#;
+    let text = model(
+        r#""form": "continuous", "scheme": "euler""#,
+        r#"["1"]"#,
+        r#"[[{"term": 0, "coefficient": 1.5}], []]"#,
+        "[false, false]",
+    );
+    fs::write(temp.path().join("model.json"), text.replace(r#""x", "v""#, &format!(r#""{name}", "v""#))).unwrap();
+    fs::write(temp.path().join("data.csv"), format!("trajectory,t,{name},v,u\n0,0,1.0,2.0,0\n")).unwrap();
+    export(temp.path(), "html", "model.html");
+    let page = fs::read_to_string(temp.path().join("model.html")).unwrap();
+    assert_eq!(
+        (page.matches("<script").count(), page.matches("</script").count(), page.matches("<!--").count()),
+        (2, 2, 0),
+        "{page}"
+    );
+    assert!(page.contains("\"starts\":[[1.0,2.0]]"));
+    fs::remove_file(temp.path().join("data.csv")).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", "html"]));
+    assert!(code == 2 && stderr.contains("not known in which state"), "{stderr}");
+}

@@ -1,17 +1,18 @@
 //! `sindyna export`: equations as a program in another language.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::Context as _;
 use serde_json::{Value, json};
-use sindyna_core::Channel;
+use sindyna_core::{Channel, Task};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::{Model, export};
 
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
-use crate::export::{Language, Program};
-use crate::problem::Source;
+use crate::export::{Interface, Language, Program};
+use crate::problem::{RECORDED_LOG, Source};
 use crate::settings::TrainConfig;
 use sindyna_record::Own;
 use sindyna_record::identification::{Stepping, read_model};
@@ -30,7 +31,7 @@ pub(crate) struct Args {
     /// Language to write
     #[arg(long, value_enum, value_name = "LANGUAGE")]
     to: Language,
-    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs or .tex next to model.json]
+    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs, .tex or .html next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -49,10 +50,19 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let directory = file.parent().unwrap_or(Path::new(""));
     let (system, notes) = (export::System::from(&model), notes(directory, &model));
     let program = Program::new(system, notes);
-    let program = match policy(directory)? {
+    let task = task(directory);
+    let program = match policy(directory, task.as_deref())? {
         Some((policy, observed)) => program.with_policy(&policy, observed),
         None => program,
     };
+    let program = program.with_interface(interface(directory, &model, task.as_deref()));
+    if args.to == Language::Html && program.interface.is_none() {
+        return Err(Failure::new(format!(
+            "{} cannot be played: it is not known in which state the system begins",
+            file.display()
+        ))
+        .hint("name the directory of a run or of an identification, with config.toml or data.csv in it"));
+    }
     let module = args.to.write(&program)?;
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
@@ -65,8 +75,33 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     Answer::new(Verdict::Done, text, &json!({"language": args.to.name(), "written": out, "program": module}))
 }
 
+/// The task of a run, where it is one and what it needs is there.
+fn task(directory: &Path) -> Option<Arc<dyn Task>> {
+    let config = TrainConfig::parse(&std::fs::read_to_string(directory.join("config.toml")).ok()?).ok()?;
+    Some(Source::of(&config, directory, None).task().ok()?.0)
+}
+
+/// What a page to play with has to know besides `model`: of a run its task, of an identification the first row of its data.
+fn interface(directory: &Path, model: &Model, task: Option<&dyn Task>) -> Option<Interface> {
+    if model.readings().is_some() {
+        return None;
+    }
+    if let Some(task) = task {
+        let same = task.spec().state.iter().map(|channel| &channel.name).eq(model.states());
+        return Interface::of(task, 0).filter(|_| same);
+    }
+    let data = std::fs::read_to_string(directory.join(RECORDED_LOG)).ok()?;
+    let mut lines = data.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let (names, row) = (lines.next()?, lines.next()?);
+    let value =
+        |name: &String| row.get(names.iter().position(|n| n == name)?)?.parse::<f64>().ok().filter(|v| v.is_finite());
+    let start = model.states().iter().map(value).collect::<Option<Vec<f64>>>()?;
+    let name = directory.file_name().map_or_else(|| "model".to_owned(), |name| name.to_string_lossy().into_owned());
+    Some(Interface::without_policy(name, model.states().to_vec(), start))
+}
+
 /// The policy beside a model and the names of what it observes, where there is one.
-fn policy(directory: &Path) -> Result<Option<(SavedPolicy, Vec<String>)>, Failure> {
+fn policy(directory: &Path, task: Option<&dyn Task>) -> Result<Option<(SavedPolicy, Vec<String>)>, Failure> {
     let path = directory.join("policy.safetensors");
     let bytes = match std::fs::read(&path) {
         Ok(bytes) => bytes,
@@ -76,11 +111,8 @@ fn policy(directory: &Path) -> Result<Option<(SavedPolicy, Vec<String>)>, Failur
     let policy =
         SavedPolicy::from_safetensors(&bytes).with_context(|| format!("{} is not a policy", path.display()))?;
     // Names are for comments; a system that is not there has none.
-    let config = std::fs::read_to_string(directory.join("config.toml")).ok();
-    let config = config.and_then(|text| TrainConfig::parse(&text).ok());
-    let task = config.and_then(|config| Source::of(&config, directory, None).task().ok());
     let names: Vec<String> =
-        task.map_or_else(Vec::new, |(task, _)| task.spec().observation.iter().map(|c| c.name.clone()).collect());
+        task.map_or_else(Vec::new, |task| task.spec().observation.iter().map(|c| c.name.clone()).collect());
     let observed = if names.len() == policy.observation_dim() { names } else { Vec::new() };
     Ok(Some((policy, observed)))
 }

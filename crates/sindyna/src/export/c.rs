@@ -4,7 +4,7 @@ use sindyna_sindy::export::Stepping;
 use sindyna_sindy::{Function, export::System};
 
 use super::Program;
-use super::code::{Dialect, assignments, list, uses};
+use super::code::{Dialect, assignments, list, uses, value};
 use super::network::{Head, Network};
 
 const DIALECT: Dialect = Dialect {
@@ -54,12 +54,12 @@ fn prototypes(program: &Program) -> Vec<&'static str> {
 
 fn equations(system: &System) -> String {
     if system.stepping == Stepping::Map {
-        let lines = assignments(&DIALECT, system, "next", |i, l| format!("left[{i}][{l}]"));
+        let lines = assignments(&DIALECT, system, "next", &value, |i, l| format!("left[{i}][{l}]"));
         return format!(
             "\n/* The state one step later. next must not be x. */\nvoid sindyna_step(const double *x, const double *u, double *next)\n{{\n    (void)x;\n    (void)u;\n{lines}}}\n"
         );
     }
-    let lines = assignments(&DIALECT, system, "rate", |i, l| format!("left[{i}][{l}]"));
+    let lines = assignments(&DIALECT, system, "rate", &value, |i, l| format!("left[{i}][{l}]"));
     let (before, after) = if system.is_implicit() { (COUPLING, SOLVE) } else { ("", "") };
     format!(
         "\n/* The rate of every state. rate must not be x. */\nvoid sindyna_rhs(const double *x, const double *u, double *rate)\n{{\n{before}    (void)x;\n    (void)u;\n{lines}{after}}}\n{}",

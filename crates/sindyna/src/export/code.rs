@@ -28,14 +28,29 @@ pub(super) fn expression(dialect: &Dialect, expr: &Expr, n: usize) -> String {
     }
 }
 
-/// The sum of `entries`.
-pub(super) fn sum<'a>(dialect: &Dialect, system: &System, entries: impl Iterator<Item = &'a Entry>) -> String {
-    let summand = |entry: &Entry| match &system.terms[entry.term] {
-        one if one.is_one() => number(entry.coefficient),
-        term => format!("{} * {}", number(entry.coefficient), expression(dialect, term, system.states.len())),
+/// How a coefficient is written: its number, counted through all equations, and its value.
+pub(super) type Coefficient<'a> = &'a dyn Fn(usize, f64) -> String;
+
+/// The sum of `entries`, each with the number of its coefficient.
+fn sum<'a>(
+    dialect: &Dialect,
+    system: &System,
+    coefficient: Coefficient<'_>,
+    entries: impl Iterator<Item = (usize, &'a Entry)>,
+) -> String {
+    let summand = |(k, entry): (usize, &Entry)| match &system.terms[entry.term] {
+        one if one.is_one() => coefficient(k, entry.coefficient),
+        term => {
+            format!("{} * {}", coefficient(k, entry.coefficient), expression(dialect, term, system.states.len()))
+        }
     };
     let summands: Vec<String> = entries.map(summand).collect();
     if summands.is_empty() { "0.0".into() } else { summands.join(" + ") }
+}
+
+/// A coefficient as its value.
+pub(super) fn value(_: usize, coefficient: f64) -> String {
+    number(coefficient)
 }
 
 /// `value` with every digit, negative ones in parentheses.
@@ -63,21 +78,25 @@ pub(super) fn assignments(
     dialect: &Dialect,
     system: &System,
     target: &str,
+    coefficient: Coefficient<'_>,
     coupling: impl Fn(usize, usize) -> String,
 ) -> String {
     let n = system.states.len();
-    let mut lines = String::new();
+    let (mut lines, mut first) = (String::new(), 0);
     for (i, row) in system.equations.iter().enumerate() {
-        let free = sum(dialect, system, row.iter().filter(|e| e.rate.is_none()));
-        lines += &format!("    {target}[{i}] = {free};\n");
+        let of = |rate: Option<usize>| {
+            let numbered = row.iter().enumerate().filter(move |(_, e)| e.rate == rate);
+            numbered.map(move |(k, e)| (first + k, e))
+        };
+        lines += &format!("    {target}[{i}] = {};\n", sum(dialect, system, coefficient, of(None)));
         for l in 0..n {
-            let coupled: Vec<&Entry> = row.iter().filter(|e| e.rate == Some(l)).collect();
-            if !coupled.is_empty() {
+            if of(Some(l)).next().is_some() {
                 let one = if i == l { "1.0" } else { "0.0" };
-                lines +=
-                    &format!("    {} = {one} - ({});\n", coupling(i, l), sum(dialect, system, coupled.into_iter()));
+                let coupled = sum(dialect, system, coefficient, of(Some(l)));
+                lines += &format!("    {} = {one} - ({coupled});\n", coupling(i, l));
             }
         }
+        first += row.len();
     }
     lines
 }

@@ -4,7 +4,7 @@ use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
 use super::Program;
-use super::code::{Dialect, assignments, list};
+use super::code::{Coefficient, Dialect, assignments, list, value};
 use super::network::{Head, Network};
 
 const DIALECT: Dialect = Dialect {
@@ -17,23 +17,28 @@ const DIALECT: Dialect = Dialect {
 
 /// A module of JavaScript.
 pub(super) fn write(program: &Program) -> String {
+    module(program, &value)
+}
+
+/// The same with coefficients written otherwise.
+pub(super) fn module(program: &Program, coefficient: Coefficient<'_>) -> String {
     let system = &program.system;
     let mut text = String::from("// Written by sindyna export.\n");
     text += &program.comments().iter().map(|line| format!("// {line}\n")).collect::<String>();
     text += &format!("\n// Control interval in seconds.\nexport const DT = {:?};\n", system.dt);
-    text += &equations(system);
+    text += &equations(system, coefficient);
     text + &program.policy.as_ref().map_or_else(String::new, policy)
 }
 
-fn equations(system: &System) -> String {
+fn equations(system: &System, coefficient: Coefficient<'_>) -> String {
     let n = system.states.len();
     if system.stepping == Stepping::Map {
-        let lines = assignments(&DIALECT, system, "next", |i, l| format!("left[{i}][{l}]"));
+        let lines = assignments(&DIALECT, system, "next", coefficient, |i, l| format!("left[{i}][{l}]"));
         return format!(
             "\n// The state one step later.\nexport function step(x, u) {{\n    const next = new Array({n}).fill(0.0);\n{lines}    return next;\n}}\n"
         );
     }
-    let lines = assignments(&DIALECT, system, "rate", |i, l| format!("left[{i}][{l}]"));
+    let lines = assignments(&DIALECT, system, "rate", coefficient, |i, l| format!("left[{i}][{l}]"));
     let (before, after) = if system.is_implicit() {
         (
             format!(

@@ -5,16 +5,19 @@
 
 mod c;
 mod code;
+mod interface;
 mod javascript;
 mod latex;
 mod network;
 mod numpy;
+mod page;
 mod rust;
 
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::ModelError;
 use sindyna_sindy::export::{System, python};
 
+pub(crate) use interface::Interface;
 pub(crate) use network::Network;
 
 /// Equations, and a policy where there is one.
@@ -23,6 +26,8 @@ pub(crate) struct Program {
     pub(crate) policy: Option<Network>,
     /// Names of what the policy observes; empty where they are not known.
     pub(crate) observed: Vec<String>,
+    /// What stands between equations and policy, where it is known.
+    pub(crate) interface: Option<Interface>,
     /// Where the equations come from.
     pub(crate) notes: Vec<String>,
 }
@@ -40,6 +45,8 @@ pub(crate) enum Language {
     Rust,
     /// Formulas
     Latex,
+    /// A page to play with: it moves, every coefficient has a slider, the pointer pushes
+    Html,
 }
 
 impl Language {
@@ -50,6 +57,7 @@ impl Language {
             Self::Javascript => "javascript",
             Self::Rust => "rust",
             Self::Latex => "latex",
+            Self::Html => "html",
         }
     }
 
@@ -61,6 +69,7 @@ impl Language {
             Self::Javascript => "mjs",
             Self::Rust => "rs",
             Self::Latex => "tex",
+            Self::Html => "html",
         }
     }
 
@@ -74,13 +83,18 @@ impl Language {
             Self::Javascript => javascript::write(program),
             Self::Rust => rust::write(program),
             Self::Latex => latex::write(program),
+            Self::Html => program.interface.as_ref().map_or_else(String::new, |i| page::write(program, i)),
         })
     }
 }
 
 impl Program {
     pub(crate) fn new(system: System, notes: Vec<String>) -> Self {
-        Self { system, policy: None, observed: Vec::new(), notes }
+        Self { system, policy: None, observed: Vec::new(), interface: None, notes }
+    }
+
+    pub(crate) fn with_interface(self, interface: Option<Interface>) -> Self {
+        Self { interface, ..self }
     }
 
     pub(crate) fn with_policy(self, policy: &SavedPolicy, observed: Vec<String>) -> Self {

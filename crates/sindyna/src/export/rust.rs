@@ -4,7 +4,7 @@ use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
 use super::Program;
-use super::code::{Dialect, assignments, list, uses};
+use super::code::{Dialect, assignments, list, uses, value};
 use super::network::{Head, Network};
 
 const DIALECT: Dialect = Dialect {
@@ -40,12 +40,12 @@ pub(super) fn write(program: &Program) -> String {
 fn equations(system: &System) -> String {
     const HEAD: &str = "#[allow(unused_variables, unused_parens, clippy::all)]\npub fn";
     if system.stepping == Stepping::Map {
-        let lines = assignments(&DIALECT, system, "next", |i, l| format!("left[{i}][{l}]"));
+        let lines = assignments(&DIALECT, system, "next", &value, |i, l| format!("left[{i}][{l}]"));
         return format!(
             "\n/// The state one step later.\n{HEAD} step(x: &[f64; N], u: &[f64; K]) -> [f64; N] {{\n    let mut next = [0.0; N];\n{lines}    next\n}}\n"
         );
     }
-    let lines = assignments(&DIALECT, system, "rate", |i, l| format!("left[{i}][{l}]"));
+    let lines = assignments(&DIALECT, system, "rate", &value, |i, l| format!("left[{i}][{l}]"));
     let (before, after, solve) = if system.is_implicit() {
         (
             "    let mut left = [[0.0; N]; N];\n    (0..N).for_each(|i| left[i][i] = 1.0);\n",
