@@ -1,20 +1,14 @@
 //! Algorithm 1 of Arora, da Silva and Moss (2022).
 
-use std::io;
 use std::sync::Arc;
 
-use sindyna_core::{
-    Agent, AgentError, CheckpointError, Dataset, DynamicsLearner, EnvError, Environment, Explorer, FitError, Observer,
-    Seed, Sensors, Task, TrainedPolicy, Unseen,
-};
+use sindyna_core::{AgentError, Dataset, Seed, Sensors, Task, TrainedPolicy};
 
-use crate::collect::CollectError;
-use crate::cycle::Loop;
+use crate::Schedule;
 use crate::gap::Gap;
 use crate::predict::Prediction;
 use crate::real::Confirmation;
 use crate::trust::Trust;
-use crate::{Schedule, ScheduleError};
 
 /// Dyna-style learning inside a learned model: warm-up, fit, imagine, improve, and a real rollout now and then.
 ///
@@ -81,103 +75,4 @@ pub struct Learned<M> {
     pub failure: Option<AgentError>,
     /// Whether somebody stopped it before it was done.
     pub interrupted: bool,
-}
-
-/// Why a run ended without a result.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum DynaError {
-    /// No run can have the schedule.
-    #[error(transparent)]
-    Schedule(#[from] ScheduleError),
-    /// The system failed.
-    #[error("collecting real data failed")]
-    Collect(#[source] CollectError),
-    /// No model could be made of the data.
-    #[error("identification failed")]
-    Fit(#[from] FitError),
-    /// Rollouts cannot branch off from states that are not seen.
-    #[error(transparent)]
-    Unseen(#[from] Unseen),
-    /// A trial in the model failed.
-    #[error("a trial in the model failed")]
-    Trial(#[source] EnvError),
-    /// Bytes are no checkpoint of such a run.
-    #[error(transparent)]
-    Checkpoint(#[from] CheckpointError),
-    /// What was found could not be written down.
-    #[error("recording failed")]
-    Record(#[source] io::Error),
-}
-
-impl DynaError {
-    /// What went wrong with the system or in a trial, if it was that.
-    #[must_use]
-    pub fn environment(&self) -> Option<&EnvError> {
-        match self {
-            Self::Collect(CollectError::Environment(error)) | Self::Trial(error) => Some(error),
-            _ => None,
-        }
-    }
-}
-
-impl From<CollectError> for DynaError {
-    fn from(error: CollectError) -> Self {
-        Self::Collect(error)
-    }
-}
-
-impl From<io::Error> for DynaError {
-    fn from(error: io::Error) -> Self {
-        Self::Record(error)
-    }
-}
-
-impl<L: DynamicsLearner + ?Sized> Dyna<'_, L> {
-    /// Algorithm 1 with `agent`, to be advanced step by step.
-    ///
-    /// # Errors
-    /// [`ScheduleError`] if no run can have the schedule.
-    pub fn begin(&self, agent: Box<dyn Agent>) -> Result<Loop<'_, L>, ScheduleError> {
-        self.schedule.check()?;
-        Ok(Loop::new(self, agent))
-    }
-
-    /// The loop that was `saved` by [`Loop::save`], with an agent and an explorer made as those were. It goes on with the same bits, if task, sensors,
-    /// learner, schedule and seed are the same; a model that the learner does not write down is fitted again.
-    ///
-    /// # Errors
-    /// [`DynaError::Checkpoint`] if the bytes are of something else, [`DynaError::Fit`] if the fit was told to stop.
-    pub fn resume(
-        &self,
-        agent: Box<dyn Agent>,
-        explorer: &mut dyn Explorer,
-        saved: &[u8],
-    ) -> Result<Loop<'_, L>, DynaError> {
-        let mut begun = self.begin(agent)?;
-        begun.restore(explorer, saved)?;
-        Ok(begun)
-    }
-
-    /// Runs Algorithm 1 on the system `env` with `agent`; `interrupted` is asked often whether to stop.
-    ///
-    /// # Errors
-    /// [`DynaError`]; what `observer` was told before it happened.
-    pub fn run(
-        &self,
-        env: &mut dyn Environment,
-        explorer: &mut dyn Explorer,
-        agent: Box<dyn Agent>,
-        observer: &mut dyn Observer,
-        interrupted: &dyn Fn() -> bool,
-    ) -> Result<Learned<L::Model>, DynaError> {
-        let mut begun = self.begin(agent)?;
-        while !begun.has_ended() {
-            begun.advance(env, explorer, observer, interrupted)?;
-            if interrupted() {
-                break;
-            }
-        }
-        Ok(begun.finish())
-    }
 }

@@ -14,7 +14,7 @@ use sindyna_core::{
     TrainedPolicy,
 };
 
-use crate::algorithm::{Dyna, DynaError, Learned};
+use crate::algorithm::{Dyna, Learned};
 use crate::base::{Base, Fitted};
 use crate::belief::Belief;
 use crate::collect::{Actor, Amount};
@@ -25,7 +25,7 @@ use crate::predict::Prediction;
 use crate::real::{Confirmation, confirm};
 use crate::surprise::is_surprised;
 use crate::tried::{TRIAL, Tried, held};
-use crate::{Refit, Rollouts};
+use crate::{DynaError, Refit, Rollouts};
 
 /// What a [`Loop`] does next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -33,8 +33,10 @@ mod inverted_pendulum;
 mod laboratory;
 mod mountain_car;
 mod pendulum;
+mod registry;
 mod system;
 mod uniform;
 
 pub use laboratory::{fields, find_field};
-pub use system::{System, find, systems};
+pub use registry::{find, systems};
+pub use system::System;

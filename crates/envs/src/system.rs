@@ -1,10 +1,8 @@
-//! What there is to train on.
+//! A true system with the task on it.
 
 use std::sync::Arc;
 
 use sindyna_core::{Dynamics, Protocol, Redeclared, Sensors, Simulated, Spec, Task, VectorField};
-
-use crate::{cart_pole, cart_pole_swing_up, inverted_pendulum, mountain_car, pendulum};
 
 /// A true system with the task on it.
 #[derive(Clone)]
@@ -128,22 +126,4 @@ impl System {
     pub fn environment(&self) -> Simulated<Arc<dyn Dynamics>, Arc<dyn Task>, Sensors> {
         Simulated::new(self.dynamics(), self.task(), self.sensors())
     }
-}
-
-/// Every system there is a task for.
-#[must_use]
-pub fn systems() -> Vec<System> {
-    vec![
-        cart_pole::system(),
-        mountain_car::system(),
-        pendulum::system(),
-        inverted_pendulum::system(),
-        cart_pole_swing_up::system(),
-    ]
-}
-
-/// The system called `name`, in our words or by its Gymnasium id.
-#[must_use]
-pub fn find(name: &str) -> Option<System> {
-    systems().into_iter().find(|s| s.name == name || s.gymnasium_id == Some(name))
 }

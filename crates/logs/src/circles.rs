@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use ndarray::Array2;
 
-use crate::columns::positions;
+use crate::positions::positions;
 use crate::recording::Recording;
 use crate::{LogError, StateOption};
 

@@ -2,7 +2,7 @@
 
 use crate::recording::{Selected, Source};
 use crate::table::{Column, Table};
-use crate::{LogError, LogOptions, Note, StateOption, TRAJECTORY, roles, time};
+use crate::{LogError, LogOptions, Note, TRAJECTORY, roles, time};
 
 /// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.
 ///
@@ -101,16 +101,4 @@ pub(crate) fn unused(source: &Source<'_>) -> Option<Note> {
     let left: Vec<String> =
         (0..table.columns().len()).filter(|i| !used(i)).map(|i| table.columns()[i].name.clone()).collect();
     (!left.is_empty()).then_some(Note::Unused { columns: left })
-}
-
-/// Where each of `names`, which `option` gives, stands among the `states`.
-pub(crate) fn positions(names: &[String], states: &[String], option: StateOption) -> Result<Vec<usize>, LogError> {
-    let position = |name: &String| {
-        states.iter().position(|s| s == name).ok_or_else(|| LogError::UnknownState {
-            option,
-            state: name.clone(),
-            known: states.to_vec(),
-        })
-    };
-    names.iter().map(position).collect()
 }

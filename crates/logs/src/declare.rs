@@ -6,7 +6,7 @@ use ndarray::Array2;
 use sindyna_core::{Channel, Kind, Precision, Prior, Space, Spec};
 
 use crate::circles::Reading;
-use crate::columns::positions;
+use crate::positions::positions;
 use crate::recording::Recording;
 use crate::resolution::Step;
 use crate::table::Column;

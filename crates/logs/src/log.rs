@@ -7,7 +7,8 @@ use std::path::Path;
 use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
-use crate::columns::{named, positions, refuse_unit, same_units, selected, unused};
+use crate::columns::{named, refuse_unit, same_units, selected, unused};
+use crate::positions::positions;
 use crate::recording::{Cell, Digits, Recording, Source, recordings};
 use crate::resolution::Step;
 use crate::table::{Column, Table};

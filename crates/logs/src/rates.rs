@@ -1,6 +1,6 @@
 //! Which states are the rates of others.
 
-use crate::columns::positions;
+use crate::positions::positions;
 use crate::recording::Recording;
 use crate::{LogError, Note, StateOption};
 

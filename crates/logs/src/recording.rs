@@ -6,7 +6,7 @@ use std::path::Path;
 use ndarray::{Array2, Axis};
 
 use crate::LogError;
-use crate::resolution::Resolution;
+use crate::rounding::Resolution;
 use crate::table::Table;
 
 /// Consecutive rows of one trajectory.

@@ -9,6 +9,7 @@ mod interrupt;
 mod learn;
 mod library;
 mod model;
+mod pair;
 mod regress;
 
 use pyo3::prelude::pymodule;

@@ -9,7 +9,7 @@ use sindyna_sindy::{AnalysisError, Form};
 
 use crate::integrate::{Failure, Input, Tolerance, follow};
 use crate::interrupt::{Look, apart};
-use crate::regress::Pair;
+use crate::pair::Pair;
 
 /// Rows between two looks for signals.
 const LOOK: usize = 4096;

@@ -1,7 +1,7 @@
 //! One regression of known or differenced derivatives, as PySINDy makes it.
 
 use ndarray::{Array2, ArrayView2};
-use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::Deserialize;
@@ -15,6 +15,7 @@ use sindyna_sindy::{
 use crate::interrupt::apart;
 use crate::library::{Recipe, symbols};
 use crate::model::Model;
+use crate::pair::Pair;
 
 fn refused(e: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(e.to_string())
@@ -152,9 +153,6 @@ fn account(fit: &SindyFit) -> String {
     let doubts = vec![None::<String>; fit.equations.len()];
     json!({ "certainty": "doubted", "doubts": doubts, "report": report }).to_string()
 }
-
-/// Two matrices.
-pub(crate) type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
 /// Samples (T, n) every `dt` \[s\] as a library is to see them, and their derivatives.
 #[pyfunction]

@@ -4,11 +4,13 @@
 //! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
 //! PySINDy.
 
+mod as_read;
+mod asked;
 mod delay;
 mod hypotheses;
 mod unmeasured;
 
-use sindyna_core::{Dataset, Rollout, Spec};
+use sindyna_core::Spec;
 pub use sindyna_record::identification::{Account, Equation, HeldOut};
 use sindyna_sindy::Watch;
 pub use sindyna_sindy::{
@@ -19,8 +21,10 @@ pub use sindyna_sindy::{
 use crate::Error;
 use crate::logs::{Log, Samples};
 
-pub use delay::Delay;
-pub(crate) use hypotheses::{Asked, Looked, looked};
+pub use as_read::recordings;
+pub(crate) use asked::Asked;
+pub use asked::Delay;
+pub(crate) use hypotheses::{Looked, looked};
 pub use unmeasured::Unmeasured;
 
 /// Equations that were identified.
@@ -78,15 +82,4 @@ pub fn log(log: &Log) -> Result<Found, Error> {
     };
     let Looked { found, log, .. } = looked(log.clone(), &asked)?;
     Ok(Found::new(found, &log.spec))
-}
-
-/// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].
-#[must_use]
-pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
-    let recording = |(rollout, times): (Rollout<'_>, &Vec<f64>)| Recording {
-        times: times.clone(),
-        states: rollout.observations.to_owned(),
-        controls: rollout.controls.to_owned(),
-    };
-    data.rollouts().zip(times).map(recording).collect()
 }

@@ -4,9 +4,9 @@ use rayon::prelude::*;
 
 use super::front::Front;
 use super::goal::Goal;
-use super::ilqr::{Plan, unused};
+use super::ilqr::Plan;
 use super::objective::Objective;
-use super::world::World;
+use super::world::{World, unused};
 
 /// Widths of cells, in scales: the wider ones are sooner through.
 const CELLS: [f64; 3] = [0.25, 0.15, 0.1];

@@ -6,8 +6,7 @@ use rayon::prelude::*;
 use sindyna_core::Space;
 
 use super::goal::Goal;
-use super::ilqr::unused;
-use super::world::World;
+use super::world::{World, unused};
 
 /// Change of the state over which a control is held, in scales.
 const STRIDE: f64 = 0.25;

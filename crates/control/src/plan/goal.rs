@@ -9,8 +9,7 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Kind, Rng, Seed};
 
-use super::ilqr::unused;
-use super::world::World;
+use super::world::{World, unused};
 use crate::{Costs, Linear, regulate};
 
 /// States from which rest is looked for.

@@ -1,11 +1,9 @@
 //! Improving a plan by differential dynamic programming.
 
-use ndarray::{Array1, Array2};
-use sindyna_core::{Rng, Seed};
-
 use super::objective::{Expansion, Objective};
 use super::small::{box_newton, is_positive};
-use super::world::World;
+use super::world::{World, unused};
+use ndarray::{Array1, Array2};
 
 /// Parts of a step that are tried, one after the other.
 const PARTS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
@@ -157,9 +155,4 @@ impl Plan {
         }
         Some((change, gains))
     }
-}
-
-/// A generator for steps that draw nothing.
-pub(crate) fn unused() -> Rng {
-    Seed::new(0).numpy()
 }

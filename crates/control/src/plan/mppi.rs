@@ -7,8 +7,7 @@ use sindyna_core::{Rng, Seed};
 
 use super::course::Course;
 use super::goal::Goal;
-use super::ilqr::unused;
-use super::world::World;
+use super::world::{World, unused};
 
 /// Sequences of controls that are tried at every step.
 const SAMPLES: usize = 96;

@@ -10,7 +10,7 @@ use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Task};
 use super::course::{Course, is_enough};
 use super::goal::Goal;
 use super::mppi::Sampled;
-use super::world::World;
+use super::world::{World, unused};
 use crate::ControlError;
 
 /// Steps that are looked ahead when an episode is longer.
@@ -215,7 +215,7 @@ impl Memory for Episode<'_> {
         // What is yet expected is without the step that is made now.
         if self.course.is_some() {
             let mut next = vec![0.0; self.x.len()];
-            let stepped = world.step(&self.x, &u, &mut super::ilqr::unused(), &mut next);
+            let stepped = world.step(&self.x, &u, &mut unused(), &mut next);
             self.expected -= stepped.map_or(0.0, |stepped| stepped.reward);
         }
         self.steps += 1;

@@ -4,7 +4,7 @@ use std::convert::Infallible;
 
 use sindyna_core::{Dynamics, Inverse, Mode, Observe, Policy, Replay, Rng, Seed, Sensors, Simulated, Task};
 
-use super::Branches;
+use super::schedule::Branches;
 use crate::base::Progress;
 use crate::lockstep::{Lane, Lockstep};
 

@@ -5,8 +5,8 @@ use sindyna_core::{
     Agent, CheckpointError, DynamicsLearner, Environment, Explorer, Inverse, Mode, Replay, decode, encode,
 };
 
+use super::algorithm::{Check, Online, Practised};
 use super::branch::Stage;
-use super::{Check, Online, Practised};
 use crate::DynaError;
 use crate::base::{Base, Fitted};
 use crate::collect::{Actor, CollectError};

@@ -6,6 +6,7 @@
 //! its integrator, two Runge–Kutta steps of 0.02 s per control interval.
 
 mod capsule;
+mod integrator;
 mod mechanics;
 mod stops;
 
@@ -13,14 +14,9 @@ use sindyna_core::{Channel, Held, Kind, Precision, Rng, Scheme, Space, Spec, Tas
 
 use crate::system::{Card, System};
 use crate::uniform::uniform;
+use integrator::{DT, SUBSTEPS};
 use mechanics::CartAndPole;
 
-/// The integrator's step \[s\].
-const TIMESTEP: f64 = 0.02;
-/// Integrator steps in one control interval.
-const SUBSTEPS: usize = 2;
-/// Control interval \[s\].
-const DT: f64 = TIMESTEP * SUBSTEPS as f64;
 /// Largest control either way, in units of 100 N.
 const MAX_CONTROL: f64 = 3.0;
 /// Lean at which the episode ends \[rad\].

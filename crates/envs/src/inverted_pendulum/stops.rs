@@ -1,5 +1,7 @@
 //! The ends of a joint's travel: MuJoCo's soft limits.
 
+use super::integrator::TIMESTEP;
+
 /// Largest share d of the reference acceleration that a stop imposes.
 const MAX_IMPEDANCE: f64 = 0.95;
 /// The share it imposes at first touch.
@@ -7,7 +9,7 @@ const MIN_IMPEDANCE: f64 = 0.9;
 /// Depth over which the share rises from the smallest to the largest (in the joint's unit).
 const WIDTH: f64 = 0.001;
 /// Time in which a stop pushes back \[s\]: 0.02 s is asked for, but MuJoCo takes no less than two time steps.
-const TIME_CONSTANT: f64 = 2.0 * super::TIMESTEP;
+const TIME_CONSTANT: f64 = 2.0 * TIMESTEP;
 /// 1: pushed back without overshoot.
 const DAMPING_RATIO: f64 = 1.0;
 

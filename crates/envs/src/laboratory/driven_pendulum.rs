@@ -2,7 +2,7 @@
 
 use sindyna_core::{Channel, Kind, VectorField};
 
-use super::SetUp;
+use super::set_up::SetUp;
 use crate::system::System;
 
 /// Acceleration of gravity over the pendulum's length of 1 m \[1/s²\].

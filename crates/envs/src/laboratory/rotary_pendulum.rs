@@ -2,7 +2,7 @@
 
 use sindyna_core::{Channel, Kind, VectorField};
 
-use super::SetUp;
+use super::set_up::SetUp;
 use crate::system::System;
 
 /// Acceleration of gravity \[m/s²\].

@@ -4,7 +4,8 @@ use sindyna_envs::System;
 use sindyna_record::identification::{Account, Equation};
 use sindyna_sindy::Model;
 
-use super::{MOST_ROWS, mathml};
+use super::mathml;
+use super::most::{MOST_ROWS, MOST_STATES};
 use crate::document::Block;
 use crate::equations::true_coefficients;
 use crate::numbers::{NONE, or_none, plural, rough, significant};
@@ -119,7 +120,7 @@ pub(super) fn ties(account: &Account) -> Vec<Block> {
 /// Residuals against the number of terms.
 pub(super) fn sizes(account: &Account) -> Vec<Block> {
     let (mut figures, mut rows) = (Vec::new(), Vec::new());
-    for equation in account.equations.iter().filter(|e| e.path.len() > 1).take(super::MOST_STATES) {
+    for equation in account.equations.iter().filter(|e| e.path.len() > 1).take(MOST_STATES) {
         let label = if equation.floor > 0.0 { "residual / noise floor" } else { "residual" };
         let chosen = equation.terms.iter().filter(|t| !t.known).count();
         let sizes: Vec<(usize, f64)> = equation.path.iter().take(60).map(|s| (s.terms.len(), s.residual)).collect();

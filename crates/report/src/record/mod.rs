@@ -3,6 +3,7 @@
 mod animation;
 mod equations;
 mod mathml;
+mod most;
 mod series;
 mod verdict;
 
@@ -15,12 +16,7 @@ use crate::document::Block;
 use crate::figure::plots;
 use crate::numbers::{fixed, plural, significant};
 use crate::thin::Point;
-
-/// Rows of a table.
-const MOST_ROWS: usize = 200;
-
-/// States that have figures of their own.
-const MOST_STATES: usize = 8;
+use most::MOST_ROWS;
 
 /// The page of an identification from `source`.
 #[must_use]

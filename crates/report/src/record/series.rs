@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use sindyna_record::identification::{PredictionRow, PredictionTable};
 use sindyna_record::run::EpisodeTable;
 
-use super::MOST_STATES;
+use super::most::{MOST_ROWS, MOST_STATES};
 use crate::document::Block;
 use crate::figure::plots::coverage;
 use crate::figure::series::{Line, Series, series};
@@ -110,7 +110,7 @@ pub(super) fn coverages(table: &PredictionTable) -> Vec<Block> {
     }
     let figures: Vec<_> =
         pairs.iter().map(|&(a, b)| coverage((label(a), &column(a)), (label(b), &column(b)))).collect();
-    let ranges = (0..n + k).take(super::MOST_ROWS).filter_map(|i| {
+    let ranges = (0..n + k).take(MOST_ROWS).filter_map(|i| {
         let (low, high) = range(column(i).into_iter())?;
         let shown = |v: f64| sindyna_core::number::significant(v, 4).replace('-', "−");
         Some([label(i).to_owned(), if i < n { "state" } else { "input" }.to_owned(), shown(low), shown(high)])

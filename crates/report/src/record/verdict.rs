@@ -2,6 +2,7 @@
 
 use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource};
 
+use super::most::MOST_ROWS;
 use crate::document::Block;
 use crate::numbers::{NONE, fixed, or_none, rough};
 
@@ -61,7 +62,7 @@ pub(super) fn quality(account: &Account) -> Block {
         ]
     };
     let head = ["state", "unit of the rate", "residual RMSE", "noise floor", "noise, estimated", "fit [%]"];
-    Block::table(2, head, account.equations.iter().take(super::MOST_ROWS).map(row).collect())
+    Block::table(2, head, account.equations.iter().take(MOST_ROWS).map(row).collect())
 }
 
 /// How well samples are predicted that the model was not fitted to.

@@ -5,8 +5,10 @@ use std::fmt;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
+use super::hypothesis::FLOOR;
 use super::posterior::Posterior;
-use super::search::{FLOOR, Problem, Searched};
+use super::problem::Problem;
+use super::searched::Searched;
 use crate::Expr;
 use crate::data::Signals;
 use crate::library::Term;

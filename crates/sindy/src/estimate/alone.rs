@@ -4,7 +4,8 @@ use std::cell::Cell;
 
 use ndarray::Axis;
 
-use super::search::{Problem, accounted};
+use super::problem::{Alone, Problem};
+use super::search::accounted;
 use crate::Expr;
 use crate::data::Segment;
 use crate::library::Term;
@@ -15,9 +16,6 @@ const SHARE: f64 = 0.05;
 
 /// Times that parts are looked for beside those already found.
 const PASSES: usize = 2;
-
-/// Terms and coefficients of an equation that was found alone.
-pub(crate) type Alone = Option<(Vec<usize>, Vec<f64>)>;
 
 impl Problem<'_> {
     /// Per state: its equation, if it is adequate in a part of the system that has no other states, without terms that have parameters inside. Empty if there is none.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use ndarray::{Array2, s};
 
 use super::hypothesis::Hypothesis;
-use super::search::Problem;
+use super::problem::Problem;
 use super::white::by_chance;
 use crate::Triangle;
 use crate::data::Segment;

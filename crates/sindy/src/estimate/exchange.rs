@@ -1,8 +1,9 @@
 //! Exchanges of terms for others, and which of them the data do not tell apart.
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, TOLD_APART};
+use super::problem::Problem;
 use super::regression::{Proposal, Regression};
-use super::search::{Problem, Searched, TOLD_APART};
+use super::searched::{Rivals, Searched};
 
 /// Passes of exchanges, at most.
 const PASSES: usize = 4;
@@ -13,9 +14,6 @@ const RIVALS: usize = 16;
 
 /// Difference of scores beyond which an exchange is not followed to its end.
 const HOPELESS: f64 = 30.0;
-
-/// Other terms of an equation that explain the data as well.
-pub(super) type Rivals = Vec<Vec<usize>>;
 
 /// `support` with the term `other` instead of `out`.
 fn exchanged(support: &[usize], out: usize, other: usize) -> Vec<usize> {

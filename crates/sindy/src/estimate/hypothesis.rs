@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use ndarray::{Array2, s};
 
-use super::regression::Proposal;
-use super::search::Problem;
+use super::problem::Problem;
+use super::regression::{Inside, Proposal};
 use super::size::Size;
 use crate::Stage;
 use crate::data::measures;
@@ -51,9 +51,6 @@ pub(super) struct Start<'a> {
     pub(super) sigma: &'a [f64],
 }
 
-/// A term and the parameters inside it, as they are fitted.
-pub(super) type Inside = (usize, Vec<f64>);
-
 impl Hypothesis {
     /// Its coefficients, equation by equation.
     pub(super) fn coefficients(&self) -> &[f64] {
@@ -93,6 +90,12 @@ impl Hypothesis {
         Start { xi: self.coefficients(), inside: &self.inside, x: &self.fit.x, sigma: &self.fit.sigma }
     }
 }
+
+/// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
+pub(super) const TOLD_APART: f64 = 6.0;
+
+/// Multiple of the smallest error that is believed, up to which an error is that.
+pub(super) const FLOOR: f64 = 1.5;
 
 /// Part of the noise by which one step may be wrong numerically.
 const TRUNCATION: f64 = 3e-3;

@@ -2,9 +2,10 @@
 
 use super::constraints::Constraints;
 use super::hypothesis::Hypothesis;
+use super::problem::Problem;
 use super::regression::{Proposal, Regression};
 use super::rounds::ROUNDS;
-use super::search::{FAR, Problem, TIMES, followed, measured};
+use super::search::{FAR, TIMES, followed, measured};
 use crate::data::Signals;
 
 /// Factors of an own derivative that are tried at each price of a term.

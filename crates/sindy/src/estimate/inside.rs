@@ -1,9 +1,10 @@
 //! Equations with terms that have parameters inside.
 
 use super::exchange::NEAR;
-use super::hypothesis::{Hypothesis, Inside};
-use super::regression::Proposal;
-use super::search::{Problem, SAMPLE};
+use super::hypothesis::Hypothesis;
+use super::problem::Problem;
+use super::regression::{Inside, Proposal};
+use super::search::SAMPLE;
 use crate::Triangle;
 use crate::data::{Signals, sample_of, stretches};
 use crate::library::{Shape, Term};

@@ -1,9 +1,9 @@
 //! Terms with parameters inside in several equations at once, along the measured path: where one of them is wrong, no other can be judged by trajectories.
 
-use super::hypothesis::Inside;
 use super::inside::SIMPLE;
-use super::regression::{Proposal, Regression};
-use super::search::{Problem, TIMES};
+use super::problem::Problem;
+use super::regression::{Inside, Proposal, Regression};
+use super::search::TIMES;
 use crate::data::Signals;
 use crate::motion::Stepping;
 

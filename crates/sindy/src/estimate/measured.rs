@@ -2,11 +2,11 @@
 
 use ndarray::{Array2, Axis, concatenate, s};
 
-use super::hypothesis::Inside;
 use super::inside::{Candidate, FAMILIES};
+use super::problem::Problem;
 use super::propose::{Effort, THOROUGHLY};
-use super::regression::{Proposal, Regression};
-use super::search::{Problem, TIMES, measured};
+use super::regression::{Inside, Proposal, Regression};
+use super::search::{TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
 use crate::design::Path;

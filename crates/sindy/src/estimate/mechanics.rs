@@ -3,8 +3,9 @@
 use ndarray::Array2;
 
 use super::hypothesis::{Hypothesis, Start};
+use super::problem::{Problem, Structure};
 use super::propose::THOROUGHLY;
-use super::search::{Level, Problem, Structure};
+use super::search::Level;
 use crate::Triangle;
 use crate::data::Signals;
 use crate::design::LOBATTO;

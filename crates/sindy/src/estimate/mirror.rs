@@ -1,7 +1,7 @@
 //! Kinks from their other side: max(x − c, 0) = max(c − x, 0) + x − c.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::Problem;
+use super::problem::Problem;
 use crate::Expr;
 
 /// Part of two coefficients by which they may differ and be the same to rounding.

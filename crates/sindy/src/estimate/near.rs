@@ -1,9 +1,9 @@
 //! Regressions linearised at a trajectory: which other terms each equation may have.
 
 use super::hypothesis::Hypothesis;
+use super::problem::Problem;
 use super::propose::THOROUGHLY;
 use super::regression::Regression;
-use super::search::Problem;
 use crate::Triangle;
 use crate::library::Term;
 use crate::shooting::{Flow, linearised};

@@ -3,7 +3,8 @@
 use std::cell::Cell;
 
 use super::account::Estimate;
-use super::search::{Problem, estimated};
+use super::problem::Problem;
+use super::search::estimated;
 use crate::motion::Stepping;
 
 /// Ways in which simulators move positions that nature does not.

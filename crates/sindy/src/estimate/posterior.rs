@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::Rng;
 
 use super::hypothesis::Hypothesis;
-use super::search::Problem;
+use super::problem::Problem;
 use crate::library::Term;
 use crate::{Expr, Triangle};
 

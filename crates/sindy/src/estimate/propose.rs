@@ -2,8 +2,8 @@
 
 use ndarray::{Array2, Axis, concatenate};
 
+use super::problem::Problem;
 use super::regression::Regression;
-use super::search::Problem;
 use crate::Triangle;
 use crate::design::{Path, averages, whiten};
 use crate::library::Term;

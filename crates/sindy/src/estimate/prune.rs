@@ -1,7 +1,7 @@
 //! Terms that the score does not pay for.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::Problem;
+use super::problem::Problem;
 
 impl Problem<'_> {
     /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that

@@ -1,7 +1,6 @@
 //! The terms that one regression proposes.
 
 use super::constraints::Constraints;
-use super::hypothesis::Inside;
 use crate::Triangle;
 use crate::solve::{Candidates, SizeReport, Subset};
 
@@ -21,6 +20,9 @@ pub(super) struct Regression {
     pub(super) own: Option<f64>,
     pub(super) constraints: Constraints,
 }
+
+/// A term and the parameters inside it, as they are fitted.
+pub(super) type Inside = (usize, Vec<f64>);
 
 /// Terms proposed for one equation.
 #[derive(Debug, Clone, PartialEq)]

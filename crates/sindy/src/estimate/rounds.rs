@@ -1,8 +1,9 @@
 //! Rounds of proposals, each along the path of what the last one found.
 
 use super::hypothesis::{Hypothesis, Start};
+use super::problem::Problem;
 use super::regression::Regression;
-use super::search::{FAR, Problem, TIMES};
+use super::search::{FAR, TIMES};
 use crate::data::Signals;
 use crate::motion::Stepping;
 

@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 
-use super::hypothesis::{Hypothesis, Start};
-use super::search::{Problem, TOLD_APART};
+use super::hypothesis::{Hypothesis, Start, TOLD_APART};
+use super::problem::Problem;
 use crate::motion::{MOST_SEMI_IMPLICIT, Stepping};
 
 /// Classical Runge–Kutta steps from sample to sample, at most.

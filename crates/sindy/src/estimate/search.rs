@@ -5,68 +5,19 @@ use std::cell::Cell;
 use ndarray::Array2;
 
 use super::account::Estimate;
-use super::alone::Alone;
-use super::constraints::Constraints;
-use super::exchange::Rivals;
-use super::hypothesis::{Hypothesis, Start};
-use super::regression::{Proposal, Regression};
+use super::hypothesis::{FLOOR, Hypothesis, Start};
+use super::problem::Problem;
+use super::regression::Proposal;
+use super::searched::{Rough, Searched};
 use super::strays::{Kept, Rejecting};
 use super::white::is_white;
 use crate::data::{Segment, Signals, Smoother, sample_of, with_variances, without_glitches};
 use crate::design::Path;
-use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
 use crate::shooting::Given;
-use crate::{BestSubset, Watch};
-
-/// What is to be explained, and by what.
-#[derive(Clone, Copy)]
-pub(crate) struct Problem<'a> {
-    /// Terms without parameters inside, then those with.
-    pub(crate) terms: &'a [Term],
-    /// How many have none.
-    pub(crate) n_plain: usize,
-    /// What explains parts of the data: to rounding, or as was found when there were fewer.
-    pub(crate) of_parts: Option<&'a Structure>,
-    /// Mechanics of these variables, if they may be such.
-    pub(crate) lagrangian: Option<&'a Lagrangian>,
-    /// Per state: the state that is declared to be its rate.
-    pub(crate) rates: &'a [Option<usize>],
-    pub(crate) n_controls: usize,
-    /// What is known of each equation; empty if nothing is.
-    pub(crate) constraints: &'a [Constraints],
-    pub(crate) segments: &'a [Segment],
-    /// Smallest error of each state that is believed: rounding (n).
-    pub(crate) floor: &'a [f64],
-    /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`].
-    pub(crate) noise: &'a [f64],
-    /// Equations that are adequate without the other states, per state; empty if there are none.
-    pub(crate) alone: &'a [Alone],
-    /// Ways in which a simulator may have gone from sample to sample.
-    pub(crate) simulators: &'a [Stepping],
-    pub(crate) solver: &'a BestSubset,
-    /// Operations that may be spent on fits.
-    pub(crate) budget: u64,
-    /// Operations spent on fits so far.
-    pub(crate) spent: &'a Cell<u64>,
-    /// Whether the search begins with equations that were found in a part of the samples.
-    pub(crate) again: bool,
-    /// Whether positions whose rates were not measured may be those of a simulator.
-    pub(crate) discrete: bool,
-    pub(crate) watch: &'a Watch<'a>,
-}
-
-/// Terms of each equation, and their coefficients one equation after the other.
-pub(crate) type Structure = (Vec<Vec<usize>>, Vec<f64>);
-
-/// Difference of scores above which two hypotheses are told apart: odds of twenty to one.
-pub(super) const TOLD_APART: f64 = 6.0;
 
 /// Difference of scores beyond which equations that leave states free to follow the data are not tried in earnest.
 pub(super) const FAR: f64 = 100.0;
-
-/// Multiple of the smallest error that is believed, up to which an error is that.
-pub(super) const FLOOR: f64 = 1.5;
 
 /// Parts of a channel's spread that samples are taken to be wrong by, where equations are looked for first.
 const ROUGH: [f64; 3] = [1e-2, 1e-3, 1e-4];
@@ -160,31 +111,10 @@ const IN_SAMPLE: f64 = 0.75;
 /// Steps of the part of long recordings in which terms are looked for first.
 pub(super) const SAMPLE: usize = 300;
 
-/// What a search found.
-pub(super) struct Searched {
-    pub(super) best: Hypothesis,
-    /// The regressions along its path.
-    pub(super) regressions: Vec<Regression>,
-    /// Per equation, other terms that explain the data as well.
-    pub(super) rivals: Vec<Rivals>,
-    /// Hypotheses about as good.
-    pub(super) others: Vec<Hypothesis>,
-    /// Per equation, whether all other terms that were to be compared with its own were.
-    pub(super) finished: Vec<bool>,
-}
-
 /// How exact samples are taken to be: the smallest error of each state that is believed (n), and what the signals are then.
 pub(super) struct Level {
     pub(super) floor: Vec<f64>,
     pub(super) signals: Signals,
-}
-
-/// What a rough search found.
-pub(super) enum Rough {
-    /// All states have more noise than they were taken to have: a finer search finds the same.
-    Noisy(Searched),
-    /// Where a finer search begins.
-    Begun(Hypothesis),
 }
 
 /// The path of the signals, as `stepping` has it between samples.

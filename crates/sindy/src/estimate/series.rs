@@ -1,7 +1,7 @@
 //! Whether terms are the beginning of a series.
 
 use super::hypothesis::Hypothesis;
-use super::search::Problem;
+use super::problem::Problem;
 use super::white::is_white;
 
 /// Factor by which every true term makes what is left smaller, at least, where nothing is left with all of them.

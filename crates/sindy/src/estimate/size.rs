@@ -1,6 +1,6 @@
 //! How large the terms of equations are, beside the rates they make.
 
-use super::search::Problem;
+use super::problem::Problem;
 use crate::Expr;
 use crate::shooting::{Contribution, Fit, Flow, Place};
 

@@ -3,7 +3,8 @@
 use ndarray::{Array2, s};
 
 use super::hypothesis::{Hypothesis, Start};
-use super::search::{Problem, Rough, Searched};
+use super::problem::Problem;
+use super::searched::{Rough, Searched};
 use crate::data::{Segment, Signals, Smoother};
 use crate::motion::Stepping;
 use crate::shooting::Samples;

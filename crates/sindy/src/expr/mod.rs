@@ -62,18 +62,6 @@ impl Expr {
         }
     }
 
-    /// The term as text that [`parse`] reads back, with `names` for the variables.
-    #[must_use]
-    pub fn display<'a>(&'a self, names: &'a [String]) -> Printed<'a> {
-        Printed::new(self, names)
-    }
-
-    /// The term as people write it: `ω²·sin θ`.
-    #[must_use]
-    pub fn pretty<'a>(&'a self, names: &'a [String]) -> Pretty<'a> {
-        Pretty::new(self, names)
-    }
-
     /// The largest variable number in use, if any.
     #[must_use]
     pub fn max_variable(&self) -> Option<usize> {

@@ -12,6 +12,14 @@ pub struct Pretty<'a> {
     names: &'a [String],
 }
 
+impl Expr {
+    /// The term as people write it: `ω²·sin θ`.
+    #[must_use]
+    pub fn pretty<'a>(&'a self, names: &'a [String]) -> Pretty<'a> {
+        Pretty::new(self, names)
+    }
+}
+
 impl<'a> Pretty<'a> {
     pub(super) fn new(expr: &'a Expr, names: &'a [String]) -> Self {
         Self { expr, names }

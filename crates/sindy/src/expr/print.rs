@@ -11,6 +11,14 @@ pub struct Printed<'a> {
     names: &'a [String],
 }
 
+impl Expr {
+    /// The term as text that [`parse`](super::parse()) reads back, with `names` for the variables.
+    #[must_use]
+    pub fn display<'a>(&'a self, names: &'a [String]) -> Printed<'a> {
+        Printed::new(self, names)
+    }
+}
+
 impl<'a> Printed<'a> {
     pub(super) fn new(expr: &'a Expr, names: &'a [String]) -> Self {
         Self { expr, names }

@@ -8,7 +8,7 @@ use sindyna_core::FitError;
 use super::Identifier;
 use super::NoiseChoice;
 use super::in_motion::stays;
-use super::knowledge::Models;
+use super::models::Models;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;

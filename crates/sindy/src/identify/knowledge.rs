@@ -2,51 +2,11 @@
 
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-use sindyna_core::{Certainty, Channel, Dynamics, Kind, Knowledge, Rng, Spec};
+use sindyna_core::{Certainty, Channel, Kind, Knowledge, Spec};
 
 use super::report::{Identified, Noise};
-use crate::estimate::{Doubt, Posterior};
-use crate::model::{Model, as_text};
-use crate::motion::Stepping;
-use crate::regression::{Space, Summands, of_equations};
-
-/// Models that the data allow: each set of terms that explains them about as well as the best, by its odds, with coefficients drawn from
-/// their joint distribution.
-///
-/// The distribution is that of the fit to whole trajectories, linearised at the best coefficients: its covariance is the inverse of the Fisher
-/// information. It speaks of the candidate terms alone: that the true ones are not among them is no part of it.
-#[derive(Debug, Clone, Serialize, Deserialize)]
-pub struct Models {
-    posterior: Posterior,
-    space: Space,
-    stepping: Stepping,
-    dt: f64,
-    /// The likeliest model.
-    #[serde(with = "as_text")]
-    best: Model,
-}
-
-impl Models {
-    pub(super) fn new(posterior: Posterior, space: Space, stepping: Stepping, dt: f64, best: &Model) -> Self {
-        Self { posterior, space, stepping, dt, best: best.clone() }
-    }
-
-    /// Draws a model; where the data do not determine its coefficients, the likeliest one.
-    pub fn draw(&self, rng: &mut Rng) -> Arc<Model> {
-        let model = self.posterior.draw(rng).and_then(|(terms, equations)| {
-            let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
-            of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()
-        });
-        Arc::new(model.unwrap_or_else(|| self.best.clone()))
-    }
-}
-
-impl sindyna_core::Posterior for Models {
-    fn draw(&self, rng: &mut Rng) -> Arc<dyn Dynamics> {
-        self.draw(rng)
-    }
-}
+use crate::Model;
+use crate::estimate::Doubt;
 
 impl Identified {
     /// How well the equations explain the data.

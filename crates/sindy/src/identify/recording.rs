@@ -4,7 +4,6 @@ use ndarray::{Array2, Axis};
 use sindyna_core::{Dataset, FitError, Spec};
 
 use super::Identifier;
-use super::unmeasured::marked;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 
@@ -110,4 +109,19 @@ pub(super) fn dataset(spec: &Spec, recordings: &[Recording]) -> Result<Dataset, 
         }
     }
     Ok(data)
+}
+
+/// `x` (T + 1, n) with zeros in columns that are NaN, and the relative errors of all samples, which are infinite there.
+fn marked(mut x: Array2<f64>) -> (Array2<f64>, Option<Array2<f64>>) {
+    let all = |i: &usize| x.column(*i).iter().all(|v| v.is_nan());
+    let unmeasured: Vec<usize> = (0..x.ncols()).filter(all).collect();
+    if unmeasured.is_empty() {
+        return (x, None);
+    }
+    let mut relative = Array2::ones(x.dim());
+    for i in unmeasured {
+        x.column_mut(i).fill(0.0);
+        relative.column_mut(i).fill(f64::INFINITY);
+    }
+    (x, Some(relative))
 }

@@ -1,6 +1,7 @@
 //! What was found, and how much to believe it.
 
-use super::knowledge::Models;
+use super::feature::feature;
+use super::models::Models;
 use super::rows::Rows;
 use super::warnings;
 use crate::Triangle;
@@ -131,18 +132,6 @@ pub(super) struct Counts {
     pub(super) rows: usize,
     pub(super) at_limit: usize,
     pub(super) astray: usize,
-}
-
-/// The term as people write it.
-pub(super) fn feature(term: &Term, names: &[String]) -> String {
-    if let Some(shape) = &term.shape {
-        return shape.pretty(names);
-    }
-    match term.rate {
-        None => term.expr.pretty(names).to_string(),
-        Some(l) if term.expr.is_one() => format!("d{}/dt", names[l]),
-        Some(l) => format!("{}·d{}/dt", term.expr.pretty(names).as_factor(), names[l]),
-    }
 }
 
 /// The parameters inside the terms of one equation.

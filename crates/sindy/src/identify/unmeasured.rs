@@ -1,6 +1,5 @@
 //! States that nobody measured: rates of states that were.
 
-use ndarray::Array2;
 use sindyna_core::{FitError, Scheme};
 
 use super::Identifier;
@@ -53,21 +52,6 @@ pub(super) fn begun(mut segments: Vec<Segment>, rates: &[Option<usize>], floor: 
         }
     }
     segments
-}
-
-/// `x` (T + 1, n) with zeros in columns that are NaN, and the relative errors of all samples, which are infinite there.
-pub(super) fn marked(mut x: Array2<f64>) -> (Array2<f64>, Option<Array2<f64>>) {
-    let all = |i: &usize| x.column(*i).iter().all(|v| v.is_nan());
-    let unmeasured: Vec<usize> = (0..x.ncols()).filter(all).collect();
-    if unmeasured.is_empty() {
-        return (x, None);
-    }
-    let mut relative = Array2::ones(x.dim());
-    for i in unmeasured {
-        x.column_mut(i).fill(0.0);
-        relative.column_mut(i).fill(f64::INFINITY);
-    }
-    (x, Some(relative))
 }
 
 impl Identifier {

@@ -2,7 +2,7 @@
 
 use sindyna_core::number::significant;
 
-use super::report::feature;
+use super::feature::feature;
 use crate::Expr;
 use crate::estimate::Estimate;
 

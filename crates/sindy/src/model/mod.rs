@@ -5,34 +5,19 @@ mod document;
 mod equations;
 mod frame;
 mod linearize;
+mod parts;
 mod right_side;
 mod step;
 
 pub use analysis::AnalysisError;
+pub use document::ModelError;
 pub(crate) use document::as_text;
-pub use document::{Entry, ModelError, ModelParts};
 pub use frame::Reading;
+pub use parts::{Entry, Form, ModelParts};
 
 use right_side::RightSide;
 
 use crate::expr::{Expr, Tape};
-use sindyna_core::Scheme;
-
-/// What the left-hand side of the equations is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Form {
-    /// (x⁺ − x)/Δt = Θ(x; u) Ξᵀ.
-    Increment,
-    /// x⁺ = Θ(x; u) Ξᵀ.
-    Discrete,
-    /// ẋ = Θ(x; u) Ξᵀ, stepped by a scheme.
-    Continuous(Scheme),
-    /// ẋ = Θ(x; u) Ξᵀ, stepped by semi-implicit Euler: states whose rate is a state too move by their new rate.
-    SemiImplicit {
-        /// Equal parts of the control interval; 0 counts as 1.
-        substeps: usize,
-    },
-}
 
 /// Identified equations of motion.
 ///

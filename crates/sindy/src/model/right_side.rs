@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use super::document::Entry;
+use super::parts::Entry;
 
 /// Numbers kept on the stack during an evaluation; larger models fall back to the heap.
 pub(super) const STACK: usize = 96;

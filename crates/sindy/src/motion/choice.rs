@@ -1,6 +1,6 @@
 //! What an equation may be made of, and when it may be made of more.
 
-use super::search::{Found, Search};
+use super::found::{Found, Search};
 use crate::Expr;
 use crate::model::ModelError;
 

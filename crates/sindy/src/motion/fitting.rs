@@ -3,7 +3,7 @@
 use ndarray::{Array2, Axis, concatenate};
 
 use super::choice::Choice;
-use super::search::{Found, Search};
+use super::found::{Found, Search};
 use super::unseen::unseen;
 use super::{Run, Stepping, System};
 use crate::design::whiten;

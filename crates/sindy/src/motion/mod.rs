@@ -8,6 +8,7 @@
 mod averages;
 mod choice;
 mod fitting;
+mod found;
 mod polish;
 mod runs;
 mod search;
@@ -19,7 +20,7 @@ mod unseen;
 mod untangle;
 
 pub(crate) use averages::System;
+pub(crate) use found::{Found, Search};
 pub(crate) use polish::polished;
 pub(crate) use runs::{Run, at_limit, runs};
-pub(crate) use search::{Found, Search};
 pub(crate) use stepping::{MOST_SEMI_IMPLICIT, Stepping, shown, simulators};

@@ -4,31 +4,11 @@ use sindyna_core::{Dynamics as _, Seed};
 
 use super::choice::Choice;
 use super::fitting::{ROUNDING, Terms};
+use super::found::{Found, Search};
 use super::stepping::{CLEAR, shown, substeps_shown};
 use super::{Run, Stepping, System};
 use crate::model::ModelError;
-use crate::regression::Space;
 use crate::solve::{Selected, binomial};
-use crate::{BestSubset, Model, Watch};
-
-/// Equations found, one per state, and how they are stepped.
-#[derive(Debug, Clone)]
-pub(crate) struct Found {
-    pub(crate) model: Model,
-    pub(crate) fits: Vec<Selected>,
-    pub(crate) stepping: Stepping,
-    /// Condition number of the whitened terms of each equation.
-    pub(crate) condition: f64,
-    /// Σ of squared, whitened errors of one step, over the fitted equations.
-    pub(crate) misfit: f64,
-}
-
-impl Found {
-    /// Whether every equation leaves no more than the errors of the samples explain.
-    pub(crate) fn explains(&self) -> bool {
-        self.fits.iter().all(|fit| fit.reached_floor)
-    }
-}
 
 /// Operations per size of an equation that are spent before anything is known: what explains clean data is mostly found
 /// with few of them, and what does not is looked for again with all that the solver is allowed.
@@ -53,16 +33,6 @@ fn runs_between(runs: &[Run], first: usize, last: usize) -> Vec<Run> {
 
 /// Where a search in continuous time begins.
 const CONTINUOUS: Stepping = Stepping::Continuous { substeps: 1 };
-
-/// What is being looked for, and in what.
-#[derive(Clone, Copy)]
-pub(crate) struct Search<'a> {
-    pub(crate) system: &'a System<'a>,
-    pub(crate) runs: &'a [Run],
-    pub(crate) space: &'a Space,
-    pub(crate) solver: &'a BestSubset,
-    pub(crate) watch: &'a Watch<'a>,
-}
 
 impl Search<'_> {
     /// Equations that explain the data, if there are some that a short search finds.

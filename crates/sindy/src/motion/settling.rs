@@ -4,7 +4,7 @@ use ndarray::{Array2, Axis, concatenate};
 
 use super::choice::Choice;
 use super::fitting::{Terms, whitened};
-use super::search::{Found, Search};
+use super::found::{Found, Search};
 use super::stepping::FINEST;
 use super::{Run, Stepping};
 use crate::model::ModelError;

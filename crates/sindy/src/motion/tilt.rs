@@ -6,7 +6,7 @@ use ndarray::Array2;
 
 use super::choice::Choice;
 use super::fitting::{Terms, whitened};
-use super::search::{Found, Search};
+use super::found::{Found, Search};
 use super::{Run, Stepping, System};
 use crate::Triangle;
 use crate::expr::{Expr, Function};

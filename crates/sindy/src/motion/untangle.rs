@@ -1,7 +1,7 @@
 //! Sums of sine and cosine told as one wave of an angle with another zero.
 
 use super::fitting::Terms;
-use super::search::{Found, Search};
+use super::found::{Found, Search};
 use super::tilt::{Turn, turns};
 use crate::model::ModelError;
 use std::f64::consts::PI;

@@ -1,6 +1,7 @@
 //! Equations of given structure, and their rates with exact derivatives.
 
-use super::scratch::Scratch;
+use super::lanes::add;
+use super::scratch::{Masses, Scratch};
 use super::switches::Switches;
 use crate::Expr;
 use crate::chain::after_their_rates;
@@ -93,6 +94,9 @@ pub(crate) struct Stage<'a, const L: usize = 1> {
 
 /// Number of the first parameter inside a term, until all variables before it are counted; no system has as many.
 const PARAMETERS: usize = 1 << 25;
+
+/// Stages of a step, at most.
+const STAGES: usize = 11;
 
 /// How much more it takes for every sign that may turn within a step.
 const TURNING: usize = 4;
@@ -230,6 +234,24 @@ impl Flow {
         self.n_parameters
     }
 
+    /// Scratch space for steps.
+    pub(crate) fn scratch<const L: usize>(&self) -> Scratch<L> {
+        let (n, width) = (self.n, self.n + self.n_parameters);
+        let zeros = |count: usize| vec![[0.0; L]; count];
+        Scratch {
+            registers: zeros(self.tape.n_registers()),
+            f: zeros(n),
+            masses: Masses::new(self.coupled.len()),
+            f_x: zeros(n * n),
+            f_xi: zeros(n * self.n_parameters),
+            modes: zeros(self.switches.len()),
+            sliding: None,
+            slopes: zeros(STAGES * n),
+            s_stage: zeros(n * width),
+            s_slopes: zeros(STAGES * n * width),
+        }
+    }
+
     /// Writes the parameters inside terms to their registers.
     pub(super) fn fill_inside<const L: usize>(&self, registers: &mut [[f64; L]], xi: &[f64]) {
         let first = self.n + self.n_controls + self.switches.len();
@@ -351,12 +373,5 @@ impl Flow {
             masses.solve(among, f_x, n);
             masses.solve(among, f_xi, p);
         }
-    }
-}
-
-/// Adds `of` each place to `sum`.
-pub(super) fn add<const L: usize>(sum: &mut [f64; L], of: impl Fn(usize) -> f64) {
-    for (l, sum) in sum.iter_mut().enumerate() {
-        *sum += of(l);
     }
 }

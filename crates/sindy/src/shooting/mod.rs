@@ -4,6 +4,7 @@ mod checks;
 mod eliminate;
 mod fit;
 mod flow;
+mod lanes;
 mod passes;
 mod scratch;
 mod state;

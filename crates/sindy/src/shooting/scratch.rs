@@ -2,10 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::flow::{Flow, add};
-
-/// Stages of a step, at most.
-const STAGES: usize = 11;
+use super::lanes::add;
 
 /// Memory in which steps from `L` samples are made side by side.
 #[derive(Debug, Clone)]
@@ -25,26 +22,6 @@ pub(crate) struct Scratch<const L: usize = 1> {
     pub(super) s_slopes: Vec<[f64; L]>,
 }
 
-impl Flow {
-    /// Scratch space for steps.
-    pub(crate) fn scratch<const L: usize>(&self) -> Scratch<L> {
-        let (n, width) = (self.n, self.n + self.n_parameters);
-        let zeros = |count: usize| vec![[0.0; L]; count];
-        Scratch {
-            registers: zeros(self.tape.n_registers()),
-            f: zeros(n),
-            masses: Masses::new(self.coupled.len()),
-            f_x: zeros(n * n),
-            f_xi: zeros(n * self.n_parameters),
-            modes: zeros(self.switches.len()),
-            sliding: None,
-            slopes: zeros(STAGES * n),
-            s_stage: zeros(n * width),
-            s_slopes: zeros(STAGES * n * width),
-        }
-    }
-}
-
 /// The inverse of what the rates of some states are multiplied by.
 #[derive(Debug, Clone)]
 pub(super) struct Masses<const L: usize> {
@@ -54,7 +31,7 @@ pub(super) struct Masses<const L: usize> {
 }
 
 impl<const L: usize> Masses<L> {
-    fn new(n: usize) -> Self {
+    pub(super) fn new(n: usize) -> Self {
         Self { matrix: DMatrix::zeros(n, n), inverse: vec![[0.0; L]; n * n], column: vec![[0.0; L]; n] }
     }
 

@@ -1,6 +1,7 @@
 //! The map from one sample to the next, with its exact derivatives.
 
-use super::flow::{Flow, Stage, add};
+use super::flow::{Flow, Stage};
+use super::lanes::add;
 use super::scratch::Scratch;
 use super::tableau::{EIGHTH, FOURTH, Tableau};
 use crate::motion::Stepping;

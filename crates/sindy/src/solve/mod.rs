@@ -2,6 +2,7 @@
 
 mod best_subset;
 mod candidates;
+mod constraints;
 mod criterion;
 mod exchange;
 mod grouped;
@@ -15,8 +16,9 @@ mod tree;
 pub(crate) use best_subset::Candidates;
 pub use best_subset::{BestSubset, Selected, Selection, SizeReport};
 pub(crate) use candidates::binomial;
+pub use constraints::{ConstraintError, Constraints};
 pub(crate) use criterion::FLOOR_FACTOR;
 pub(crate) use least_squares::{least_squares, truncated};
-pub use path::{ConstraintError, Constraints, Path, SizeResult, Subset, SubsetPath};
+pub use path::{Path, SizeResult, Subset, SubsetPath};
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};
 pub use tree::Bound;

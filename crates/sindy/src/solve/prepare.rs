@@ -1,6 +1,6 @@
 //! From a triangle to a problem: unit columns, the promising ones first, fixed terms taken out.
 
-use super::path::Constraints;
+use super::constraints::Constraints;
 use super::problem::{DEPENDENT, Problem, dot, square, subtract, take_out_all};
 use crate::Triangle;
 

@@ -3,9 +3,9 @@
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
-use super::console::Text;
 use super::failure::Failure;
 use super::interrupt::EXIT_INTERRUPTED;
+use super::text::Text;
 
 /// Version of the JSON that `--json` prints.
 const FORMAT: u32 = 1;

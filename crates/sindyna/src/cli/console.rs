@@ -7,7 +7,6 @@ use clap::ValueEnum;
 
 use super::answer::Answer;
 use super::failure::Failure;
-use super::plain::plain;
 
 /// What every command understands about its output.
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
@@ -75,24 +74,6 @@ impl Console {
                 let _ = writeln!(self.stderr(), "{failure}");
                 2
             }
-        }
-    }
-}
-
-/// Text for standard output.
-#[derive(Debug)]
-pub(crate) enum Text {
-    /// For people to read: nothing that a terminal obeys.
-    People(String),
-    /// For other programs, as it is.
-    Programs(String),
-}
-
-impl Text {
-    fn shown(&self) -> std::borrow::Cow<'_, str> {
-        match self {
-            Self::People(text) => plain(text),
-            Self::Programs(text) => text.into(),
         }
     }
 }

@@ -29,6 +29,7 @@ mod report_files;
 mod settings;
 mod show;
 mod tasks;
+mod text;
 mod train;
 mod usage;
 

@@ -4,8 +4,8 @@ use sindyna_core::number::significant;
 use sindyna_sindy::export::{Stepping, System};
 use sindyna_sindy::{Entry, Expr, Function};
 
-use super::Program;
 use super::network::Head;
+use super::program::{Program, harmless};
 
 /// Digits of a coefficient.
 const DIGITS: usize = 6;
@@ -14,7 +14,7 @@ const DIGITS: usize = 6;
 pub(super) fn write(program: &Program) -> String {
     let system = &program.system;
     let mut text = String::from("% Written by sindyna export; needs amsmath.\n");
-    text += &program.notes.iter().map(|note| format!("% {}\n", super::harmless(note))).collect::<String>();
+    text += &program.notes.iter().map(|note| format!("% {}\n", harmless(note))).collect::<String>();
     let names: Vec<String> = system.states.iter().chain(&system.controls).map(|name| symbol(name)).collect();
     text += "\\begin{align}\n";
     let lines: Vec<String> = system

@@ -11,26 +11,14 @@ mod latex;
 mod network;
 mod numpy;
 mod page;
+mod program;
 mod rust;
 
-use sindyna_rl::SavedPolicy;
 use sindyna_sindy::ModelError;
-use sindyna_sindy::export::{System, python};
+use sindyna_sindy::export::python;
 
 pub(crate) use interface::Interface;
-pub(crate) use network::Network;
-
-/// Equations, and a policy where there is one.
-pub(crate) struct Program {
-    pub(crate) system: System,
-    pub(crate) policy: Option<Network>,
-    /// Names of what the policy observes; empty where they are not known.
-    pub(crate) observed: Vec<String>,
-    /// What stands between equations and policy, where it is known.
-    pub(crate) interface: Option<Interface>,
-    /// Where the equations come from.
-    pub(crate) notes: Vec<String>,
-}
+pub(crate) use program::Program;
 
 /// A language to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -85,54 +73,5 @@ impl Language {
             Self::Latex => latex::write(program),
             Self::Html => program.interface.as_ref().map_or_else(String::new, |i| page::write(program, i)),
         })
-    }
-}
-
-impl Program {
-    pub(crate) fn new(system: System, notes: Vec<String>) -> Self {
-        Self { system, policy: None, observed: Vec::new(), interface: None, notes }
-    }
-
-    pub(crate) fn with_interface(self, interface: Option<Interface>) -> Self {
-        Self { interface, ..self }
-    }
-
-    pub(crate) fn with_policy(self, policy: &SavedPolicy, observed: Vec<String>) -> Self {
-        Self { policy: Some(Network::of(policy)), observed, ..self }
-    }
-
-    /// What stands in the head of a file: the equations, what is which number in which array, where it comes from.
-    fn comments(&self) -> Vec<String> {
-        let numbered = |array: &str, names: &[String]| {
-            let each = names.iter().enumerate().map(|(i, name)| format!("{array}[{i}] {name}"));
-            (!names.is_empty()).then(|| each.collect::<Vec<_>>().join(", "))
-        };
-        let mut lines = self.system.text.clone();
-        lines.extend(numbered("x", &self.system.states));
-        lines.extend(numbered("u", &self.system.controls));
-        lines.extend(numbered("o", &self.observed));
-        lines.extend(self.notes.iter().cloned());
-        lines.iter().map(|line| harmless(line)).collect()
-    }
-}
-
-/// `text` for a comment of one line in any language: nothing that ends it, goes on after it, or changes the direction of writing.
-fn harmless(text: &str) -> String {
-    let allowed = |c: char| {
-        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
-        !c.is_control() && !turns && !matches!(c, '\\' | '/' | '*' | '?' | '`' | '$')
-    };
-    let kept = text.replace(" / ", " over ");
-    kept.chars().map(|c| if allowed(c) { c } else { '_' }).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_comment_cannot_be_left() {
-        assert_eq!(harmless("a */ b\n\\ // ??/ `$x` é θ"), "a __ b__ __ ___ __x_ é θ");
-        assert_eq!(harmless("x\u{2028}y\u{202e}"), "x_y_");
     }
 }

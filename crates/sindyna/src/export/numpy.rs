@@ -1,8 +1,8 @@
 //! Policies in NumPy, after the equations in the same module.
 
-use super::Program;
 use super::code::list;
 use super::network::Head;
+use super::program::{Program, harmless};
 
 /// The function `act`; nothing without a policy.
 pub(super) fn policy(program: &Program) -> String {
@@ -39,7 +39,7 @@ pub(super) fn policy(program: &Program) -> String {
             "    return np.argmax(at, axis=-1)[..., np.newaxis].astype(float)\n",
         ),
     };
-    let observed: Vec<String> = program.observed.iter().map(|name| super::harmless(name).replace('"', "_")).collect();
+    let observed: Vec<String> = program.observed.iter().map(|name| harmless(name).replace('"', "_")).collect();
     let observed = if observed.is_empty() { String::new() } else { format!(": {}", observed.join(", ")) };
     let m = network.observed();
     text + &format!(

@@ -5,7 +5,8 @@ use sindyna_sindy::Entry;
 
 use super::code::number;
 use super::interface::{Interface, Reading};
-use super::{Program, harmless, javascript};
+use super::javascript;
+use super::program::{Program, harmless};
 
 const PAGE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");

@@ -3,9 +3,9 @@
 use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
-use super::Program;
 use super::code::{Dialect, assignments, list, uses, value};
 use super::network::{Head, Network};
+use super::program::Program;
 
 const DIALECT: Dialect = Dialect {
     call: |function, a| match function {

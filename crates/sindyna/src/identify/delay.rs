@@ -3,19 +3,10 @@
 use sindyna_core::{Dataset, FitError, Spec};
 use sindyna_sindy::Identified;
 
-use super::hypotheses::{Asked, as_read, is_spoilt};
+use super::as_read::{as_read, is_spoilt};
+use super::asked::Asked;
 use super::unmeasured::{Order, Unmeasured, lone, with_rates_of};
 use crate::logs::{Log, Note, Samples};
-
-/// By how many rows inputs act later than over the step after theirs.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub enum Delay {
-    /// None, unless equations leave what no term explains, samples are even, and the data speak for one.
-    #[default]
-    Auto,
-    /// So many; −1 for an input that acted over the step before its row, −0.5 for one that goes from row to row in a straight line.
-    Rows(f64),
-}
 
 /// What is tried: delays, and whether the samples are those of a simulator.
 const TRIED: [(f64, bool); 6] = [(0.0, false), (-1.0, false), (-0.5, false), (1.0, false), (2.0, false), (0.0, true)];

@@ -1,25 +1,13 @@
 //! What a log may be besides what it says: inputs that act earlier or later, rates that were not measured, steps of a simulator.
 
 use sindyna_core::{FitError, Spec};
-use sindyna_sindy::{EquationReport, Identified, Identifier, Watch};
+use sindyna_sindy::{Identified, Identifier};
 
-use super::delay::{Delay, delayed, fits, told_apart};
-use super::recordings;
+use super::as_read::{as_read, is_spoilt};
+use super::asked::{Asked, Delay};
+use super::delay::{delayed, fits, told_apart};
 use super::unmeasured::{Rates, Unmeasured, lone, with_rates};
-use crate::logs::{Log, Samples};
-
-/// What is asked about a log, and who is told.
-pub(crate) struct Asked<'a, E> {
-    pub(crate) unmeasured: &'a Unmeasured,
-    pub(crate) delay: Delay,
-    /// The part of a log that equations are found in.
-    pub(crate) kept: &'a (dyn Fn(&Log) -> Result<Samples, E> + Sync),
-    /// Makes an identifier for a system.
-    pub(crate) identifier: &'a (dyn Fn(&Spec) -> Result<Identifier, E> + Sync),
-    pub(crate) watch: &'a Watch<'a>,
-    /// Is told what is tried.
-    pub(crate) say: &'a (dyn Fn(&str) + Sync),
-}
+use crate::logs::Log;
 
 /// What was found in a log.
 pub(crate) struct Looked {
@@ -27,11 +15,6 @@ pub(crate) struct Looked {
     pub(crate) identifier: Identifier,
     /// The log as it was read in the end.
     pub(crate) log: Log,
-}
-
-/// Whether equations leave what none of their terms explains.
-pub(super) fn is_spoilt(found: &Identified) -> bool {
-    found.report.equations.iter().any(EquationReport::is_spoilt)
 }
 
 /// Equations of the system of `log`: as it was read, and where these leave what no term explains as it may be read too.
@@ -78,13 +61,5 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         (Some(Rates { found, identifier, log }), _) => Ok(Looked { found, identifier, log }),
         (None, Some(found)) => Ok(Looked { found, identifier, log }),
         (None, None) => Err(FitError::Regression { reason: "no rate was named".into() }.into()),
-    }
-}
-
-/// Equations found in `kept` as it was read.
-pub(super) fn as_read(identifier: &Identifier, kept: &Samples, watch: &Watch<'_>) -> Result<Identified, FitError> {
-    match &kept.times {
-        None => identifier.identify_watched(&kept.data, watch),
-        Some(times) => identifier.identify_recordings_watched(&recordings(&kept.data, times), watch),
     }
 }

@@ -25,8 +25,6 @@ use simulator::Simulator;
 
 /// Name of the task file in a run directory.
 pub(crate) const RECORDED_TASK: &str = "task.toml";
-/// Name of its model there.
-const RECORDED_MODEL: &str = "model.xml";
 
 /// A task read from a file, with its simulator if it has one.
 #[derive(Clone)]

@@ -9,10 +9,12 @@ use anyhow::{Context as _, ensure};
 use sindyna_core::{Bounded, Dynamics, Held, Scheme};
 use sindyna_mujoco::{Library, MujocoModel, Search};
 
-use super::RECORDED_MODEL;
 use super::document::Document;
 use super::equations::Equations;
 use crate::problem::FormulaTask;
+
+/// Name of a model in a run directory.
+const RECORDED_MODEL: &str = "model.xml";
 
 /// Runge–Kutta steps of fourth order in one control interval.
 const SUBSTEPS: usize = 16;

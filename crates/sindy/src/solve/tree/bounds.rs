@@ -1,7 +1,7 @@
 //! What no choice of r of a node's columns can fall below.
 
-use super::Bound;
 use super::cholesky::Factor;
+use super::cuts::Bound;
 use super::node::Node;
 
 /// What is known about a node before its columns are tried one by one.

@@ -1,5 +1,6 @@
 //! A node of the search: what is left of the regression after some columns are taken out.
 
+use super::errors::Errors;
 use super::scan::Pairs;
 use crate::solve::problem::{DEPENDENT, Left, Problem, dot, square, take_out_all};
 
@@ -21,19 +22,6 @@ pub(super) struct Node {
     pub(super) error: Errors,
     /// No eigenvalue of `gram` is below this.
     pub(super) least: f64,
-}
-
-/// Bounds on the rounding errors of a node's products.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Errors {
-    /// Of the products of columns.
-    pub(super) gram: f64,
-    /// Of the products of columns with the residual.
-    pub(super) overlap: f64,
-    /// Of the squared residual.
-    pub(super) rss: f64,
-    /// Of the residual when it is computed from the columns.
-    drift: f64,
 }
 
 /// Rounding error beyond which products are computed anew from the columns.

@@ -1,6 +1,6 @@
 //! The innermost loop: every pair of columns after those already chosen.
 
-use super::node::Errors;
+use super::errors::Errors;
 
 /// Runs `kernel` with the widest vectors this processor has. The results are those of any other processor: nothing is
 /// summed across lanes, and nothing is fused.

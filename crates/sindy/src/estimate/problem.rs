@@ -1,0 +1,52 @@
+//! What is to be explained, and by what.
+
+use std::cell::Cell;
+
+use super::constraints::Constraints;
+use crate::data::Segment;
+use crate::library::{Lagrangian, Term};
+use crate::motion::Stepping;
+use crate::{BestSubset, Watch};
+
+/// What is to be explained, and by what.
+#[derive(Clone, Copy)]
+pub(crate) struct Problem<'a> {
+    /// Terms without parameters inside, then those with.
+    pub(crate) terms: &'a [Term],
+    /// How many have none.
+    pub(crate) n_plain: usize,
+    /// What explains parts of the data: to rounding, or as was found when there were fewer.
+    pub(crate) of_parts: Option<&'a Structure>,
+    /// Mechanics of these variables, if they may be such.
+    pub(crate) lagrangian: Option<&'a Lagrangian>,
+    /// Per state: the state that is declared to be its rate.
+    pub(crate) rates: &'a [Option<usize>],
+    pub(crate) n_controls: usize,
+    /// What is known of each equation; empty if nothing is.
+    pub(crate) constraints: &'a [Constraints],
+    pub(crate) segments: &'a [Segment],
+    /// Smallest error of each state that is believed: rounding (n).
+    pub(crate) floor: &'a [f64],
+    /// Standard deviation of the noise of each state as its signal tells (n); found by [`estimate`](super::estimate).
+    pub(crate) noise: &'a [f64],
+    /// Equations that are adequate without the other states, per state; empty if there are none.
+    pub(crate) alone: &'a [Alone],
+    /// Ways in which a simulator may have gone from sample to sample.
+    pub(crate) simulators: &'a [Stepping],
+    pub(crate) solver: &'a BestSubset,
+    /// Operations that may be spent on fits.
+    pub(crate) budget: u64,
+    /// Operations spent on fits so far.
+    pub(crate) spent: &'a Cell<u64>,
+    /// Whether the search begins with equations that were found in a part of the samples.
+    pub(crate) again: bool,
+    /// Whether positions whose rates were not measured may be those of a simulator.
+    pub(crate) discrete: bool,
+    pub(crate) watch: &'a Watch<'a>,
+}
+
+/// Terms of each equation, and their coefficients one equation after the other.
+pub(crate) type Structure = (Vec<Vec<usize>>, Vec<f64>);
+
+/// Terms and coefficients of an equation that was found alone.
+pub(crate) type Alone = Option<(Vec<usize>, Vec<f64>)>;
