@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import _show, _sindyna
-from ._files import written
+from ._files import exported, written
 from ._fit import Fitted
 from ._formula import Names
 from ._gym import Array
@@ -234,6 +234,27 @@ class Controller:
         from .envs import LearnedVectorEnv
 
         return LearnedVectorEnv(self, num_envs)
+
+    def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str:
+        """
+        Equations and policy as a program that needs nothing of sindyna.
+
+        Parameters
+        ----------
+        to : str
+            ``"python"``, ``"c"``, ``"javascript"``, ``"rust"`` or ``"latex"``.
+        path : str or path, optional
+            File to write.
+
+        Returns
+        -------
+        str
+            The program: ``act(o)`` is the action for an observation, with scaling and limits inside, ``step(x, u)`` the state one step later.
+            Actions differ from `policy` by at most 1e-6 of their range.
+        """
+        own = self._document
+        policy = self.policy._inner if own["policy"] is not None else None
+        return exported(self._model, policy, (own["states"], own["inputs"], own["observed"]), to, path)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """

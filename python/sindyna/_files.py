@@ -56,10 +56,29 @@ def _read(value: Any) -> Any:
 
 def written(path: str | os.PathLike[str], document: dict[str, Any]) -> None:
     """Writes a document as JSON, under a temporary name first."""
+    written_text(path, json.dumps(document, indent=1, ensure_ascii=False))
+
+
+def exported(
+    model: _sindyna.Model,
+    policy: _sindyna.Policy | None,
+    names: tuple[list[str], list[str], list[str]],
+    to: str,
+    path: str | os.PathLike[str] | None,
+) -> str:
+    """A program of equations and policy, written to a file where one is named."""
+    program = _sindyna.export(model, policy, names, to)
+    if path is not None:
+        written_text(path, program)
+    return program
+
+
+def written_text(path: str | os.PathLike[str], text: str) -> None:
+    """Writes a text, under a temporary name first."""
     target = Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
     try:
-        temporary.write_text(json.dumps(document, indent=1, ensure_ascii=False), encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8")
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)

@@ -17,6 +17,7 @@ __all__ = [
     "builtin",
     "collect",
     "differentiate",
+    "export",
     "feature_names",
     "identify",
     "learned",
@@ -30,6 +31,9 @@ __all__ = [
 
 __version__: str
 
+def export(
+    model: Model, policy: Policy | None, names: tuple[Sequence[str], Sequence[str], Sequence[str]], language: str
+) -> str: ...
 def identify(recordings: Sequence[tuple[_Array, _Array, _Array]], settings: str) -> tuple[Model, str]: ...
 def regress(trajectories: Sequence[tuple[_Array, _Array, _Array | None]], settings: str) -> tuple[Model, str]: ...
 def differentiate(

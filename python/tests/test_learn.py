@@ -50,6 +50,22 @@ def test_a_pendulum_is_swung_up_after_ten_steps_with_a_reward_that_is_found(pend
     assert pendulum.policy([1.0, 0.0, 0.0]) == pytest.approx(actions[0], abs=1e-6)
 
 
+def test_equations_and_policy_are_written_as_a_program(pendulum, cart_pole, tmp_path):
+    for controller, name in [(pendulum, "swing"), (cart_pole, "balance")]:
+        path = tmp_path / f"{name}.py"
+        text = controller.export("python", path)
+        assert path.read_text(encoding="utf-8") == text
+        module = {}
+        exec(compile(text, str(path), "exec"), module)
+        rng = np.random.default_rng(0)
+        observations = rng.uniform(-1.0, 1.0, (50, controller.policy._inner.n_observations))
+        actions = np.asarray(module["act"](observations)).reshape(50, -1)[:, 0]
+        np.testing.assert_allclose(actions, np.asarray(controller.policy(observations)).reshape(50), atol=1e-5)
+    assert "sindyna_act" in pendulum.export("c")
+    with pytest.raises(ValueError, match="no language named `fortran`; known: `python`, `c`"):
+        pendulum.export("fortran")
+
+
 def test_numbered_actions_are_controlled(cart_pole):
     assert cart_pole.report_.certainty == "exact"
     assert cart_pole.solved

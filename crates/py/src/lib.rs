@@ -3,6 +3,7 @@
 //! Every long call releases the interpreter's lock and asks for signals. Variables are called x0, x1, …, u0, u1, … here; the names people
 //! gave their signals, and everything else about how the package looks, are Python's (`python/sindyna`).
 
+mod export;
 mod identify;
 mod integrate;
 mod interrupt;
@@ -17,6 +18,8 @@ use pyo3::prelude::pymodule;
 /// The compiled part of `sindyna`.
 #[pymodule]
 mod _sindyna {
+    #[pymodule_export]
+    use crate::export::export;
     #[pymodule_export]
     use crate::identify::identify;
     #[pymodule_export]

@@ -114,6 +114,9 @@ pub enum Error {
     /// The system of a run was a program, and none is named.
     #[error("its system was a program, which no record starts")]
     NoPipe,
+    /// A model whose parts do not fit each other.
+    #[error(transparent)]
+    Model(#[from] sindyna_sindy::ModelError),
     /// A numeric setting of a solver out of its range.
     #[error(transparent)]
     Parameter(#[from] InvalidParam),

@@ -2,6 +2,7 @@
 //!
 //! - [`identify`]: equations from arrays or from a log ([`logs`]);
 //! - [`training`]: a controller for a task, by name or of one's own ([`problem`]);
+//! - [`export`]: equations and policies as programs in other languages;
 //! - [`record`], [`report`]: what runs leave on the disk, and what comparisons come to;
 //! - [`core`], [`control`], [`rl`], [`dyna`], [`sindy`]: the parts, for programs that put them together otherwise.
 //!
@@ -20,7 +21,7 @@
 
 mod cli;
 mod error;
-mod export;
+pub mod export;
 pub mod identify;
 pub mod problem;
 mod settings;

@@ -20,6 +20,10 @@ impl Policy {
     pub(crate) fn read(bytes: Vec<u8>) -> PyResult<Self> {
         Ok(Self { inner: SavedPolicy::from_safetensors(&bytes).map_err(refused)?, bytes })
     }
+
+    pub(crate) fn inner(&self) -> &SavedPolicy {
+        &self.inner
+    }
 }
 
 #[pymethods]

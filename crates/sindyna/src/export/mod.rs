@@ -14,11 +14,51 @@ mod page;
 mod program;
 mod rust;
 
-use sindyna_sindy::ModelError;
-use sindyna_sindy::export::python;
+use clap::ValueEnum as _;
+use sindyna_rl::SavedPolicy;
+use sindyna_sindy::export::{System, python};
+use sindyna_sindy::{Model, ModelError};
 
 pub(crate) use interface::Interface;
 pub(crate) use program::Program;
+
+use crate::Error;
+
+/// What stands in the comments of a program.
+#[derive(Debug, Clone, Default)]
+pub struct Names {
+    /// Names of the states (n), of the inputs (k), and of what the policy observes (m); none for those of the model.
+    pub states: Vec<String>,
+    /// Names of the inputs.
+    pub controls: Vec<String>,
+    /// Names of the observed values.
+    pub observed: Vec<String>,
+}
+
+/// `model`, and the `policy` trained in it, as a program in the language called `language`: `python`, `c`, `javascript`, `rust` or `latex`.
+///
+/// Equations differ from the model by at most 1e-12 of their size, actions by at most 1e-6 of their range. Names stand in comments alone, so that none can become code.
+///
+/// # Errors
+/// [`Error::UnknownName`] for another language.
+pub fn program(model: &Model, policy: Option<&SavedPolicy>, names: Names, language: &str) -> Result<String, Error> {
+    // A page has to know where episodes begin, which a model does not.
+    let languages = || Language::value_variants().iter().filter(|l| **l != Language::Html);
+    let Some(language) = languages().find(|l| l.name() == language) else {
+        let known = languages().map(|l| l.name().to_owned()).collect();
+        return Err(Error::UnknownName { what: "language", name: language.to_owned(), known });
+    };
+    let mut system = System::from(model);
+    let renamed = |old: Vec<String>, new: Vec<String>| if new.len() == old.len() { new } else { old };
+    system.states = renamed(system.states, names.states);
+    system.controls = renamed(system.controls, names.controls);
+    let program = Program::new(system, Vec::new());
+    let program = match policy {
+        Some(policy) => program.with_policy(policy, names.observed),
+        None => program,
+    };
+    Ok(language.write(&program)?)
+}
 
 /// A language to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
