@@ -101,7 +101,7 @@ fn imports(root: &str, text: &dyn Fn(&str) -> Option<String>) -> Imports {
 fn declare(file: &str, folder: &str, at: Vec<String>, text: &dyn Fn(&str) -> Option<String>, modules: &mut Modules) {
     let Some(module) = text(file).map(|text| module(file, &text)) else { return };
     for name in &module.modules {
-        let (path, at) = (format!("{folder}{name}"), [&at[..], &[name.clone()]].concat());
+        let (path, at) = (format!("{folder}{name}"), [&at[..], std::slice::from_ref(name)].concat());
         for file in [".rs", "/mod.rs"].map(|end| path.clone() + end) {
             declare(&file, &format!("{path}/"), at.clone(), text, modules);
         }

@@ -34,12 +34,12 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
     assert_eq!(code, 0, "{stdout}{stderr}");
     for line in [
         "log: log.csv, 101 rows in 1 rollout, a step every 0.05 s",
-        "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; numbers as fine as float64",
+        "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; precision float64",
         "note: w is taken as the rate of th",
         "equations: stepped by semi-implicit Euler, 0.05 s",
         "  dth/dt = w\n",
         "  w\u{307} = 15 sin th + 3 u\n",
-        "dth/dt   is w, as declared",
+        "dth/dt   is w by declaration",
         "standard error",
         "at the level of rounding",
         "steps used: 100",

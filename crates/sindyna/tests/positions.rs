@@ -51,7 +51,7 @@ fn a_pendulum_is_found_in_its_angle_alone() {
             parts(&sindyna(temp.path(), &["identify", "log.csv", "--strict", "--holdout", "0.2", "--out", &out]));
         assert_eq!(code, 0, "{stdout}{stderr}");
         assert!(stdout.contains("states: q, q_dot (rate of q, not measured); inputs: u"), "{stdout}");
-        assert!(stdout.contains("say --unmeasured none to stop this"), "{stdout}");
+        assert!(stdout.contains("--unmeasured none turns this off"), "{stdout}");
         let account = json(&temp.path().join(&out).join("identify.json"));
         let terms = account["equations"][1]["terms"].as_array().unwrap();
         assert_eq!(terms.len(), 3, "{stdout}");
@@ -129,7 +129,7 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
         assert_eq!(code, 0, "{stdout}{stderr}");
-        assert!(stdout.contains(says) && stdout.contains("say --delay 0 to stop this"), "{says}: {stdout}");
+        assert!(stdout.contains(says) && stdout.contains("--delay 0 turns this off"), "{says}: {stdout}");
         assert!(stdout.contains("sin q"), "{stdout}");
     }
     fs::write(temp.path().join("log.csv"), log(2, false)).unwrap();

@@ -164,8 +164,8 @@ fn table(account: &Account, equation: &Equation) -> String {
     } else {
         "; not every subset of this size was tried"
     };
-    let of = if sensors == ESTIMATED { "residual of the rate, one step" } else { "residual" };
-    let _ = writeln!(text, "  {of} {residual}: {verdict}{search}");
+    let of = if sensors == ESTIMATED { "one-step residual of the rate" } else { "residual" };
+    let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
     if !equation.ties.is_empty() {
         let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
         let _ = writeln!(text, "  equally good sets of terms: {}", ties.join("; or "));
@@ -215,7 +215,7 @@ fn left(equation: &Equation) -> &str {
 
 fn declaration(equation: &Equation) -> String {
     let rate = equation.terms.first().map_or("", |summand| summand.term.as_str());
-    format!("  {}   is {rate}, as declared\n", left(equation))
+    format!("  {}   is {rate} by declaration\n", left(equation))
 }
 
 fn coefficients(equation: &Equation) -> String {
@@ -304,7 +304,7 @@ mod tests {
 \u{20} w\u{307}        coefficient   standard error
 \u{20} sin th   15.00000021   1.2e-7
 \u{20} w        -0.1          not known
-\u{20} residual 1.3e-6 rad/s²: at the level of rounding (2e-6); not every subset of this size was tried
+\u{20} residual 1.3e-6 rad/s² RMS: at the level of rounding (2e-6); not every subset of this size was tried
 ";
         assert_eq!(table(&account(100), &equation()), expected);
     }

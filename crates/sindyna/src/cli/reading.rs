@@ -168,7 +168,7 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
         channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
     };
     let mut text = format!(
-        "log: {}, {} rows in {}, a step every {}{} s\nstates: {}; inputs: {}; numbers as fine as {}\n",
+        "log: {}, {} rows in {}, a step every {}{} s\nstates: {}; inputs: {}; precision {}\n",
         paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
         log.rows,
         plural(log.data.n_rollouts(), "rollout"),
@@ -190,14 +190,14 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
 /// How to say otherwise than a note.
 fn instead(note: &Note) -> &'static str {
     match note {
-        Note::Circle { .. } => "; say --circles none to stop this",
-        Note::Rate { .. } => "; say --rates none to stop this",
-        Note::Rounded { .. } | Note::Lattice { .. } => "; say --precision f64 to stop this",
+        Note::Circle { .. } => "; --circles none turns this off",
+        Note::Rate { .. } => "; --rates none turns this off",
+        Note::Rounded { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::Layout { .. } => "; --delimiter says otherwise",
-        Note::Delayed { .. } => "; say --delay 0 to stop this",
-        Note::Unmeasured { given: false, .. } => "; say --unmeasured none to stop this",
-        Note::Angle { .. } => "; say --angles none to stop this",
-        Note::Degrees { .. } => ": say --units STATE=deg then",
+        Note::Delayed { .. } => "; --delay 0 turns this off",
+        Note::Unmeasured { given: false, .. } => "; --unmeasured none turns this off",
+        Note::Angle { .. } => "; --angles none turns this off",
+        Note::Degrees { .. } => "; --units STATE=deg converts it",
         Note::Roles { .. } => "; --states and --inputs say otherwise",
         Note::Time { by: UnitBy::Header, .. } => "",
         Note::Time { .. } => "; --time-column and --units say otherwise",
