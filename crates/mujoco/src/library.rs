@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::elf;
 use crate::error::{Attempt, MujocoError};
 use crate::ffi::{Api, OpenError};
 use crate::layout;
@@ -48,6 +49,9 @@ impl Library {
     }
 
     fn open(file: &Path) -> Result<Self, String> {
+        if let Some((needed, len)) = elf::cut_short(file) {
+            return Err(format!("it is cut short: {len} bytes of {needed} or more"));
+        }
         let api = Api::open(file).map_err(|e| match e {
             OpenError::Load(reason) => reason,
             OpenError::Missing(name) => format!("this is no MuJoCo: it has no function `{name}`"),

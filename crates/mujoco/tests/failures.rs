@@ -211,6 +211,21 @@ fn versions_without_a_table_and_strangers_are_refused() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn a_library_that_is_cut_short_is_refused_and_does_not_end_the_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = pretend(folder.path(), "int table[100000] = {1};");
+    let whole = std::fs::read(&file).unwrap();
+    for kept in [whole.len() / 2, whole.len() / 10, 100, 64, 3] {
+        std::fs::write(&file, &whole[..kept]).unwrap();
+        let search = Search::new(vec![Place::File(file.clone())]);
+        let message = Library::load(&search).expect_err("it is cut short").to_string();
+        let short = message.contains(&format!("it is cut short: {kept} bytes of ")) || kept <= 100;
+        assert!(short, "{kept}: {message}");
+    }
+}
+
 #[test]
 fn nothing_is_printed_and_no_log_is_written() {
     let folder = tempfile::tempdir().unwrap();
