@@ -34,11 +34,10 @@ mod environment;
 mod error;
 mod ffi;
 mod inverted_pendulum;
-mod layout;
 mod library;
 mod model;
+mod probe;
 mod search;
-mod self_check;
 
 pub use environment::MujocoEnvironment;
 pub use error::{Attempt, MujocoError};
