@@ -1,12 +1,14 @@
 //! A task on a MuJoCo model.
 
 use std::fmt;
+use std::sync::Arc;
 
 use sindyna_core::{Diverged, EnvError, Environment, Observe, Outcome, Rng, Sensors, Spec, Task};
 
 use crate::error::MujocoError;
-use crate::ffi::{DataHandle, Part, Raised, take_warning};
+use crate::ffi::{DataHandle, Raised, take_warnings};
 use crate::model::MujocoModel;
+use crate::probe::Conventions;
 
 /// An [`Environment`] whose system is a MuJoCo model.
 ///
@@ -21,6 +23,8 @@ use crate::model::MujocoModel;
 /// 2. Actuators with an activation of their own keep it outside the state; a reset sets it to zero.
 pub struct MujocoEnvironment<T, H = Sensors> {
     data: DataHandle,
+    conventions: Arc<Conventions>,
+    positions: usize,
     frame_skip: usize,
     task: T,
     sensors: H,
@@ -58,6 +62,8 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
         let data = DataHandle::new(model.handle()).map_err(|Raised(message)| MujocoError::Raised { message })?;
         Ok(Self {
             data,
+            conventions: Arc::clone(model.conventions()),
+            positions: model.position_dim(),
             frame_skip,
             task,
             sensors,
@@ -130,7 +136,7 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
     }
 
     fn move_to(&mut self, x: &[f64], rng: &mut Rng) -> Result<(), EnvError> {
-        let moved = self.data.set(Part::State, x).and_then(|()| self.data.forward());
+        let moved = self.data.set(self.conventions.state(), x).and_then(|()| self.data.forward());
         self.keep_warning();
         moved.map_err(system)?;
         self.state.copy_from_slice(x);
@@ -138,22 +144,28 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
         Ok(())
     }
 
-    fn keep_warning(&mut self) {
-        if let Some(warning) = take_warning() {
-            self.warning = Some(warning);
-        }
+    /// Keeps the last warning. `Some(i)` if MuJoCo found state i, or the acceleration of velocity i, to be no finite number or
+    /// a huge one; it then began anew from the rest position.
+    fn keep_warning(&mut self) -> Option<usize> {
+        let mut warnings = take_warnings();
+        let index = warnings.iter().find_map(|text| self.conventions.diverged(text, self.positions));
+        self.warning = warnings.pop().or(self.warning.take());
+        index.map(|i| i.min(self.state.len().saturating_sub(1)))
     }
 
     /// One control interval, into `next`.
     fn advance(&mut self) -> Result<(), EnvError> {
-        self.data.set(Part::Control, &self.control).map_err(system)?;
+        // Of what failed on this thread before, for example a model that was refused.
+        take_warnings();
+        self.data.set(self.conventions.controls, &self.control).map_err(system)?;
         for _ in 0..self.frame_skip {
-            if let Some(index) = self.data.step().map_err(system)? {
+            self.data.step().map_err(system)?;
+            if let Some(index) = self.keep_warning() {
                 return Err(Diverged { index }.into());
             }
         }
         self.data.post_constraint().map_err(system)?;
-        self.data.get(Part::State, &mut self.next).map_err(system)?;
+        self.data.get(self.conventions.state(), &mut self.next).map_err(system)?;
         Ok(Diverged::check(&self.next)?)
     }
 }

@@ -17,7 +17,7 @@ pub struct Attempt {
 pub enum MujocoError {
     /// No library was found, or none that can be used.
     #[error(
-        "no usable MuJoCo was found; install it with `pip install mujoco==3.17.0`, \
+        "no usable MuJoCo was found; install it with `pip install mujoco`, \
          or name its shared library in MUJOCO_LIB{}",
         Tried(tried)
     )]

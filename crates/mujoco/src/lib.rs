@@ -29,15 +29,15 @@
 
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "tests compare exact numbers on purpose"))]
 
+mod elf;
 mod environment;
 mod error;
 mod ffi;
 mod inverted_pendulum;
-mod layout;
 mod library;
 mod model;
+mod probe;
 mod search;
-mod self_check;
 
 pub use environment::MujocoEnvironment;
 pub use error::{Attempt, MujocoError};

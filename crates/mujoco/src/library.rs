@@ -4,24 +4,25 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use crate::elf;
 use crate::error::{Attempt, MujocoError};
 use crate::ffi::{Api, OpenError};
-use crate::layout;
+use crate::probe::Conventions;
 use crate::search::Search;
-use crate::self_check;
 
 /// MuJoCo's shared library. Clones share it; it stays loaded until the process ends.
 #[derive(Clone)]
 pub struct Library {
     file: PathBuf,
     api: Arc<Api>,
+    conventions: Arc<Conventions>,
 }
 
 impl Library {
     /// The first usable library among the places of `search`.
     ///
-    /// A library is usable if there is a table of offsets for its version (3.3.7, 3.17.0 and 4.0.0) and the table
-    /// agrees with what the library does to a small model.
+    /// A library is usable if it is a MuJoCo 3 or 4 and does to a small model what is expected; how that is
+    /// found out, and why, stands in the module `probe`.
     ///
     /// # Errors
     /// [`MujocoError::NotFound`] with every place that was looked at and why it would not do.
@@ -48,29 +49,34 @@ impl Library {
     }
 
     fn open(file: &Path) -> Result<Self, String> {
+        if let Some((needed, len)) = elf::cut_short(file) {
+            return Err(format!("it is cut short: {len} bytes of {needed} or more"));
+        }
         let api = Api::open(file).map_err(|e| match e {
             OpenError::Load(reason) => reason,
             OpenError::Missing(name) => format!("this is no MuJoCo: it has no function `{name}`"),
-            OpenError::Unknown(version) => {
-                format!("this is MuJoCo {version}; the versions supported are {}", layout::known_versions())
-            }
+            OpenError::Unknown(version) => format!("this is MuJoCo {version}; the versions supported are 3.x and 4.x"),
         })?;
         let api = Arc::new(api);
-        self_check::check(&api)
-            .map_err(|e| format!("MuJoCo {} does not behave as expected: {e}", layout::release(api.layout.version)))?;
-        Ok(Self { file: file.into(), api })
+        let conventions =
+            Conventions::of(&api).map_err(|e| format!("MuJoCo {} does not behave as expected: {e}", api.version))?;
+        Ok(Self { file: file.into(), api, conventions: Arc::new(conventions) })
     }
 
     /// Version, such as `3.17.0`.
     #[must_use]
-    pub fn version(&self) -> String {
-        layout::release(self.api.layout.version)
+    pub fn version(&self) -> &str {
+        &self.api.version
     }
 
     /// The file it was loaded from; a bare name if the system's loader found it.
     #[must_use]
     pub fn file(&self) -> &Path {
         &self.file
+    }
+
+    pub(crate) fn conventions(&self) -> &Arc<Conventions> {
+        &self.conventions
     }
 
     pub(crate) fn api(&self) -> &Arc<Api> {

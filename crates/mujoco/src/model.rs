@@ -6,14 +6,37 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::error::MujocoError;
-use crate::ffi::{DataHandle, LoadError, ModelHandle, Part};
+use crate::ffi::{Api, DataHandle, LoadError, ModelHandle, Raised, take_warnings};
 use crate::library::Library;
+use crate::probe::Conventions;
 
 /// A compiled MJCF model. Clones share it, on any number of threads.
 #[derive(Clone)]
 pub struct MujocoModel {
     handle: Arc<ModelHandle>,
+    conventions: Arc<Conventions>,
+    /// Lengths of qpos, qvel and ctrl.
+    sizes: [usize; 3],
+    timestep: f64,
     rest: Arc<[f64]>,
+}
+
+/// Compiles the MJCF file at `path`.
+fn compile(api: &Arc<Api>, path: &Path) -> Result<ModelHandle, LoadError> {
+    let text = path.to_str().ok_or_else(|| LoadError("the path is not UTF-8".into()))?;
+    let file = CString::new(text).map_err(|e| LoadError(e.to_string()))?;
+    ModelHandle::from_file(api, &file)
+}
+
+/// Compiles the MJCF text `xml` from a file of its own, which lies in a folder alone: `mjVFS`, MuJoCo's files in memory, has
+/// had several sizes, and the function that fills it is younger than 3.0.
+pub(crate) fn compile_text(api: &Arc<Api>, xml: &str) -> Result<ModelHandle, LoadError> {
+    let written = |e: std::io::Error| LoadError(format!("it cannot be written to a temporary file: {e}"));
+    let folder = tempfile::tempdir().map_err(written)?;
+    let file = folder.path().join("model.xml");
+    std::fs::write(&file, xml).map_err(written)?;
+    let here = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
+    compile(api, &file).map_err(|LoadError(message)| LoadError(message.replace(&here, "")))
 }
 
 impl MujocoModel {
@@ -23,40 +46,52 @@ impl MujocoModel {
     /// [`MujocoError::Model`] with MuJoCo's own message.
     pub fn from_file(library: &Library, path: impl AsRef<Path>) -> Result<Self, MujocoError> {
         let path = path.as_ref();
-        let origin = path.display().to_string();
-        let refused = |message: String| MujocoError::Model { origin: origin.clone(), message };
-        let text = path.to_str().ok_or_else(|| refused("the path is not UTF-8".into()))?;
-        let file = CString::new(text).map_err(|e| refused(e.to_string()))?;
-        Self::new(ModelHandle::from_file(library.api(), &file)).map_err(|LoadError(message)| refused(message))
+        Self::new(library, compile(library.api(), path))
+            .map_err(|LoadError(message)| MujocoError::Model { origin: path.display().to_string(), message })
     }
 
-    /// Compiles the MJCF text `xml`; files it names are looked for in the current folder.
+    /// Compiles the MJCF text `xml`, which names no other files but by full paths.
     ///
     /// # Errors
-    /// [`MujocoError::Model`] with MuJoCo's own message.
+    /// [`MujocoError::Model`] with MuJoCo's own message, or where no temporary file can be written.
     pub fn from_xml(library: &Library, xml: &str) -> Result<Self, MujocoError> {
-        Self::new(ModelHandle::from_xml(library.api(), xml))
+        Self::new(library, compile_text(library.api(), xml))
             .map_err(|LoadError(message)| MujocoError::Model { origin: "the model's text".into(), message })
     }
 
-    fn new(loaded: Result<ModelHandle, LoadError>) -> Result<Self, LoadError> {
-        let handle = Arc::new(loaded?);
-        let data = DataHandle::new(&handle)?;
-        let mut rest = vec![0.0; data.len(Part::State)];
-        data.get(Part::State, &mut rest)?;
-        Ok(Self { handle, rest: rest.into() })
+    fn new(library: &Library, compiled: Result<ModelHandle, LoadError>) -> Result<Self, LoadError> {
+        let (handle, conventions) = (Arc::new(compiled?), Arc::clone(library.conventions()));
+        let mut sizes = [0; 3];
+        for (size, part) in sizes.iter_mut().zip([conventions.positions, conventions.velocities, conventions.controls])
+        {
+            *size = handle.state_size(part)?;
+        }
+        let mut data = DataHandle::new(&handle)?;
+        let mut rest = vec![0.0; sizes[0] + sizes[1]];
+        data.get(conventions.state(), &mut rest)?;
+        // The time is 0, and 0 + h = h without rounding, even where the step diverges and MuJoCo begins anew.
+        let mut time = [f64::NAN];
+        let stepped = data.step();
+        take_warnings();
+        stepped.map_err(|Raised(message)| LoadError(format!("its first step fails: {message}")))?;
+        data.get(conventions.time, &mut time)?;
+        let [timestep] = time;
+        if !(timestep.is_finite() && timestep > 0.0) {
+            return Err(LoadError(format!("a step takes {timestep} s")));
+        }
+        Ok(Self { handle, conventions, sizes, timestep, rest: rest.into() })
     }
 
     /// Number of positions nq; a ball or free joint has one more than it has velocities.
     #[must_use]
     pub fn position_dim(&self) -> usize {
-        self.handle.sizes()[0]
+        self.sizes[0]
     }
 
     /// Number of velocities nv.
     #[must_use]
     pub fn velocity_dim(&self) -> usize {
-        self.handle.sizes()[1]
+        self.sizes[1]
     }
 
     /// Number of states n = nq + nv.
@@ -68,13 +103,13 @@ impl MujocoModel {
     /// Number of controls k.
     #[must_use]
     pub fn control_dim(&self) -> usize {
-        self.handle.sizes()[2]
+        self.sizes[2]
     }
 
     /// Step of the simulation \[s\].
     #[must_use]
     pub fn timestep(&self) -> f64 {
-        self.handle.timestep()
+        self.timestep
     }
 
     /// The state (n) the model is drawn in, at rest: what MuJoCo resets a simulation to.
@@ -87,6 +122,10 @@ impl MujocoModel {
     #[must_use]
     pub fn warning(&self) -> Option<&str> {
         self.handle.warning()
+    }
+
+    pub(crate) fn conventions(&self) -> &Arc<Conventions> {
+        &self.conventions
     }
 
     pub(crate) fn handle(&self) -> &Arc<ModelHandle> {

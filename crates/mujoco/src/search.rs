@@ -2,8 +2,12 @@
 
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::ffi::OsString;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Prints the folders that may hold the library, without importing the package: its own, and those of the two wheels it
 /// has been split into since 4.0, should they be installed apart. A folder `mujoco` where we stand is not the package.
@@ -20,6 +24,11 @@ for wheel in ("mujoco-core", "mujoco"):
         pass
 print("\n".join(dict.fromkeys(found)))
 "#;
+
+/// How long an interpreter may take to answer, and how much it may print \[byte\]: what is called `python3` may be anything.
+const LONGEST_WAIT: Duration = Duration::from_secs(5);
+const LONGEST_ANSWER: u64 = 64 << 10;
+const SILENT: &str = "it did not answer in time";
 
 /// A place that may hold MuJoCo's shared library.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,7 +114,7 @@ impl Place {
                 }
                 found
             }
-            Self::Interpreter(python) => match ask(python) {
+            Self::Interpreter(python) => match ask(python, LONGEST_WAIT) {
                 Ok(folders) => folders.iter().map(|folder| in_folder(folder)).collect(),
                 Err(reason) => vec![(format!("package `mujoco` of {}", python.display()), Err(reason))],
             },
@@ -168,19 +177,63 @@ fn in_venv(venv: &Path) -> (String, Result<Vec<PathBuf>, String>) {
     (place, refused.filter(|_| found.is_empty()).map_or(Ok(found), Err))
 }
 
-/// The folders `python` names.
-fn ask(python: &Path) -> Result<Vec<PathBuf>, String> {
-    let output = Command::new(python)
+/// The folders `python` names, if it answers within `limit`.
+fn ask(python: &Path, limit: Duration) -> Result<Vec<PathBuf>, String> {
+    let until = Instant::now() + limit;
+    let mut child = Command::new(python)
         .args(["-X", "utf8", "-c", ASK_PYTHON])
         .stdin(Stdio::null())
-        .output()
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
         .map_err(|e| format!("it cannot be run: {e}"))?;
+    let answer = answer(&mut child, until);
+    let status = ended(&mut child, until);
+    if status.is_none() {
+        let _ = child.kill();
+        let _ = child.wait();
+    }
     let folders: Vec<_> =
-        String::from_utf8_lossy(&output.stdout).lines().filter(|l| !l.is_empty()).map(PathBuf::from).collect();
-    match (folders.is_empty(), output.status.success()) {
+        String::from_utf8_lossy(&answer?).lines().filter(|l| !l.is_empty()).map(PathBuf::from).collect();
+    match (folders.is_empty(), status) {
         (false, _) => Ok(folders),
-        (true, true) => Err("not installed".into()),
-        (true, false) => Err(format!("it could not be asked ({})", output.status)),
+        (true, None) => Err(SILENT.into()),
+        (true, Some(status)) if status.success() => Err("not installed".into()),
+        (true, Some(status)) => Err(format!("it could not be asked ({status})")),
+    }
+}
+
+/// What `child` prints until it closes its output.
+fn answer(child: &mut Child, until: Instant) -> Result<Vec<u8>, String> {
+    let output = child.stdout.take().ok_or(SILENT)?;
+    let (sender, receiver) = mpsc::channel();
+    // The thread outlives the answer only where a program that `child` started keeps the output open.
+    let reader = move || {
+        let mut bytes = Vec::new();
+        let read = output.take(LONGEST_ANSWER + 1).read_to_end(&mut bytes);
+        let _ = sender.send(read.map(|_| bytes));
+    };
+    thread::Builder::new().spawn(reader).map_err(|e| format!("no thread to read its answer: {e}"))?;
+    match receiver.recv_timeout(until.saturating_duration_since(Instant::now())) {
+        Ok(Ok(bytes)) if bytes.len() as u64 > LONGEST_ANSWER => {
+            let _ = child.kill();
+            Err(format!("it printed more than {LONGEST_ANSWER} bytes"))
+        }
+        Ok(read) => read.map_err(|e| format!("its answer cannot be read: {e}")),
+        Err(_) => Err(SILENT.into()),
+    }
+}
+
+/// How `child` ended, if it does until then.
+fn ended(child: &mut Child, until: Instant) -> Option<ExitStatus> {
+    loop {
+        if let Some(status) = child.try_wait().ok()? {
+            return Some(status);
+        }
+        if Instant::now() >= until {
+            return None;
+        }
+        thread::sleep(Duration::from_millis(2));
     }
 }
 
@@ -238,5 +291,31 @@ mod tests {
         std::fs::write(package.join("libmujoco.so.3.17.0"), "").unwrap();
         let found = Place::VenvsAbove(inside).libraries();
         assert_eq!(found[0].1, Ok(vec![package.join("libmujoco.so.3.17.0")]));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_interpreter_that_does_not_end_or_does_not_stop_printing_is_not_waited_for() {
+        use std::os::unix::fs::PermissionsExt as _;
+
+        let folder = tempfile::tempdir().unwrap();
+        let limit = Duration::from_millis(500);
+        let long = format!("no more than {}", "x".repeat(64));
+        for (script, expected) in [
+            ("echo /a/mujoco; echo; echo /b", Ok(vec![PathBuf::from("/a/mujoco"), PathBuf::from("/b")])),
+            ("echo /a/mujoco; exec >&-; exec sleep 60", Ok(vec![PathBuf::from("/a/mujoco")])),
+            ("exit 0", Err("not installed")),
+            ("exit 3", Err("it could not be asked (exit status: 3)")),
+            ("exec sleep 60", Err(SILENT)),
+            ("exec >&-; exec sleep 60", Err(SILENT)),
+            (&format!("while :; do echo {long}; done"), Err("it printed more than 65536 bytes")),
+        ] {
+            let python = folder.path().join("python");
+            std::fs::write(&python, format!("#!/bin/sh\n{script}\n")).unwrap();
+            std::fs::set_permissions(&python, std::fs::Permissions::from_mode(0o755)).unwrap();
+            let begun = Instant::now();
+            assert_eq!(ask(&python, limit), expected.map_err(String::from), "{script}");
+            assert!(begun.elapsed() < Duration::from_secs(30), "{script} was waited for");
+        }
     }
 }

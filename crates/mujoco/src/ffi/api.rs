@@ -6,18 +6,21 @@ use std::error::Error as _;
 use std::ffi::{CStr, c_char, c_int, c_uint, c_void};
 use std::mem::ManuallyDrop;
 use std::path::Path;
+use std::ptr;
 
 use libloading::Library;
 
 use super::guard::{self, Raised, guarded};
-use crate::layout::{self, Layout};
 
 /// `mjModel`, only ever behind a pointer.
 pub(super) type RawModel = c_void;
 /// `mjData`, only ever behind a pointer.
 pub(super) type RawData = c_void;
-/// `mjVFS`, only ever behind a pointer.
-pub(super) type RawVfs = c_void;
+/// The parts of a state, a bit for each: what `mj_getState` calls its signature.
+pub(crate) type Signature = c_uint;
+
+/// The major versions whose functions have been compared with the types here.
+const MAJORS: [&str; 2] = ["3", "4"];
 
 /// Why a file is not a MuJoCo we can use.
 #[derive(Debug)]
@@ -26,25 +29,22 @@ pub(crate) enum OpenError {
     Load(String),
     /// It has no function of this name.
     Missing(&'static str),
-    /// There is no table of offsets for its version.
+    /// Its version may have other functions.
     Unknown(String),
 }
 
 /// MuJoCo's functions, by their names without the prefix.
 pub(crate) struct Api {
-    /// What the structs of this version look like.
-    pub(crate) layout: Layout,
-    pub(super) load_xml: unsafe extern "C-unwind" fn(*const c_char, *const RawVfs, *mut c_char, c_int) -> *mut RawModel,
-    pub(super) default_vfs: unsafe extern "C-unwind" fn(*mut RawVfs),
-    pub(super) add_buffer_vfs: unsafe extern "C-unwind" fn(*mut RawVfs, *const c_char, *const c_void, c_int) -> c_int,
-    pub(super) delete_vfs: unsafe extern "C-unwind" fn(*mut RawVfs),
+    /// Version, such as `3.17.0`.
+    pub(crate) version: String,
+    pub(super) load_xml: unsafe extern "C-unwind" fn(*const c_char, *const c_void, *mut c_char, c_int) -> *mut RawModel,
     pub(super) delete_model: unsafe extern "C-unwind" fn(*mut RawModel),
     pub(super) make_data: unsafe extern "C-unwind" fn(*const RawModel) -> *mut RawData,
     pub(super) delete_data: unsafe extern "C-unwind" fn(*mut RawData),
     pub(super) reset_data: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
-    pub(super) state_size: unsafe extern "C-unwind" fn(*const RawModel, c_uint) -> c_int,
-    pub(super) get_state: unsafe extern "C-unwind" fn(*const RawModel, *const RawData, *mut f64, c_uint),
-    pub(super) set_state: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData, *const f64, c_uint),
+    pub(super) state_size: unsafe extern "C-unwind" fn(*const RawModel, Signature) -> c_int,
+    pub(super) get_state: unsafe extern "C-unwind" fn(*const RawModel, *const RawData, *mut f64, Signature),
+    pub(super) set_state: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData, *const f64, Signature),
     pub(super) forward: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
     pub(super) step: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
     pub(super) rne_post_constraint: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
@@ -66,19 +66,20 @@ impl Api {
                 *library.get(concat!($name, "\0").as_bytes()).map_err(|_| OpenError::Missing($name))?
             };
         }
-        // SAFETY: the types here and in `Self` are those of MuJoCo's header, the same in all versions with a row but for
-        // the sign of `sig`, which is passed alike. `get` makes no use of the type beyond copying an address.
+        // SAFETY: the types here and in `Self` are those of MuJoCo's header, the same in all versions from 3.0.0 to 4.0.0
+        // but for the sign of the signature, which is passed alike; other major versions are refused before anything
+        // else is called. `get` makes no use of the type beyond copying an address. The version is a C string that
+        // belongs to the library, or null.
         unsafe {
-            let version: unsafe extern "C-unwind" fn() -> c_int = symbol!("mj_version");
-            let number = version();
-            let layout = layout::find(number).ok_or_else(|| OpenError::Unknown(layout::release(number)))?;
+            let version: unsafe extern "C-unwind" fn() -> *const c_char = symbol!("mj_versionString");
+            let version = guard::read(version());
+            if !version.split('.').next().is_some_and(|major| MAJORS.contains(&major)) {
+                return Err(OpenError::Unknown(version));
+            }
             guard::install(symbol!("mju_user_error"), symbol!("mju_user_warning"));
             Ok(Self {
-                layout,
+                version,
                 load_xml: symbol!("mj_loadXML"),
-                default_vfs: symbol!("mj_defaultVFS"),
-                add_buffer_vfs: symbol!("mj_addBufferVFS"),
-                delete_vfs: symbol!("mj_deleteVFS"),
                 delete_model: symbol!("mj_deleteModel"),
                 make_data: symbol!("mj_makeData"),
                 delete_data: symbol!("mj_deleteData"),
@@ -94,15 +95,14 @@ impl Api {
         }
     }
 
-    /// Compiles the model in `file`, looked for in `vfs` first unless that is null. The text is a warning.
-    ///
-    /// # Safety
-    /// `vfs` must be null or initialised by this library.
-    pub(super) unsafe fn load(&self, file: &CStr, vfs: *const RawVfs) -> Result<(*mut RawModel, String), Raised> {
+    /// Compiles the model in `file`. The text is a warning, or without a model the reason.
+    pub(super) fn load(&self, file: &CStr) -> Result<(*mut RawModel, String), Raised> {
         const ROOM: usize = 2000;
         let mut text = [0 as c_char; ROOM];
-        // SAFETY: both pointers are valid, and MuJoCo ends what it writes into `text` within its length.
-        let model = guarded(|| unsafe { (self.load_xml)(file.as_ptr(), vfs, text.as_mut_ptr(), ROOM as c_int) })?;
+        // SAFETY: the file's name is a C string, no virtual file system is allowed, and MuJoCo ends what it writes into
+        // `text` within the length it is told.
+        let model =
+            guarded(|| unsafe { (self.load_xml)(file.as_ptr(), ptr::null(), text.as_mut_ptr(), ROOM as c_int) })?;
         text[ROOM - 1] = 0;
         // SAFETY: the last element is 0 in any case.
         let text = guard::tidy(unsafe { CStr::from_ptr(text.as_ptr()) });

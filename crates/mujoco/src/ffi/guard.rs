@@ -20,13 +20,16 @@ pub(crate) struct Raised(pub(crate) String);
 thread_local! {
     /// Number of [`guarded`] calls this thread is inside of.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
-    /// The last warning of a guarded call.
-    static WARNING: RefCell<Option<String>> = const { RefCell::new(None) };
+    /// The warnings of guarded calls that nobody has taken, oldest first.
+    static WARNINGS: RefCell<Vec<String>> = const { RefCell::new(Vec::new()) };
 }
 
 /// Handlers somebody else in this process had set; calls that are not ours still go to them.
 static OTHER_ERROR: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 static OTHER_WARNING: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
+
+/// More warnings than this are not kept; of one simulation, MuJoCo gives each kind once until a reset.
+const MOST_WARNINGS: usize = 64;
 
 /// Makes `call`, in which MuJoCo may raise an error.
 pub(super) fn guarded<R>(call: impl FnOnce() -> R) -> Result<R, Raised> {
@@ -45,9 +48,9 @@ pub(super) fn guarded<R>(call: impl FnOnce() -> R) -> Result<R, Raised> {
     })
 }
 
-/// The last warning since this was last asked, in a guarded call of this thread.
-pub(crate) fn take_warning() -> Option<String> {
-    WARNING.take()
+/// The warnings of this thread's guarded calls since this was last asked, oldest first.
+pub(crate) fn take_warnings() -> Vec<String> {
+    WARNINGS.take()
 }
 
 /// Puts our handlers in the places a library has for them.
@@ -69,7 +72,11 @@ pub(super) unsafe fn install(error: *mut *mut (), warning: *mut *mut ()) {
 }
 
 unsafe extern "C-unwind" fn on_error(message: *const c_char) {
-    let text = read(message);
+    // SAFETY: MuJoCo hands over a C string that stays valid during the call.
+    let mut text = unsafe { read(message) };
+    if text.is_empty() {
+        text.push_str("no reason given");
+    }
     if DEPTH.get() > 0 {
         // Not `panic!`: that would print.
         resume_unwind(Box::new(Raised(text)));
@@ -80,9 +87,14 @@ unsafe extern "C-unwind" fn on_error(message: *const c_char) {
 }
 
 unsafe extern "C-unwind" fn on_warning(message: *const c_char) {
-    let text = read(message);
+    // SAFETY: MuJoCo hands over a C string that stays valid during the call.
+    let text = unsafe { read(message) };
     if DEPTH.get() > 0 {
-        WARNING.set(Some(text));
+        WARNINGS.with_borrow_mut(|warnings| {
+            // The first tell what went wrong, the last how it ended.
+            warnings.truncate(MOST_WARNINGS - 1);
+            warnings.push(text);
+        });
     } else {
         forward(&OTHER_WARNING, message, &text);
     }
@@ -100,11 +112,15 @@ fn forward(other: &AtomicPtr<()>, message: *const c_char, text: &str) {
     }
 }
 
-fn read(message: *const c_char) -> String {
+/// MuJoCo's text on one line, empty if there is none.
+///
+/// # Safety
+/// `message` must be null or a C string.
+pub(super) unsafe fn read(message: *const c_char) -> String {
     if message.is_null() {
-        return "no reason given".into();
+        return String::new();
     }
-    // SAFETY: MuJoCo hands over a C string that stays valid during the call.
+    // SAFETY: as demanded of the caller.
     tidy(unsafe { CStr::from_ptr(message) })
 }
 

@@ -5,7 +5,7 @@ mod data;
 mod guard;
 mod model;
 
-pub(crate) use api::{Api, OpenError};
-pub(crate) use data::{DataHandle, Part};
-pub(crate) use guard::{Raised, take_warning};
+pub(crate) use api::{Api, OpenError, Signature};
+pub(crate) use data::DataHandle;
+pub(crate) use guard::{Raised, take_warnings};
 pub(crate) use model::{LoadError, ModelHandle};

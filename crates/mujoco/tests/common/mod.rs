@@ -1,16 +1,23 @@
 //! Finds MuJoCo and Python for the tests: in `.venv` at the root of the repository, which `scripts/mujoco_install`
 //! makes, or in the virtual environment `SINDYNA_MUJOCO_VENV`.
+//!
+//! Where that variable is not set and there is no MuJoCo in `.venv`, tests that need it pass and say that they were not run.
 
 #![allow(dead_code, reason = "no test uses all of it")]
 
+use std::io::Write as _;
+use std::panic::Location;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sindyna_core::{Channel, Kind, Precision, Rng, Sensors, Space, Spec, Task};
-use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Place, Search};
+use sindyna_mujoco::{Attempt, Library, MujocoEnvironment, MujocoError, MujocoModel, Place, Search};
+
+/// Names a virtual environment, in which MuJoCo must then be.
+pub(crate) const VENV: &str = "SINDYNA_MUJOCO_VENV";
 
 pub(crate) fn venv() -> PathBuf {
-    let venv = std::env::var_os("SINDYNA_MUJOCO_VENV");
+    let venv = std::env::var_os(VENV);
     let venv = venv.map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../.venv"), PathBuf::from);
     std::path::absolute(&venv).unwrap_or(venv)
 }
@@ -19,8 +26,27 @@ pub(crate) fn search() -> Search {
     Search::new(vec![Place::VirtualEnvironment(venv())])
 }
 
-pub(crate) fn library() -> Library {
-    Library::load(&search()).unwrap_or_else(|e| panic!("{e}\n\nthe tests need it: run scripts/mujoco_install"))
+/// MuJoCo, or `None` after a line on stderr that names the test, which the harness does not hold back.
+#[track_caller]
+pub(crate) fn library() -> Option<Library> {
+    match Library::load(&search()) {
+        Ok(library) => Some(library),
+        Err(MujocoError::NotFound { tried }) if std::env::var_os(VENV).is_none() && tried.iter().all(absent) => {
+            let thread = std::thread::current();
+            // With one thread for all tests, it has not the test's name.
+            let test = thread.name().filter(|name| *name != "main").map(str::to_owned);
+            let test = test.unwrap_or_else(|| Location::caller().to_string());
+            let line = format!("not run, as there is no MuJoCo (scripts/mujoco_install): {test}\n");
+            std::io::stderr().write_all(line.as_bytes()).expect("stderr takes a line");
+            None
+        }
+        Err(e) => panic!("{e}\n\nscripts/mujoco_install installs a MuJoCo for the tests"),
+    }
+}
+
+/// Whether there is nothing, rather than something that does not work.
+fn absent(attempt: &Attempt) -> bool {
+    ["no such folder", "no package `mujoco` in it"].contains(&attempt.reason.as_str())
 }
 
 /// What `tests/python/<script>` prints, line by line.
