@@ -7,6 +7,19 @@
 //!
 //! [`EnsembleLearner`] learns the model of MBPO on the same kernels: probabilistic networks in observation space.
 //!
+//! ```
+//! use sindyna_core::{Agent as _, Batch, Seed};
+//! use sindyna_rl::{Sac, SacConfig, Scaling};
+//!
+//! let mut rng = Seed::new(0).stream("example", 0);
+//! // Three observed values, one action from −2 to 2.
+//! let mut agent = Sac::new(SacConfig::default(), Scaling::identity(3), &[-2.0], &[2.0], &mut rng)?;
+//! agent.update(&Batch::zeros(64, 3, 1), &mut rng)?;
+//! let policy = agent.policy();
+//! # drop(policy);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Not here: data (replay belongs to core), environments, models, loops, files on disk.
 
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "where tests compare exactly, the bits are the claim"))]

@@ -4,6 +4,18 @@
 //! [`Model`]. [`Identifier`] runs all of it for a system that a [`Spec`](sindyna_core::Spec) declares, [`Sindy`] for plain
 //! arrays.
 //!
+//! ```
+//! use ndarray::Array2;
+//! use sindyna_sindy::{Identifier, Recording, Signals};
+//!
+//! // A decay, ẋ = −2 x, sampled every 0.01 s.
+//! let x = Array2::from_shape_fn((200, 1), |(i, _)| (-2.0 * 0.01 * i as f64).exp());
+//! let signals = Signals::new(&["x"], &[]);
+//! let found = Identifier::of_signals(&signals, 0.01)?.identify_recordings(&[Recording::even(0.01, x, None)])?;
+//! assert_eq!(found.model.equations(), ["x\u{307} = −2 x"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! Not here: agents, tasks, rewards; files, clocks, the terminal.
 
 mod chain;
