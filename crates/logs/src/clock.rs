@@ -87,12 +87,15 @@ pub(crate) fn interval(recordings: &[Recording], rounding: f64) -> Result<Option
     Ok(several().all(is_even).then(|| short(dt, (1e-9 * dt).max(1e-3 * rounding / steps as f64))))
 }
 
-/// The mean of the steps between time stamps that are no gaps, in their unit; 0 without any.
-pub(crate) fn usual_step(recordings: &[Recording]) -> f64 {
+/// The mean of the steps between time stamps that are no gaps, in their unit, 0 without any; and by how much jitter makes it uncertain.
+pub(crate) fn mean_step(recordings: &[Recording]) -> (f64, f64) {
     let steps = sorted_steps(recordings);
     let longest = GAP * steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     let steps: Vec<f64> = steps.into_iter().filter(|step| *step <= longest).collect();
-    steps.iter().sum::<f64>() / steps.len().max(1) as f64
+    let count = steps.len().max(1) as f64;
+    // Of a sum of steps only the first and the last stamp are uncertain.
+    let spread = steps.last().zip(steps.first()).map_or(0.0, |(longest, shortest)| longest - shortest);
+    (steps.iter().sum::<f64>() / count, spread / count)
 }
 
 fn sorted_steps(recordings: &[Recording]) -> Vec<f64> {

@@ -5,8 +5,8 @@ use crate::recording::{Digits, Recording, Source};
 use crate::time::{unit_in_header, unit_in_values};
 use crate::{Clock, LogError, LogOptions, Note, TIME, TimeUnit, UnitBy, clock, states};
 
-/// Part of a sampling interval that was given by which time stamps may differ from it.
-const OTHER: f64 = 0.05;
+/// Part of a sampling interval that was given by which time stamps may differ from it; what their jitter explains comes on top.
+const OTHER: f64 = 1e-3;
 
 /// `recordings` with times in seconds, parted at gaps, and to how many seconds the stamps were rounded; untouched where stamps are
 /// not looked at. What was decided is added to `notes`; states number `folded` are angles.
@@ -26,8 +26,9 @@ pub(crate) fn told(
         (Clock::Given(dt), without) => {
             if without.is_none() {
                 let (unit, _) = unit(&recordings, sources, digits, options, folded)?;
-                let stamps = clock::usual_step(&recordings) * unit.seconds();
-                if stamps > 0.0 && (stamps - dt).abs() > OTHER * dt {
+                let (mean, slack) = clock::mean_step(&recordings);
+                let (stamps, slack) = (mean * unit.seconds(), slack * unit.seconds());
+                if stamps > 0.0 && (stamps - dt).abs() > OTHER * dt + slack {
                     return Err(LogError::OtherInterval { dt, stamps, column: sources[0].time_name().to_owned() });
                 }
                 notes.push(Note::TimeIgnored { dt });

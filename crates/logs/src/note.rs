@@ -299,7 +299,7 @@ impl fmt::Display for Note {
                 write!(f, "{state} never changes, so what it does cannot be seen; no candidate term has it")
             }
             Self::TimeIgnored { dt } => {
-                write!(f, "the sampling interval {dt} s is taken, time stamps are not looked at")
+                write!(f, "samples are taken to be {dt} s apart; time stamps say the same but for jitter")
             }
             Self::Resampled { dt } => write!(f, "resampled every {dt} s: straight lines between rows, means of inputs"),
             Self::Circle { cosine, sine, angle } => {

@@ -30,12 +30,7 @@ pub fn save(path: &Path, contents: &[u8]) -> Result<(), RecordError> {
 /// What the system said of a temporary file, without the file's name.
 #[must_use]
 pub fn cause(error: io::Error) -> io::Error {
-    let source = error.get_ref().and_then(|wrapped| wrapped.source()?.downcast_ref::<io::Error>());
-    match source.map(io::Error::raw_os_error) {
-        Some(Some(code)) => io::Error::from_raw_os_error(code),
-        Some(None) => error.kind().into(),
-        None => error,
-    }
+    if error.get_ref().is_some() { error.kind().into() } else { error }
 }
 
 /// Whether the file is one that a killed process was writing.

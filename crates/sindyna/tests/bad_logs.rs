@@ -73,6 +73,7 @@ fn logs_without_equations_say_what_is_odd_about_them() {
         &["a sampling interval of 1e-300 s was given, but samples are 0.05", "--time-column none"],
     );
     refuses(&example(), &[&COLUMNS[..], &["--dt", "0.1"]].concat(), &["a sampling interval of 0.1 s was given"]);
+    refuses(&example(), &[&COLUMNS[..], &["--dt", "0.0503"]].concat(), &["a sampling interval of 0.0503 s was given"]);
     refuses(
         &example(),
         &[&COLUMNS[..], &["--dt", "1e-300", "--time-column", "none"]].concat(),

@@ -296,7 +296,7 @@ fn names_do_not_end_the_script_of_a_page() {
     let page = fs::read_to_string(temp.path().join("model.html")).unwrap();
     assert_eq!(
         (page.matches("<script").count(), page.matches("</script").count(), page.matches("<!--").count()),
-        (2, 2, 0),
+        (2, 2, 1),
         "{page}"
     );
     assert!(page.contains("\"starts\":[[1.0,2.0]]"));

@@ -81,7 +81,10 @@ fn task(directory: &Path) -> Option<Arc<dyn Task>> {
     Some(Source::of(&config, directory, None).task().ok()?.0)
 }
 
-/// What a page to play with has to know besides `model`: of a run its task, of an identification the first row of its data.
+/// Rows of a log that a page begins in, at most.
+const STARTS: usize = 12;
+
+/// What a page to play with has to know besides `model`: of a run its task, of an identification its data.
 fn interface(directory: &Path, model: &Model, task: Option<&dyn Task>) -> Option<Interface> {
     if model.readings().is_some() {
         return None;
@@ -91,13 +94,30 @@ fn interface(directory: &Path, model: &Model, task: Option<&dyn Task>) -> Option
         return Interface::of(task, 0).filter(|_| same);
     }
     let data = std::fs::read_to_string(directory.join(RECORDED_LOG)).ok()?;
-    let mut lines = data.lines().map(|line| line.split(',').collect::<Vec<_>>());
-    let (names, row) = (lines.next()?, lines.next()?);
-    let value =
-        |name: &String| row.get(names.iter().position(|n| n == name)?)?.parse::<f64>().ok().filter(|v| v.is_finite());
-    let start = model.states().iter().map(value).collect::<Option<Vec<f64>>>()?;
+    let mut reader = csv::Reader::from_reader(data.as_bytes());
+    let names = reader.headers().ok()?.clone();
+    let rows: Vec<csv::StringRecord> = reader.records().map_while(Result::ok).collect();
+    let values = |row: &csv::StringRecord, wanted: &[String]| {
+        let value = |name: &String| {
+            row.get(names.iter().position(|n| n == name)?)?.parse::<f64>().ok().filter(|v| v.is_finite())
+        };
+        wanted.iter().map(value).collect::<Option<Vec<f64>>>()
+    };
+    // Rows whose states were all measured, some of them.
+    let measured = rows.iter().step_by(rows.len().div_ceil(STARTS).max(1));
+    let starts: Vec<Vec<f64>> = measured.filter_map(|row| values(row, model.states())).collect();
+    let inputs: Vec<Vec<f64>> = rows.iter().filter_map(|row| values(row, model.controls())).collect();
+    let held = inputs.first().cloned().unwrap_or_else(|| vec![0.0; model.controls().len()]);
+    let range = |i: usize| {
+        let column = || inputs.iter().map(|row| row[i]);
+        (column().fold(f64::INFINITY, f64::min), column().fold(f64::NEG_INFINITY, f64::max))
+    };
+    let controls = if inputs.is_empty() { Vec::new() } else { (0..model.controls().len()).map(range).collect() };
+    if starts.is_empty() {
+        return None;
+    }
     let name = directory.file_name().map_or_else(|| "model".to_owned(), |name| name.to_string_lossy().into_owned());
-    Some(Interface::without_policy(name, model.states().to_vec(), start))
+    Some(Interface::without_policy(name, model.states().to_vec(), starts, (controls, held)))
 }
 
 /// The policy beside a model and the names of what it observes, where there is one.

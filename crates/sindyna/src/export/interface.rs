@@ -19,6 +19,8 @@ pub(crate) struct Interface {
     pub(super) controls: Vec<(f64, f64)>,
     /// Declared range of every state, infinite where there is none: what the equations were simulated within.
     pub(super) bounds: Vec<(f64, f64)>,
+    /// Controls without a policy (k).
+    pub(super) held: Vec<f64>,
     /// States that episodes begin in.
     pub(super) starts: Vec<Vec<f64>>,
     /// Names and units of the states.
@@ -54,6 +56,7 @@ impl Interface {
             readings,
             numbered,
             controls,
+            held: vec![0.0; spec.control_dim()],
             bounds: spec.state.iter().map(|c| c.prior.bounds).collect(),
             starts: (0..STARTS).map(start).collect(),
             labels: spec.state.iter().map(label).collect(),
@@ -61,18 +64,15 @@ impl Interface {
         })
     }
 
-    /// That of equations without a policy, from the states `start` (n) on.
-    pub(crate) fn without_policy(name: String, labels: Vec<String>, start: Vec<f64>) -> Self {
-        let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); start.len()];
-        Self {
-            readings: Vec::new(),
-            numbered: Vec::new(),
-            controls: Vec::new(),
-            bounds,
-            starts: vec![start],
-            labels,
-            name,
-        }
+    /// That of equations without a policy, from the states of a log: `starts` (n each), controls within `controls` (k) that begin at `held` (k).
+    pub(crate) fn without_policy(
+        name: String,
+        labels: Vec<String>,
+        starts: Vec<Vec<f64>>,
+        (controls, held): (Vec<(f64, f64)>, Vec<f64>),
+    ) -> Self {
+        let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); labels.len()];
+        Self { readings: Vec::new(), numbered: Vec::new(), controls, held, bounds, starts, labels, name }
     }
 }
 

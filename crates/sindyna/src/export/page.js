@@ -1,33 +1,40 @@
 const find = id => document.getElementById(id);
 const picture = find('picture'), pen = picture.getContext('2d');
 const identified = C.slice(), n = FACTS.names.length, past = [];
-// A map without seconds is played at thirty steps a second.
-const pace = DT <= 0.25 ? 1 / DT : 30;
-let x = [], begun = 0, due = 0, last = 0, playing = true, push = 0, u = [], fell = '';
+// Real time, or what eyes can follow: thirty steps a second where that is slower, three hundred where it is faster.
+const pace = DT > 0.25 ? 30 : DT < 0.002 ? 300 : 1 / DT;
+const held = FACTS.held.slice(), STRIP = 900, LONG_AT_BOUND = 60;
+let x = [], begun = 0, due = 0, last = 0, playing = true, push = 0, u = [], fell = '', bound = 0;
 
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(name);
 const range = i => FACTS.controls[i] || [-1, 1];
+const policyActs = () => FACTS.policy && find('policy').checked;
 
-function begin() {
+function begin(why = '') {
   x = FACTS.starts[begun % FACTS.starts.length].slice();
   begun += 1;
   past.length = 0;
-  due = 0;
-  fell = '';
+  past.push(x.concat(held));
+  due = bound = 0;
+  fell = why;
 }
 
 function forward() {
-  u = find('policy').checked && FACTS.policy ? control(x).slice() : FACTS.inputs.map(() => 0);
-  if (u.length) u[0] += push;
+  u = policyActs() ? control(x).slice() : held.slice();
+  if (u.length) u[+find('which').value] += push;
   const after = next(x, u);
   if (!after.every(Number.isFinite)) {
-    fell = 'the state left the finite numbers; begun anew';
-    begin();
+    begin('the state left the finite numbers; begun anew');
     return;
   }
   x = after;
   past.push(x.concat(u));
-  if (past.length > 900) past.shift();
+  if (past.length > STRIP) past.shift();
+  // Episodes end there, or nothing moves any more.
+  const at = x.findIndex((value, i) => value === BOUNDS[i][0] || value === BOUNDS[i][1]);
+  bound = at < 0 ? 0 : bound + 1;
+  if (bound > LONG_AT_BOUND) begin(`${FACTS.names[at]} stayed at its declared bound; begun anew`);
+  else if (past.length > 90) fell = '';
 }
 
 // Where a value lies between the ends of all that were seen.
@@ -73,24 +80,30 @@ function body(width, height) {
     return [across(x[shape.x]), up(x[shape.x]) - 9];
   }
   if (!past.length) return [middle, height / 2];
-  const j = n - 1, [a, b] = ends(0), [c, d] = ends(j);
+  const j = Math.min(1, n - 1), [a, b] = ends(0), [c, d] = ends(j);
   const place = row => [((row[0] - a) / (b - a)) * width, n > 1 ? height - ((row[j] - c) / (d - c)) * height : height / 2];
   line(past.map(place), '--model', 1.5);
   disc(...place(x), 6, '--ink');
+  pen.fillStyle = colour('--soft');
+  pen.font = '12px system-ui, sans-serif';
+  pen.fillText(`across: ${FACTS.names[0]}, up: ${FACTS.names[j]}`, 8, height - 8);
   return place(x);
 }
 
 function signals(left, top, width, height) {
-  const rows = FACTS.names.concat(FACTS.inputs.map(name => name + ' (input)')), each = height / rows.length;
+  const all = FACTS.names.concat(FACTS.inputs.map(name => name + ' (input)'));
+  const rows = all.slice(0, Math.max(1, Math.floor(height / 40))), each = height / rows.length;
+  const long = Math.max(120, past.length - 1);
   pen.font = '12px system-ui, sans-serif';
   rows.forEach((name, i) => {
     const [low, high] = ends(i), base = top + (i + 1) * each - 4;
     line([[left, base], [left + width, base]], '--line', 1);
-    line(past.map((row, k) => [left + (k / 900) * width, base - ((row[i] - low) / (high - low)) * (each - 20)]), i < n ? '--model' : '--push', 1.3);
+    line(past.map((row, k) => [left + (k / long) * width, base - ((row[i] - low) / (high - low)) * (each - 20)]), i < n ? '--model' : '--push', 1.3);
     pen.fillStyle = colour('--soft');
     const value = past.length ? past[past.length - 1][i].toPrecision(3) : '';
-    pen.fillText(`${name}  ${value}`, left + 4, base - each + 16);
+    pen.fillText(`${value}  ${name}`, left + 4, base - each + 16);
   });
+  if (rows.length < all.length) pen.fillText(`${all.length - rows.length} more are not drawn`, left + 4, top + height - 6);
 }
 
 function draw() {
@@ -112,16 +125,20 @@ function draw() {
   if (push) line([at, [at[0] + (push / pushed()) * 90, at[1]]], '--push', 4);
   pen.restore();
   signals(...(wide ? [size[0], 0, box.width - size[0], height] : [0, 300, box.width, 320]));
-  find('told').textContent = fell || (push ? `push ${push.toPrecision(2)}` : '');
+  find('told').textContent = fell || (push ? `push ${push.toPrecision(2)}` : `${(pace * DT * 2 ** +find('speed').value).toPrecision(2)} s a second`);
 }
 
-// The largest push: twice the largest control.
-const pushed = () => 2 * Math.max(...range(0).map(Math.abs), 1e-9);
+// The largest push: as far as controls go from one end to the other.
+const pushed = () => {
+  const [low, high] = range(+find('which').value);
+  return high > low ? high - low : Math.max(1, Math.abs(high));
+};
 
 function frame(now) {
   if (playing) {
     due += Math.min(now - last, 100) / 1000 * pace * 2 ** +find('speed').value;
-    for (; due >= 1; due -= 1) forward();
+    for (let steps = 0; due >= 1 && steps < 200; steps += 1, due -= 1) forward();
+    due = Math.min(due, 1);
   }
   last = now;
   draw();
@@ -133,14 +150,30 @@ picture.onpointerdown = event => { if (FACTS.inputs.length) { grip = event.clien
 picture.onpointermove = event => { if (grip !== null) push = Math.max(-1, Math.min(1, (event.clientX - grip) / 120)) * pushed(); };
 picture.onpointerup = picture.onpointercancel = () => { grip = null; push = 0; };
 find('play').onclick = () => { playing = !playing; find('play').textContent = playing ? 'Pause' : 'Play'; };
-find('again').onclick = begin;
+find('again').onclick = () => begin();
 if (!FACTS.policy) find('policy-label').hidden = true;
-find('help').textContent = (FACTS.inputs.length ? `Drag across the picture to push: what you pull is added to ${FACTS.inputs[0]}. ` : '')
+FACTS.inputs.forEach((name, i) => find('which').add(new Option(name, i)));
+if (FACTS.inputs.length < 2) find('which-label').hidden = true;
+if (FACTS.inputs.length) Object.assign(picture.style, { touchAction: 'none', cursor: 'crosshair' });
+// What inputs are held at where no policy acts.
+FACTS.inputs.forEach((name, i) => {
+  const [low, high] = range(i);
+  if (FACTS.policy || !(high > low)) return;
+  const label = document.createElement('label'), slider = document.createElement('input'), value = document.createElement('span');
+  slider.type = 'range';
+  [slider.min, slider.max, slider.step, slider.value] = [low, high, 'any', held[i]];
+  const tell = () => { value.textContent = ` ${held[i].toPrecision(3)}`; };
+  slider.oninput = () => { held[i] = +slider.value; tell(); };
+  tell();
+  label.append(`${name} held at `, slider, value);
+  find('held').append(label);
+});
+find('help').textContent = (FACTS.inputs.length ? `Drag across the picture to push: what you pull is added to ${FACTS.inputs.length > 1 ? 'the input chosen' : FACTS.inputs[0]}. ` : '')
   + 'Sliders change the equations that are simulated' + (FACTS.policy ? '; the policy stays as it was trained.' : '.');
 
 const sliders = [];
 FACTS.coefficients.forEach(({ equation, term, fixed }, k) => {
-  if (fixed) return;
+  if (fixed || sliders.length >= 60) return;
   const label = document.createElement('label'), slider = document.createElement('input'), value = document.createElement('span');
   slider.type = 'range';
   [slider.min, slider.max, slider.step] = [-100, 100, 'any'];

@@ -6,7 +6,7 @@ use sindyna_sindy::Entry;
 use super::code::number;
 use super::interface::{Interface, Reading};
 use super::javascript;
-use super::program::{Program, harmless};
+use super::program::Program;
 
 const PAGE: &str = include_str!("page.html");
 const SCRIPT: &str = include_str!("page.js");
@@ -39,7 +39,7 @@ fn between(program: &Program, interface: &Interface) -> String {
     let within = |(low, high): &(f64, f64)| format!("[{}, {}]", bound(*low), bound(*high));
     let bounds: Vec<String> = interface.bounds.iter().map(within).collect();
     let control = match (&program.policy, &interface.numbered[..]) {
-        (None, _) => format!("new Array({}).fill(0.0)", program.system.controls.len()),
+        (None, _) => json!(interface.held).to_string(),
         (Some(_), []) => "act(observe(x))".to_owned(),
         (Some(_), numbered) => format!("{}[act(observe(x))[0]]", json!(numbered)),
     };
@@ -93,14 +93,15 @@ fn facts(program: &Program, interface: &Interface) -> serde_json::Value {
         _ => json!({"kind": "portrait"}),
     };
     json!({
-        "starts": interface.starts, "controls": interface.controls, "names": interface.labels, "inputs": system.controls,
+        "starts": interface.starts, "controls": interface.controls, "held": interface.held, "names": interface.labels, "inputs": system.controls,
         "coefficients": coefficients, "shape": shape, "policy": program.policy.is_some(),
     })
 }
 
 /// Text for HTML.
 fn escaped(text: &str) -> String {
-    harmless(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    let text: String = text.chars().filter(|c| !c.is_control()).collect();
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 /// JSON within a script: nothing in it ends the script.
