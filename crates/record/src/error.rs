@@ -88,7 +88,7 @@ pub enum RecordError {
         is_digest: bool,
     },
     /// The directory is no comparison.
-    #[error("{} is neither a comparison nor a digest of one: cannot read compare.toml in it", path.display())]
+    #[error("{} holds no record: there is neither a config.toml nor a compare.toml in it", path.display())]
     NotAComparison {
         /// The directory.
         path: PathBuf,

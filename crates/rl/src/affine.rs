@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn vectors_of_any_width_give_the_sums_in_order() {
         const INPUTS: usize = 7;
-        let number = |i: usize| (1.7 * i as f32).sin() * if i % 11 == 0 { 0.0 } else { 3.0 };
+        let number = |i: usize| (1.7 * i as f32).sin() * if i.is_multiple_of(11) { 0.0 } else { 3.0 };
         for outputs in 1..=70 {
             let stride = outputs.max(INPUTS);
             let x: Vec<f32> = (0..3 * stride).map(|i| if i == 2 { f32::NAN } else { number(i) }).collect();

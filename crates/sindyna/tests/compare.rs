@@ -190,7 +190,7 @@ fn a_digest_tells_all_that_its_comparison_does() {
     assert!(code == 2 && stderr.contains("README.md is there already and is no report"), "{stderr}");
     assert_eq!(fs::read_to_string(temp.path().join("README.md")).unwrap(), "# Mine\n");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all/runs"]));
-    assert!(code == 2 && stderr.contains("name the directory of a comparison"), "{stderr}");
+    assert!(code == 2 && stderr.contains("holds no record"), "{stderr}");
 }
 
 #[test]

@@ -169,7 +169,13 @@ fn identified(directory: &Path) -> Option<Origin> {
     let document: Value = serde_json::from_str(&text).ok()?;
     let channels = ["states", "inputs"].iter().filter_map(|key| document[key].as_array()).flatten();
     let unit = |c: &Value| Some((c["name"].as_str()?.to_owned(), c["unit"].as_str()?.to_owned()));
-    Some((format!("Found in {}.", document["log"].as_str()?), channels.filter_map(unit).collect()))
+    let mut source = format!("Found in {}.", document["log"].as_str()?);
+    if let Some(rows) = document["input_delay"].as_f64() {
+        source += &format!(
+            " Inputs act {rows} control intervals later than over the step after theirs: give step those of so many before."
+        );
+    }
+    Some((source, channels.filter_map(unit).collect()))
 }
 
 /// From the configuration that `sindyna train` left.

@@ -179,7 +179,9 @@ fn of_record(error: &RecordError) -> Option<String> {
             "`sindyna report` makes it again from the directory of the comparison"
         }
         RecordError::Inconsistent { .. } => "`sindyna compare` makes again what is taken away",
-        RecordError::NotAComparison { .. } => "name the directory of a comparison",
+        RecordError::NotAComparison { .. } => {
+            "a directory that `sindyna train`, `identify` or `compare` left has a config.toml or a compare.toml in it"
+        }
         RecordError::NoRuns { .. } => "`sindyna compare --out DIR` makes some",
         RecordError::OtherRun { .. } => "take it away; `sindyna compare` makes it again",
         _ => return None,

@@ -73,8 +73,8 @@ pub(crate) struct Args {
 const HELP: &str = "\
 what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FORMULA for a term that is missing, such as
                v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no
-               column, --delay ROWS for inputs that act late, --angles for states that turn, a log in which states and
-               inputs move more; `sindyna inspect` shows it
+               column, --delay ROWS for inputs that act late, --angles for states that turn, --target discrete for a map
+               from row to row, a log in which states and inputs move more; `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\
@@ -175,7 +175,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     }
 
     // What was found is told even if it cannot be written down.
-    let record = Record::new(&logs, &log.spec, settings);
+    let record = Record::new(&logs, (&log.spec, &log.notes), settings);
     let document = Document { record: &record, account: &account };
     let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
     let predicted = predicted.map(|table| table.to_csv()).transpose()?;

@@ -149,10 +149,7 @@ fn lines(seen: &Inspection) -> Vec<String> {
             significant(shortest, 4),
             significant(longest, 4)
         ),
-        format!(
-            "no state moves by more than its resolution in {} % of the steps",
-            significant(100.0 * seen.stationary, 2)
-        ),
+        format!("states stay within their resolution in {} % of the steps", significant(100.0 * seen.stationary, 2)),
     ];
     lines.extend(seen.responses.iter().map(|r| match r.delay {
         Some(delay) => format!(

@@ -35,7 +35,7 @@ pub(crate) struct ReadingOptions {
     /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
-    /// Seconds between two rows where time stamps jitter or are missing; 1 for a map without seconds [default: from time stamps]
+    /// Seconds between two rows where time stamps jitter or are missing; 1 for a map without seconds, with --target discrete [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
     /// Interpolate to steps of this many seconds [default: samples at their own times]

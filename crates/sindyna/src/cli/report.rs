@@ -7,7 +7,7 @@ use serde_json::json;
 use sindyna_core::number::fixed;
 use sindyna_record::comparison::{Digest, gather};
 use sindyna_record::run::DirLock;
-use sindyna_record::sweep;
+use sindyna_record::{RecordError, sweep};
 use sindyna_report::{Comparison, Group};
 
 use super::answer::{Answer, Verdict};
@@ -43,8 +43,9 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     const HINT: &str =
         "DIR is a directory that `sindyna train`, `identify` or `compare` left, or the digest of a comparison";
     let directory = &args.directory;
-    if !directory.is_dir() {
-        return Err(Failure::new(format!("there is no directory {}", directory.display())).hint(HINT));
+    if let Err(source) = std::fs::read_dir(directory) {
+        let error = RecordError::Io { action: "read", path: directory.clone(), source };
+        return Err(Failure::from(error).hint(HINT));
     }
     if directory.join("config.toml").is_file() {
         if args.markdown.is_some() {

@@ -21,6 +21,7 @@ pub(super) fn write(program: &Program, interface: &Interface) -> String {
     let parts = [
         ("TITLE", escaped(&interface.name)),
         ("EQUATIONS", program.system.text.iter().map(|line| escaped(line) + "\n").collect()),
+        ("NOTES", escaped(&program.notes.join(" "))),
         ("MODEL", format!("const C = [{}];\n{model}{}", coefficients.join(", "), between(program, interface))),
         ("FACTS", for_script(&facts(program, interface).to_string())),
         ("SCRIPT", SCRIPT.to_owned()),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use sindyna_core::{Channel, Kind, Precision, Spec};
+use sindyna_logs::Note;
 use sindyna_record::identification::Account;
 
 use crate::cli::reading::STDIN;
@@ -19,6 +20,9 @@ pub(super) struct Record {
     #[serde(skip)]
     name: String,
     dt: f64,
+    /// Rows by which inputs act later than over the step after theirs, where they do; whatever uses the model must delay them so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_delay: Option<f64>,
     precision: &'static str,
     states: Vec<Named>,
     inputs: Vec<Named>,
@@ -50,7 +54,7 @@ impl Record {
         &self.name
     }
 
-    pub(super) fn new(paths: &[&Path], spec: &Spec, identification: IdentificationConfig) -> Self {
+    pub(super) fn new(paths: &[&Path], (spec, notes): (&Spec, &[Note]), identification: IdentificationConfig) -> Self {
         let error = |name: &str| {
             let mut shown = spec.observation.iter().zip(spec.noise_deviations());
             shown.find(|(o, deviation)| o.name == name && *deviation > 0.0).map(|(_, deviation)| deviation)
@@ -74,6 +78,10 @@ impl Record {
             log: paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
             name: name_of(paths),
             dt: spec.dt,
+            input_delay: notes.iter().find_map(|note| match note {
+                Note::Delayed { rows, .. } => Some(*rows),
+                _ => None,
+            }),
             precision: match spec.precision {
                 Precision::F32 => "f32",
                 Precision::F64 => "f64",
