@@ -29,6 +29,7 @@
 
 #![cfg_attr(test, allow(clippy::float_cmp, reason = "tests compare exact numbers on purpose"))]
 
+mod compile;
 mod elf;
 mod environment;
 mod error;

@@ -1,12 +1,12 @@
 //! A model of bodies, joints and motors.
 
-use std::ffi::CString;
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::compile::{compile, compile_text};
 use crate::error::MujocoError;
-use crate::ffi::{Api, DataHandle, LoadError, ModelHandle, Raised, take_warnings};
+use crate::ffi::{DataHandle, LoadError, ModelHandle, Raised, take_warnings};
 use crate::library::Library;
 use crate::probe::Conventions;
 
@@ -19,24 +19,6 @@ pub struct MujocoModel {
     sizes: [usize; 3],
     timestep: f64,
     rest: Arc<[f64]>,
-}
-
-/// Compiles the MJCF file at `path`.
-fn compile(api: &Arc<Api>, path: &Path) -> Result<ModelHandle, LoadError> {
-    let text = path.to_str().ok_or_else(|| LoadError("the path is not UTF-8".into()))?;
-    let file = CString::new(text).map_err(|e| LoadError(e.to_string()))?;
-    ModelHandle::from_file(api, &file)
-}
-
-/// Compiles the MJCF text `xml` from a file of its own, which lies in a folder alone: `mjVFS`, MuJoCo's files in memory, has
-/// had several sizes, and the function that fills it is younger than 3.0.
-pub(crate) fn compile_text(api: &Arc<Api>, xml: &str) -> Result<ModelHandle, LoadError> {
-    let written = |e: std::io::Error| LoadError(format!("it cannot be written to a temporary file: {e}"));
-    let folder = tempfile::tempdir().map_err(written)?;
-    let file = folder.path().join("model.xml");
-    std::fs::write(&file, xml).map_err(written)?;
-    let here = format!("{}{}", folder.path().display(), std::path::MAIN_SEPARATOR);
-    compile(api, &file).map_err(|LoadError(message)| LoadError(message.replace(&here, "")))
 }
 
 impl MujocoModel {

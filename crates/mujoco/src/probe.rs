@@ -18,8 +18,8 @@
 
 use std::sync::Arc;
 
+use crate::compile::compile_text;
 use crate::ffi::{Api, DataHandle, LoadError, ModelHandle, Raised, Signature, take_warnings};
-use crate::model;
 
 /// Two bodies that nothing moves but their motors, the first the hinge (velocity 6), the second the free body along z
 /// (velocity 2): nq = 8, nv = 7, nu = 2. All numbers are sums of few powers of two, so that results are exact.
@@ -109,7 +109,7 @@ impl From<Raised> for Unexpected {
 impl Conventions {
     /// Learns them from the library.
     pub(crate) fn of(api: &Arc<Api>) -> Result<Self, Unexpected> {
-        let model = model::compile_text(api, MODEL).map_err(|LoadError(message)| Unexpected::Model(message))?;
+        let model = compile_text(api, MODEL).map_err(|LoadError(message)| Unexpected::Model(message))?;
         let probe = Probe::new(model);
         let [time, positions, velocities, controls] = probe.parts()?;
         let written: Vec<f64> = (1..=REST.len() + NV).map(|i| i as f64).collect();
@@ -386,7 +386,7 @@ mod tests {
         let Some(api) = api() else { return };
         let learned = Conventions::of(&api).expect("it behaves as expected");
         let probe = || {
-            let model = model::compile_text(&api, MODEL).unwrap_or_else(|LoadError(e)| panic!("{e}"));
+            let model = compile_text(&api, MODEL).unwrap_or_else(|LoadError(e)| panic!("{e}"));
             Probe::new(model)
         };
         let Conventions { time, positions, velocities, controls, .. } = learned;
