@@ -1,6 +1,6 @@
 //! Equations and policies as programs in other languages.
 //!
-//! A [`Program`] is all that a language has to know. Names stand in comments alone, without what could end one: states and controls are
+//! A `Program` is all that a language has to know. Names stand in comments alone, without what could end one: states and controls are
 //! numbers in arrays, so no name can become code.
 
 mod c;
