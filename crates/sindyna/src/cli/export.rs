@@ -172,7 +172,7 @@ fn identified(directory: &Path) -> Option<Origin> {
     let mut source = format!("Found in {}.", document["log"].as_str()?);
     if let Some(rows) = document["input_delay"].as_f64() {
         source += &format!(
-            " Inputs act {rows} control intervals later than over the step after theirs: give step those of so many before."
+            " Inputs act {rows} control intervals later than over the step after theirs (earlier where negative): shift them so."
         );
     }
     Some((source, channels.filter_map(unit).collect()))
