@@ -36,7 +36,7 @@ pub enum Phase {
     Fit,
     /// Collect as much data again as there are.
     CollectMore,
-    /// Imagine a step of every world, and improve the policy with it.
+    /// Imagine a step of every system, and improve the policy with it.
     Improve,
     /// Let the policy that was best in the model have a real episode.
     Confirm,

@@ -35,15 +35,15 @@ impl Gap {
         let n = belief.task.spec().state_dim();
         for i in 0..EPISODES {
             let mut rng = seed.stream("gap", i as u64);
-            let mut world = Trial::new(belief, i);
-            world.reset(&mut rng)?;
-            let mut action = vec![0.0; world.spec().action_space.action_dim()];
+            let mut system = Trial::new(belief, i);
+            system.reset(&mut rng)?;
+            let mut action = vec![0.0; system.spec().action_space.action_dim()];
             let (mut policy, mut visited) = (Acting::begin(policy), Vec::new());
             loop {
-                policy.act(world.observation(), Mode::Exploit, &mut rng, &mut action);
-                let before = world.state().to_vec();
-                let outcome = world.step(&action, &mut rng)?;
-                visited.push([&before, world.control()].concat());
+                policy.act(system.observation(), Mode::Exploit, &mut rng, &mut action);
+                let before = system.state().to_vec();
+                let outcome = system.step(&action, &mut rng)?;
+                visited.push([&before, system.control()].concat());
                 if outcome.terminated || outcome.truncated {
                     break;
                 }

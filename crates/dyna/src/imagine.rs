@@ -191,13 +191,13 @@ impl Environment for Trial<'_> {
 }
 
 /// An imagined system in the middle of a rollout.
-struct World<'a> {
+struct System<'a> {
     env: Imagined<'a>,
     rng: Rng,
     age: usize,
 }
 
-impl<'a> Lane for World<'a> {
+impl<'a> Lane for System<'a> {
     type System = Imagined<'a>;
 
     fn system(&self) -> &Imagined<'a> {
@@ -212,7 +212,7 @@ impl<'a> Lane for World<'a> {
 /// What changes in imagination from step to step.
 #[derive(Serialize, Deserialize)]
 struct Saved {
-    worlds: Vec<(Vec<u8>, Rng, usize)>,
+    systems: Vec<(Vec<u8>, Rng, usize)>,
     rng: Rng,
     rollouts: u64,
     diverged: u64,
@@ -222,7 +222,7 @@ struct Saved {
 /// under noise is for trials to tell.
 pub(crate) struct Imagination<'a> {
     pub(crate) belief: Belief<'a>,
-    worlds: Lockstep<World<'a>>,
+    systems: Lockstep<System<'a>>,
     horizon: usize,
     scattered: f64,
     rng: Rng,
@@ -235,18 +235,18 @@ pub(crate) struct Imagination<'a> {
 impl<'a> Imagination<'a> {
     /// Goes by `belief`; the share `scattered` of its rollouts begins anywhere in the support of the data.
     pub(crate) fn new(belief: Belief<'a>, (schedule, scattered): (&Schedule, f64), seed: Seed, turn: u64) -> Self {
-        let n = schedule.worlds;
+        let n = schedule.systems;
         let quiet = belief.without_noise();
-        let worlds = (0..n).map(|i| {
+        let systems = (0..n).map(|i| {
             let rng = seed.stream("imagined world", turn << 32 | i as u64);
-            let mut world = World { env: Imagined::new(&quiet, i), rng, age: 0 };
-            world.begin(scattered);
-            // Staggered, so that the worlds do not all begin anew in the same turn.
-            world.age = i * schedule.imagined_len / n.max(1);
-            world
+            let mut system = System { env: Imagined::new(&quiet, i), rng, age: 0 };
+            system.begin(scattered);
+            // Staggered, so that the systems do not all begin anew in the same turn.
+            system.age = i * schedule.imagined_len / n.max(1);
+            system
         });
         Self {
-            worlds: Lockstep::new(belief.task.spec(), worlds.collect()),
+            systems: Lockstep::new(belief.task.spec(), systems.collect()),
             horizon: schedule.imagined_len,
             scattered,
             rng: seed.stream("imagined actions", turn),
@@ -256,35 +256,35 @@ impl<'a> Imagination<'a> {
         }
     }
 
-    /// The worlds as they are, and what was counted.
+    /// The systems as they are, and what was counted.
     pub(crate) fn save(&self) -> Vec<u8> {
-        let worlds = self.worlds.lanes.iter().map(|w| (w.env.save(), w.rng.clone(), w.age)).collect();
+        let systems = self.systems.lanes.iter().map(|w| (w.env.save(), w.rng.clone(), w.age)).collect();
         let Self { rng, rollouts, diverged, .. } = self;
-        encode(&Saved { worlds, rng: rng.clone(), rollouts: *rollouts, diverged: *diverged })
+        encode(&Saved { systems, rng: rng.clone(), rollouts: *rollouts, diverged: *diverged })
     }
 
     /// Makes one that has just begun the one that was saved.
     pub(crate) fn restore(&mut self, saved: &[u8]) -> Result<(), CheckpointError> {
-        let Saved { worlds, rng, rollouts, diverged } = decode(saved)?;
-        CheckpointError::expect_len("imagined systems", self.worlds.lanes.len(), worlds.len())?;
-        for (world, (env, rng, age)) in self.worlds.lanes.iter_mut().zip(worlds) {
-            world.env.restore(&env)?;
-            (world.rng, world.age) = (rng, age);
+        let Saved { systems, rng, rollouts, diverged } = decode(saved)?;
+        CheckpointError::expect_len("imagined systems", self.systems.lanes.len(), systems.len())?;
+        for (system, (env, rng, age)) in self.systems.lanes.iter_mut().zip(systems) {
+            system.env.restore(&env)?;
+            (system.rng, system.age) = (rng, age);
         }
         (self.rng, self.rollouts, self.diverged) = (rng, rollouts, diverged);
         Ok(())
     }
 
-    /// Steps every world once by `policy`, remembers what happened, and counts it.
+    /// Steps every system once by `policy`, remembers what happened, and counts it.
     pub(crate) fn turn(&mut self, policy: &dyn Policy, Progress { replay, counts, model, .. }: &mut Progress) {
-        let Self { worlds, horizon, scattered, rng, rollouts, diverged, .. } = self;
-        let Ok::<_, Infallible>(()) = worlds.step((policy, Mode::Explore), rng, |world, step| {
+        let Self { systems, horizon, scattered, rng, rollouts, diverged, .. } = self;
+        let Ok::<_, Infallible>(()) = systems.step((policy, Mode::Explore), rng, |system, step| {
             counts.steps += 1;
-            world.age += 1;
-            let ended = match step.transition(&world.env) {
+            system.age += 1;
+            let ended = match step.transition(&system.env) {
                 Some((transition, ended)) => {
                     replay.push_imagined(*model, transition);
-                    counts.left_region += u64::from(world.env.left_region());
+                    counts.left_region += u64::from(system.env.left_region());
                     ended
                 }
                 // A model that diverged has nothing to teach: the rollout is cut and the step forgotten.
@@ -294,17 +294,17 @@ impl<'a> Imagination<'a> {
                     true
                 }
             };
-            if ended || world.age >= *horizon {
+            if ended || system.age >= *horizon {
                 counts.rollouts += 1;
                 *rollouts += 1;
-                world.begin(*scattered);
+                system.begin(*scattered);
             }
             Ok(true)
         });
     }
 }
 
-impl World<'_> {
+impl System<'_> {
     fn begin(&mut self, scattered: f64) {
         self.age = 0;
         if self.rng.random_bool(scattered) {

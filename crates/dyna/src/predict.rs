@@ -58,11 +58,11 @@ impl Prediction {
             n => (n.min(MODELS), EPISODES / part),
         };
         let one = |i: usize| {
-            let mut worlds: Vec<Trial<'_>> = (0..episodes).map(|_| Trial::new(belief, i)).collect();
+            let mut systems: Vec<Trial<'_>> = (0..episodes).map(|_| Trial::new(belief, i)).collect();
             // Other starts in every model: their spread counts too.
             let stream = format!("prediction {i}");
-            let earned = evaluate(&mut worlds, policy, episodes, seed, &stream)?;
-            Ok(earned.iter().zip(&worlds).map(|(earned, world)| earned + world.charged()).collect())
+            let earned = evaluate(&mut systems, policy, episodes, seed, &stream)?;
+            Ok(earned.iter().zip(&systems).map(|(earned, system)| earned + system.charged()).collect())
         };
         Ok(Self { returns: (0..models).map(one).collect::<Result<_, EnvError>>()?, misfit: 0.0, seed })
     }

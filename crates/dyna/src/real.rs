@@ -103,16 +103,16 @@ pub(crate) fn confirm(
 
 /// Return of `policy` in model `i`, from the state `start` (n).
 fn promise(belief: &Belief<'_>, i: usize, policy: &dyn Policy, start: &[f64], rng: &mut Rng) -> Result<f64, EnvError> {
-    let mut world = Trial::new(belief, i);
-    let mut action = vec![0.0; world.spec().action_space.action_dim()];
-    world.reset_to(start, rng);
+    let mut system = Trial::new(belief, i);
+    let mut action = vec![0.0; system.spec().action_space.action_dim()];
+    system.reset_to(start, rng);
     let (mut earned, mut policy) = (0.0, Acting::begin(policy));
     loop {
-        policy.act(world.observation(), Mode::Exploit, rng, &mut action);
-        let outcome = world.step(&action, rng)?;
+        policy.act(system.observation(), Mode::Exploit, rng, &mut action);
+        let outcome = system.step(&action, rng)?;
         earned += outcome.reward;
         if outcome.terminated || outcome.truncated {
-            return Ok(earned + world.charged());
+            return Ok(earned + system.charged());
         }
     }
 }

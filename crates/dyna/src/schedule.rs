@@ -38,14 +38,14 @@ pub struct Schedule {
     /// Whether the model is fitted anew after every real rollout.
     pub refit: Refit,
     /// Imagined systems stepped side by side.
-    pub worlds: usize,
+    pub systems: usize,
     /// Steps after which an imagined rollout is cut and begun anew elsewhere.
     pub imagined_len: usize,
     /// Share of imagined rollouts that begin anywhere in and around the data instead of where the task begins, 0 to 1.
     pub scattered_starts: f64,
     /// Imagined steps with uniformly random actions before the first update.
     pub random_steps: usize,
-    /// Updates for every imagined step of all worlds together.
+    /// Updates for every imagined step of all systems together.
     pub updates_per_turn: usize,
     /// Transitions in one update.
     pub batch_size: usize,
@@ -69,7 +69,7 @@ impl Schedule {
             curious: true,
             imagined_rollouts: Rollouts::Auto,
             refit: Refit::AfterRollouts,
-            worlds: 32,
+            systems: 32,
             imagined_len: max_steps.min(200),
             scattered_starts: 0.5,
             random_steps: 5_000,
@@ -91,7 +91,7 @@ impl Schedule {
         let counts = [
             ("warmup_rollouts", self.warmup_rollouts),
             ("rollout_len", self.rollout_len),
-            ("worlds", self.worlds),
+            ("systems", self.systems),
             ("imagined_len", self.imagined_len),
             ("updates_per_turn", self.updates_per_turn),
             ("batch_size", self.batch_size),

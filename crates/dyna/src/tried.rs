@@ -28,11 +28,11 @@ impl Tried {
         policy: &dyn Policy,
         (episodes, seed, stream): (usize, Seed, &str),
     ) -> Result<Self, DynaError> {
-        let mut worlds: Vec<Trial<'_>> = (0..episodes).map(|i| Trial::new(belief, i)).collect();
-        let returns = evaluate(&mut worlds, policy, episodes, seed, stream).map_err(DynaError::Trial)?;
+        let mut systems: Vec<Trial<'_>> = (0..episodes).map(|i| Trial::new(belief, i)).collect();
+        let returns = evaluate(&mut systems, policy, episodes, seed, stream).map_err(DynaError::Trial)?;
         let mean = |values: f64| values / episodes.max(1) as f64;
-        let charged = mean(worlds.iter().map(Trial::charged).sum());
-        Ok(Self { returns, charged, far: mean(worlds.iter().map(Trial::far).sum()) })
+        let charged = mean(systems.iter().map(Trial::charged).sum());
+        Ok(Self { returns, charged, far: mean(systems.iter().map(Trial::far).sum()) })
     }
 
     /// What they earned on average.

@@ -117,7 +117,7 @@ fn for_finite_n_a_real_rollout_follows_every_n_imagined() {
     (schedule.optimality.patience, schedule.optimality.settled) = (1000, 1000);
     let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
     let real_after_warmup = learned.data.n_rollouts() as u64 - 2;
-    // Up to `worlds` rollouts end in one turn, and the last turn may not have come to its end.
+    // Up to `systems` rollouts end in one turn, and the last turn may not have come to its end.
     assert!(
         real_after_warmup >= learned.model_rollouts / (12 + 4) - 1,
         "{real_after_warmup} of {learned:?}",
@@ -215,7 +215,7 @@ fn schedules_no_run_can_have_are_refused_by_name() {
     };
     assert_eq!(schedule().check(), Ok(()));
     for (schedule, name) in [
-        (of(|s| s.worlds = 0), "worlds"),
+        (of(|s| s.systems = 0), "systems"),
         (of(|s| s.optimality.trial_episodes = 0), "optimality.trial_episodes"),
         (of(|s| s.optimality.trial_every = 0), "optimality.trial_every"),
         (of(|s| s.discount = 1.0), "discount"),

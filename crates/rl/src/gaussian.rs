@@ -14,7 +14,7 @@ const HALF_LOG_TAU: f64 = 0.918_938_533_204_672_8;
 ///
 /// A head row is (μ₁…μₖ, log σ₁…log σₖ) with log σ clamped to -20..2, and
 /// log π(a) = Σⱼ log N(uⱼ; μⱼ, σⱼ) - log(1 - aⱼ² + 1e-6), u = μ + σε, a = tanh u. The density is that of the action
-/// in -1..1, whatever its range in the world.
+/// in -1..1, whatever its range in the environment.
 ///
 /// # Deviations
 /// 1. 1 - a² is computed from u as 1/cosh²u, in f64: as a difference of f32 numbers it would lose all its digits

@@ -1,4 +1,4 @@
-//! Between the world's units and the networks': observations in, actions out.
+//! Between the environment's units and the networks': observations in, actions out.
 
 use ndarray::ArrayView2;
 

@@ -20,18 +20,26 @@
 //! The command `sindyna` is made of the same parts; `examples/` has one program for each of them.
 
 mod cli;
-mod error;
-pub mod export;
 pub mod identify;
-pub mod problem;
-mod settings;
-mod task_file;
-pub mod training;
 
 pub use cli::main;
-pub use error::Error;
-pub use problem::Problem;
-pub use training::{Trained, Training, Verdict};
+pub use sindyna_training::{Error, Trained, Training, Verdict, problem::Problem};
+
+/// Systems with a task on them: what a controller can be trained for.
+pub mod problem {
+    pub use sindyna_training::problem::{FormulaTask, OwnSystem, OwnTask, Plant, PlantError, Problem, TaskBuilder};
+    pub use sindyna_training::problem::{named, names, ode, stepped};
+}
+
+/// Training a controller inside identified equations.
+pub mod training {
+    pub use sindyna_training::{Trained, Training, Verdict};
+}
+
+/// Equations and policies as programs in other languages.
+pub mod export {
+    pub use sindyna_export::{ExportError, Names, program};
+}
 
 #[doc(no_inline)]
 pub use {

@@ -74,7 +74,7 @@ fn settings_out_of_range_are_named_with_their_bound() {
 #[test]
 fn settings_no_machine_can_hold_are_refused_before_they_are_tried() {
     for (setting, words) in [
-        ("imagination.worlds=100000000", ["imagination.worlds", "10000"]),
+        ("imagination.systems=100000000", ["imagination.systems", "10000"]),
         ("sac.hidden=[100000,100000]", ["sac.hidden", "4096"]),
         ("sac.hidden=[8,8,8,8,8,8,8,8,8]", ["sac.hidden", "8"]),
         ("sac.hidden=[4096,4096,4096]", ["sac.hidden", "33554432 weights"]),

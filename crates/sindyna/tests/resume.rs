@@ -87,7 +87,7 @@ fn a_configuration_no_run_can_have_is_refused_when_it_is_resumed() {
         ("evaluation_episodes = 0", "evaluation_episodes must be at least 1"),
         ("scattered_starts = 2.0", "scattered_starts must be between 0 and 1"),
         ("trial_episodes = 0", "trial_episodes must be at least 1"),
-        ("worlds = 0", "imagination.worlds must be at least 1"),
+        ("systems = 0", "imagination.systems must be at least 1"),
         ("updates_per_turn = 0", "updates_per_turn must be at least 1"),
         ("batch_size = 1000000000000", "sac.batch_size must be at most 65536"),
         ("rollouts = 1000000000000", "at most 100000 over all rollouts"),

@@ -1,6 +1,6 @@
 """Records rollouts of the original tasks, for crates/sindyna/tests/planning_tasks.rs.
 
-Usage: python scripts/golden/dm_control/rewards.py > crates/sindyna/tests/golden/planning_tasks.json
+Usage: python scripts/golden/dm_control/rewards.py > crates/training/tests/golden/planning_tasks.json
 Needs dm_control 1.0.50 (Apache-2.0), gymnasium 1.4.0 (MIT) and mujoco 3.17.0 (Apache-2.0).
 """
 

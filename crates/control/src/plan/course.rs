@@ -6,7 +6,7 @@ use super::front::Front;
 use super::goal::Goal;
 use super::ilqr::Plan;
 use super::objective::Objective;
-use super::world::{World, unused};
+use super::plant::{Plant, unused};
 
 /// Widths of cells, in scales: the wider ones are sooner through.
 const CELLS: [f64; 3] = [0.25, 0.15, 0.1];
@@ -50,15 +50,15 @@ pub(crate) struct Course {
 
 impl Course {
     /// Only holding a goal: the one for which that earns most from x.
-    pub(crate) fn held(world: &World, goals: &[Goal], x: &[f64], steps: usize) -> Self {
+    pub(crate) fn held(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> Self {
         let all = (0..goals.len()).map(|goal| Self { plan: None, made: 0, goal: Some(goal) });
-        let earned = all.map(|course| (course.earns(world, goals, x, steps).0, course));
+        let earned = all.map(|course| (course.earns(plant, goals, x, steps).0, course));
         let best = earned.reduce(|best, other| if other.0 > best.0 { other } else { best });
         best.map_or(Self { plan: None, made: 0, goal: None }, |(_, course)| course)
     }
 
     /// What to do in x, so many steps from now.
-    pub(crate) fn control(&self, world: &World, goals: &[Goal], x: &[f64], later: usize) -> Vec<f64> {
+    pub(crate) fn control(&self, plant: &Plant, goals: &[Goal], x: &[f64], later: usize) -> Vec<f64> {
         let planned = self.plan.as_ref().filter(|plan| self.made + later < plan.u.len());
         let mut u = match (planned, self.goal) {
             (Some(plan), _) => {
@@ -66,36 +66,36 @@ impl Course {
                 let off: ndarray::Array1<f64> = x.iter().zip(&plan.x[t]).map(|(x, planned)| x - planned).collect();
                 plan.u[t].iter().zip(plan.gains[t].dot(&off)).map(|(u, du)| u + du).collect()
             }
-            (None, Some(goal)) => goals[goal].control(world, x),
+            (None, Some(goal)) => goals[goal].control(plant, x),
             (None, None) => {
-                self.plan.as_ref().and_then(|plan| plan.u.last().cloned()).unwrap_or_else(|| world.middle())
+                self.plan.as_ref().and_then(|plan| plan.u.last().cloned()).unwrap_or_else(|| plant.middle())
             }
         };
-        world.clamp(&mut u);
+        plant.clamp(&mut u);
         u
     }
 
     /// Whether it holds its goal after `steps` steps from x, or ends the episode; also where there is no goal at all.
-    pub(crate) fn arrives(&self, goals: &[Goal], world: &World, x: &[f64], steps: usize) -> bool {
-        let last = self.run(world, goals, x, steps).2;
+    pub(crate) fn arrives(&self, goals: &[Goal], plant: &Plant, x: &[f64], steps: usize) -> bool {
+        let last = self.run(plant, goals, x, steps).2;
         goals.is_empty() || last.is_none_or(|last| goals.iter().any(|goal| goal.distance(&last) < ARRIVED))
     }
 
     /// What it earns from x in the next `steps` steps, and the controls of it.
-    pub(crate) fn earns(&self, world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>) {
-        let (earned, controls, _) = self.run(world, goals, x, steps);
+    pub(crate) fn earns(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>) {
+        let (earned, controls, _) = self.run(plant, goals, x, steps);
         (earned, controls)
     }
 
     /// The same, and the state at the end; none where the episode ends before.
-    fn run(&self, world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>, Option<Vec<f64>>) {
+    fn run(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>, Option<Vec<f64>>) {
         let (mut rng, mut earned, mut controls) = (unused(), 0.0, Vec::with_capacity(steps));
         let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
-        let mut action = vec![0.0; world.spec().action_space.action_dim()];
+        let mut action = vec![0.0; plant.spec().action_space.action_dim()];
         for t in 0..steps {
-            let mut u = self.control(world, goals, &x, t);
-            world.settle(&mut u, &mut action);
-            let Some(stepped) = world.step(&x, &u, &mut rng, &mut next) else {
+            let mut u = self.control(plant, goals, &x, t);
+            plant.settle(&mut u, &mut action);
+            let Some(stepped) = plant.step(&x, &u, &mut rng, &mut next) else {
                 return (f64::NEG_INFINITY, controls, None);
             };
             earned += stepped.reward;
@@ -110,27 +110,27 @@ impl Course {
 
     /// The best course from x over the next `steps` steps that is found: ways to each goal among all that the controls can do, shortest first, until
     /// longer ones earn no more; made smooth and judged by what they earn.
-    pub(crate) fn search(world: &World, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
+    pub(crate) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let none = Self { plan: None, made: 0, goal: None };
         let mut best = Found { earned: f64::NEG_INFINITY, course: none, arrived: false };
         let plain = (0..goals.len()).map(Some).chain([None]).map(|goal| Try { goal, controls: Vec::new() });
-        best.better(world, goals, x, steps, plain.collect());
+        best.better(plant, goals, x, steps, plain.collect());
         if is_enough(goals, best.earned, steps) {
             return (best.course, best.earned);
         }
         for width in CELLS {
             if !best.arrived {
-                best.look(world, goals, x, steps, width);
+                best.look(plant, goals, x, steps, width);
             }
         }
-        best.shorten(world, goals, x, steps);
-        best.course.polished(world, goals, x, steps, best.earned, POLISH)
+        best.shorten(plant, goals, x, steps);
+        best.course.polished(plant, goals, x, steps, best.earned, POLISH)
     }
 
     /// The same improved for its reward over the next `steps` steps, if that earns more; and what it earns.
     pub(crate) fn polished(
         self,
-        world: &World,
+        plant: &Plant,
         goals: &[Goal],
         x: &[f64],
         steps: usize,
@@ -139,11 +139,11 @@ impl Course {
     ) -> (Self, f64) {
         let objective = Objective { reward: 1.0, effort: 0.0, end: None };
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
-        let (_, controls) = self.earns(world, goals, x, steps.min(2 * planned + BEYOND));
-        let better = Plan::of(world, &objective, x, controls).map(|plan| {
-            let plan = plan.improved(world, &objective, iterations);
+        let (_, controls) = self.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
+        let better = Plan::of(plant, &objective, x, controls).map(|plan| {
+            let plan = plan.improved(plant, &objective, iterations);
             let course = Self { plan: Some(plan), made: 0, goal: self.goal };
-            (course.earns(world, goals, x, steps).0, course)
+            (course.earns(plant, goals, x, steps).0, course)
         });
         match better {
             Some((more, course)) if more > earned => (course, more),
@@ -170,8 +170,8 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 
 impl Found {
     /// Looks at all ways through cells so many scales wide.
-    fn look(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
-        let mut front = Front::new(world, goals, x, width);
+    fn look(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
+        let mut front = Front::new(plant, goals, x, width);
         let mut reached = vec![f64::INFINITY; goals.len()];
         let mut without = 0;
         while without < PATIENCE && front.length() < steps && front.advance() {
@@ -183,20 +183,20 @@ impl Found {
                 }
             }
             tries.extend(front.richest(true).map(|controls| Try { goal: None, controls }));
-            let gained = self.better(world, goals, x, steps, tries);
+            let gained = self.better(plant, goals, x, steps, tries);
             without = if gained || !self.arrived { 0 } else { without + 1 };
         }
         if !self.arrived {
             let tries = front.richest(false).map(|controls| Try { goal: None, controls });
-            self.better(world, goals, x, steps, tries.into_iter().collect());
+            self.better(plant, goals, x, steps, tries.into_iter().collect());
         }
     }
 
     /// Takes the best of `tries` if it earns more; whether it does.
-    fn better(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize, tries: Vec<Try>) -> bool {
+    fn better(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, tries: Vec<Try>) -> bool {
         let made = |one: &Try| {
-            let course = one.made(world, goals, x)?;
-            let (earned, _, last) = course.run(world, goals, x, steps);
+            let course = one.made(plant, goals, x)?;
+            let (earned, _, last) = course.run(plant, goals, x, steps);
             let arrived = match (course.goal, last) {
                 (Some(goal), Some(last)) => goals[goal].distance(&last) < ARRIVED,
                 // An end that was looked for.
@@ -218,7 +218,7 @@ impl Found {
 
 impl Found {
     /// Goes the same way faster, as long as that earns more.
-    fn shorten(&mut self, world: &World, goals: &[Goal], x: &[f64], steps: usize) {
+    fn shorten(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) {
         let mut part = 0;
         while let Some(plan) = &self.course.plan
             && self.arrived
@@ -231,7 +231,7 @@ impl Found {
             }
             let faster = |t: usize| plan.u[t * plan.u.len() / length].clone();
             let one = Try { goal: self.course.goal, controls: (0..length).map(faster).collect() };
-            part = if self.better(world, goals, x, steps, vec![one]) { 0 } else { part + 1 };
+            part = if self.better(plant, goals, x, steps, vec![one]) { 0 } else { part + 1 };
         }
     }
 }
@@ -244,15 +244,15 @@ struct Try {
 }
 
 impl Try {
-    fn made(&self, world: &World, goals: &[Goal], x: &[f64]) -> Option<Course> {
+    fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
         let Self { goal, controls } = self;
         if controls.is_empty() {
             return Some(Course { plan: None, made: 0, goal: *goal });
         }
         let end = goal.map(|goal| (&goals[goal], 1.0));
         let objective = Objective { reward: 0.0, effort: EFFORT, end };
-        let plan = Plan::of(world, &objective, x, controls.clone())?;
-        let plan = if goal.is_some() { plan.improved(world, &objective, ITERATIONS) } else { plan };
+        let plan = Plan::of(plant, &objective, x, controls.clone())?;
+        let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
         Some(Course { plan: Some(plan), made: 0, goal: *goal })
     }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use sindyna_core::Space;
 
 use super::goal::Goal;
-use super::world::{World, unused};
+use super::plant::{Plant, unused};
 
 /// Change of the state over which a control is held, in scales.
 const STRIDE: f64 = 0.25;
@@ -50,7 +50,7 @@ enum Choice {
 /// Barraquand, Latombe (1993), Algorithmica 10, "Nonholonomic multibody mobile robots: controllability and motion planning in the presence of
 /// obstacles", §5: the same search, for wheeled robots.
 pub(crate) struct Front<'a> {
-    world: &'a World,
+    plant: &'a Plant,
     goals: &'a [Goal],
     /// Width of a cell, in scales.
     width: f64,
@@ -69,7 +69,7 @@ pub(crate) struct Front<'a> {
 
 impl<'a> Front<'a> {
     /// From `x`, through cells of `width` scales.
-    pub(crate) fn new(world: &'a World, goals: &'a [Goal], x: &[f64], width: f64) -> Self {
+    pub(crate) fn new(plant: &'a Plant, goals: &'a [Goal], x: &[f64], width: f64) -> Self {
         let start = Node {
             x: x.to_vec(),
             parent: usize::MAX,
@@ -78,20 +78,20 @@ impl<'a> Front<'a> {
             ended: false,
             within: false,
         };
-        let controls = match &world.spec().action_space {
+        let controls = match &plant.spec().action_space {
             Space::Discrete { controls } => controls.rows().into_iter().map(|row| row.to_vec()).collect(),
-            Space::Box { .. } => corners(world),
+            Space::Box { .. } => corners(plant),
         };
         Self {
-            world,
+            plant,
             goals,
             width,
-            hold: (STRIDE / world.pace).clamp(1.0, LONGEST as f64) as usize,
+            hold: (STRIDE / plant.pace).clamp(1.0, LONGEST as f64) as usize,
             controls,
             nodes: vec![start],
             front: vec![0],
             new: 0..1,
-            cells: HashSet::from([cell(world, x, width)]),
+            cells: HashSet::from([cell(plant, x, width)]),
             left: BUDGET,
             depth: 0,
         }
@@ -113,7 +113,7 @@ impl<'a> Front<'a> {
             if *within { std::slice::from_ref(control) } else { &all[..] }
         };
         let cost = self.front.iter().map(|node| choices(*node).len() * self.hold).sum::<usize>();
-        if cost == 0 || cost > self.left || self.world.stopped() {
+        if cost == 0 || cost > self.left || self.plant.stopped() {
             return false;
         }
         self.left -= cost;
@@ -124,8 +124,8 @@ impl<'a> Front<'a> {
             .collect();
         let first = self.nodes.len();
         for mut node in reached.into_iter().flatten() {
-            let place = cell(self.world, &node.x, self.width);
-            node.within = place == cell(self.world, &self.nodes[node.parent].x, self.width);
+            let place = cell(self.plant, &node.x, self.width);
+            node.within = place == cell(self.plant, &self.nodes[node.parent].x, self.width);
             if node.within || self.cells.insert(place) {
                 self.nodes.push(node);
             }
@@ -154,7 +154,7 @@ impl<'a> Front<'a> {
         kept.sort_unstable();
         for node in &self.front {
             if kept.binary_search(node).is_err() && !self.nodes[*node].within {
-                self.cells.remove(&cell(self.world, &self.nodes[*node].x, self.width));
+                self.cells.remove(&cell(self.plant, &self.nodes[*node].x, self.width));
             }
         }
         self.front = kept;
@@ -167,7 +167,7 @@ impl<'a> Front<'a> {
         let mut node = Node { x: Vec::new(), parent, control: choice, earned: *earned, ended: false, within: false };
         for _ in 0..self.hold {
             let u = self.control(choice, &x);
-            let stepped = self.world.step(&x, &u, &mut rng, &mut next)?;
+            let stepped = self.plant.step(&x, &u, &mut rng, &mut next)?;
             node.earned += stepped.reward;
             std::mem::swap(&mut x, &mut next);
             if stepped.ended {
@@ -181,7 +181,7 @@ impl<'a> Front<'a> {
     fn control(&self, choice: Choice, x: &[f64]) -> Vec<f64> {
         match choice {
             Choice::Held(i) => self.controls[i].clone(),
-            Choice::Regulated => self.goals[0].control(self.world, x),
+            Choice::Regulated => self.goals[0].control(self.plant, x),
         }
     }
 
@@ -217,7 +217,7 @@ impl<'a> Front<'a> {
             let mut x = self.nodes[parent].x.clone();
             for _ in 0..self.hold {
                 let u = self.control(choice, &x);
-                let Some(stepped) = self.world.step(&x, &u, &mut rng, &mut next) else { break };
+                let Some(stepped) = self.plant.step(&x, &u, &mut rng, &mut next) else { break };
                 controls.push(u);
                 std::mem::swap(&mut x, &mut next);
                 if stepped.ended {
@@ -230,21 +230,21 @@ impl<'a> Front<'a> {
 }
 
 /// Every combination of lowest, middle and highest controls.
-fn corners(world: &World) -> Vec<Vec<f64>> {
+fn corners(plant: &Plant) -> Vec<Vec<f64>> {
     let mut all = vec![Vec::new()];
-    for (j, middle) in world.middle().into_iter().enumerate() {
-        let ends = [world.low[j], middle, world.high[j]];
+    for (j, middle) in plant.middle().into_iter().enumerate() {
+        let ends = [plant.low[j], middle, plant.high[j]];
         all = all.iter().flat_map(|begun| ends.map(|end| [begun.as_slice(), &[end]].concat())).collect();
     }
     all
 }
 
 /// The cell of x: of the states that controls change, `width` scales wide; angles within a turn.
-fn cell(world: &World, x: &[f64], width: f64) -> Vec<i32> {
-    let each = (0..x.len()).filter(|i| world.moved[*i]);
+fn cell(plant: &Plant, x: &[f64], width: f64) -> Vec<i32> {
+    let each = (0..x.len()).filter(|i| plant.moved[*i]);
     each.map(|i| {
-        let value = if world.turns[i] { x[i].rem_euclid(std::f64::consts::TAU) } else { x[i] };
-        (value / (width * world.scales[i])).floor() as i32
+        let value = if plant.turns[i] { x[i].rem_euclid(std::f64::consts::TAU) } else { x[i] };
+        (value / (width * plant.scales[i])).floor() as i32
     })
     .collect()
 }

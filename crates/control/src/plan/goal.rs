@@ -9,7 +9,7 @@ use rand::RngExt as _;
 use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Kind, Rng, Seed};
 
-use super::world::{World, unused};
+use super::plant::{Plant, unused};
 use crate::{Costs, Linear, regulate};
 
 /// States from which rest is looked for.
@@ -69,22 +69,22 @@ impl Goal {
     }
 
     /// What the regulator does in `x`.
-    pub(crate) fn control(&self, world: &World, x: &[f64]) -> Vec<f64> {
+    pub(crate) fn control(&self, plant: &Plant, x: &[f64]) -> Vec<f64> {
         let mut u: Vec<f64> = self.u.iter().zip(self.gain.dot(&self.error(x))).map(|(u, du)| u - du).collect();
-        world.clamp(&mut u);
+        plant.clamp(&mut u);
         u
     }
 
     /// States of rest that pay most to stay in, the best first. States that no control changes are those of `start`.
-    pub(crate) fn find(world: &World, start: &[f64]) -> Vec<Self> {
+    pub(crate) fn find(plant: &Plant, start: &[f64]) -> Vec<Self> {
         let mut rng = Seed::new(0).stream("goals", 0);
         let mut found: Vec<Rest> = Vec::new();
         for sample in 0..SAMPLES {
-            if world.stopped() {
+            if plant.stopped() {
                 return Vec::new();
             }
-            let (x, u) = draw(world, start, sample, &mut rng);
-            found.extend(Rest::near(world, start, x, u));
+            let (x, u) = draw(plant, start, sample, &mut rng);
+            found.extend(Rest::near(plant, start, x, u));
         }
         found.sort_by(Rest::order);
         let Some((first, last)) = found.first().zip(found.last()) else { return Vec::new() };
@@ -95,12 +95,12 @@ impl Goal {
             for round in 0..ROUNDS {
                 let width = 0.5 * 0.8_f64.powi(round as i32);
                 let (mut x, mut u) = (rest.x.clone(), rest.u.clone());
-                shift(world, &mut x, width, &mut rng);
+                shift(plant, &mut x, width, &mut rng);
                 if round.is_multiple_of(2) {
                     u.iter_mut().for_each(|u| *u = 0.0);
                 }
-                world.clamp(&mut u);
-                if let Some(other) = Rest::near(world, start, x, u).filter(|other| Rest::order(other, rest).is_lt()) {
+                plant.clamp(&mut u);
+                if let Some(other) = Rest::near(plant, start, x, u).filter(|other| Rest::order(other, rest).is_lt()) {
                     *rest = other;
                 }
             }
@@ -113,10 +113,10 @@ impl Goal {
             }
             let far = |goal: &Self| {
                 let error = goal.error(&rest.x);
-                error.iter().zip(&world.scales).any(|(e, scale)| e.abs() > APART * scale)
+                error.iter().zip(&plant.scales).any(|(e, scale)| e.abs() > APART * scale)
             };
             if goals.iter().all(far) {
-                goals.extend(rest.held(world));
+                goals.extend(rest.held(plant));
             }
         }
         goals
@@ -141,24 +141,24 @@ impl Rest {
     }
 
     /// The state of rest next to x under u, by Gauss–Newton over positions and controls.
-    fn near(world: &World, start: &[f64], mut x: Vec<f64>, mut u: Vec<f64>) -> Option<Self> {
-        let ((n, k), mut rng) = (world.dims(), unused());
-        let free: Vec<usize> = (0..n).filter(|i| world.moved[*i] && !is_rate(world, *i)).collect();
+    fn near(plant: &Plant, start: &[f64], mut x: Vec<f64>, mut u: Vec<f64>) -> Option<Self> {
+        let ((n, k), mut rng) = (plant.dims(), unused());
+        let free: Vec<usize> = (0..n).filter(|i| plant.moved[*i] && !is_rate(plant, *i)).collect();
         let (mut next, size) = (vec![0.0; n], free.len() + k);
         for _ in 0..ITERATIONS {
-            world.step(&x, &u, &mut rng, &mut next)?;
-            let off = |i: usize| (next[i] - x[i]) / world.scales[i];
-            if (0..n).filter(|i| world.moved[*i]).all(|i| off(i).abs() <= AT_REST) {
-                return Some(Self::at(world, start, x, u));
+            plant.step(&x, &u, &mut rng, &mut next)?;
+            let off = |i: usize| (next[i] - x[i]) / plant.scales[i];
+            if (0..n).filter(|i| plant.moved[*i]).all(|i| off(i).abs() <= AT_REST) {
+                return Some(Self::at(plant, start, x, u));
             }
-            let (a, b) = world.linearize(&x, &u, &mut rng).ok()?;
+            let (a, b) = plant.linearize(&x, &u, &mut rng).ok()?;
             // In scales, so that the damping is alike for all.
             let slope = |i: usize, v: usize| {
                 if v < free.len() {
                     let j = free[v];
-                    (a[[i, j]] - f64::from(u8::from(i == j))) * world.scales[j] / world.scales[i]
+                    (a[[i, j]] - f64::from(u8::from(i == j))) * plant.scales[j] / plant.scales[i]
                 } else {
-                    b[[i, v - free.len()]] * world.half(v - free.len()) / world.scales[i]
+                    b[[i, v - free.len()]] * plant.half(v - free.len()) / plant.scales[i]
                 }
             };
             let j = Mat::from_fn(n, size, slope);
@@ -168,44 +168,44 @@ impl Rest {
             (0..size).for_each(|i| square[(i, i)] += 1e-9 * most);
             let step = square.llt(Side::Lower).ok()?.solve(right);
             for (v, &i) in free.iter().enumerate() {
-                x[i] += world.scales[i] * step[(v, 0)].clamp(-1.0, 1.0);
+                x[i] += plant.scales[i] * step[(v, 0)].clamp(-1.0, 1.0);
             }
-            (0..k).for_each(|v| u[v] += world.half(v) * step[(free.len() + v, 0)]);
-            world.clamp(&mut u);
+            (0..k).for_each(|v| u[v] += plant.half(v) * step[(free.len() + v, 0)]);
+            plant.clamp(&mut u);
         }
         None
     }
 
-    fn at(world: &World, start: &[f64], x: Vec<f64>, u: Vec<f64>) -> Self {
-        let pay = |x: &[f64]| if world.task.terminated(x) { 0.0 } else { world.reward(x, &u, x) };
+    fn at(plant: &Plant, start: &[f64], x: Vec<f64>, u: Vec<f64>) -> Self {
+        let pay = |x: &[f64]| if plant.task.terminated(x) { 0.0 } else { plant.reward(x, &u, x) };
         let mut rng = Seed::new(0).stream("neighbours", 0);
         let neighbour = |i: usize| {
             let mut other = x.clone();
             let far = i as f64 / (NEIGHBOURS - 1) as f64;
-            shift(world, &mut other, NEAREST * (FARTHEST / NEAREST).powf(far), &mut rng);
+            shift(plant, &mut other, NEAREST * (FARTHEST / NEAREST).powf(far), &mut rng);
             // In pairs, so that no side is looked at more.
             let mirrored: Vec<f64> = x.iter().zip(&other).map(|(x, other)| 2.0 * x - other).collect();
             0.5 * (pay(&other) + pay(&mirrored))
         };
         let around = (0..NEIGHBOURS).map(neighbour).sum::<f64>() / NEIGHBOURS as f64;
-        let pushes = u.iter().enumerate().map(|(j, u)| (u / world.half(j)).powi(2)).sum::<f64>();
-        let away = |i: usize| if world.turns[i] { 0.0 } else { ((x[i] - start[i]) / world.scales[i]).powi(2) };
+        let pushes = u.iter().enumerate().map(|(j, u)| (u / plant.half(j)).powi(2)).sum::<f64>();
+        let away = |i: usize| if plant.turns[i] { 0.0 } else { ((x[i] - start[i]) / plant.scales[i]).powi(2) };
         let effort = pushes + (0..x.len()).map(away).sum::<f64>();
         Self { pay: pay(&x), around, effort, x, u }
     }
 
     /// The goal with its regulator, over the states that controls change; `None` where none stabilises it.
-    fn held(self, world: &World) -> Option<Goal> {
-        let (n, k) = world.dims();
-        let moved: Vec<usize> = (0..n).filter(|i| world.moved[*i]).collect();
-        let all = Linear::around(world.dynamics(), (&self.x, &self.u), &mut unused()).ok()?;
+    fn held(self, plant: &Plant) -> Option<Goal> {
+        let (n, k) = plant.dims();
+        let moved: Vec<usize> = (0..n).filter(|i| plant.moved[*i]).collect();
+        let all = Linear::around(plant.dynamics(), (&self.x, &self.u), &mut unused()).ok()?;
         let part = |of: &Array2<f64>, columns: &[usize]| {
             Array2::from_shape_fn((moved.len(), columns.len()), |(i, j)| of[[moved[i], columns[j]]])
         };
         let linear = Linear { a: part(&all.a, &moved), b: part(&all.b, &(0..k).collect::<Vec<_>>()) };
         let costs = Costs {
-            state: moved.iter().map(|i| world.scales[*i].powi(-2)).collect(),
-            control: (0..k).map(|j| world.half(j).powi(-2)).collect(),
+            state: moved.iter().map(|i| plant.scales[*i].powi(-2)).collect(),
+            control: (0..k).map(|j| plant.half(j).powi(-2)).collect(),
         };
         let regulator = regulate(&linear, &costs).ok()?;
         let (mut gain, mut value) = (Array2::zeros((k, n)), Array2::zeros((n, n)));
@@ -213,44 +213,44 @@ impl Rest {
             (0..k).for_each(|j| gain[[j, column]] = regulator.gain[[j, i]]);
             moved.iter().enumerate().for_each(|(j, &row)| value[[row, column]] = regulator.value[[j, i]]);
         }
-        let ends = world.task.terminated(&self.x);
-        Some(Goal { x: self.x, u: self.u, pay: self.pay, ends, gain, value, turns: world.turns.clone() })
+        let ends = plant.task.terminated(&self.x);
+        Some(Goal { x: self.x, u: self.u, pay: self.pay, ends, gain, value, turns: plant.turns.clone() })
     }
 }
 
-fn is_rate(world: &World, i: usize) -> bool {
-    matches!(world.spec().state[i].kind, Kind::RateOf(_))
+fn is_rate(plant: &Plant, i: usize) -> bool {
+    matches!(plant.spec().state[i].kind, Kind::RateOf(_))
 }
 
 /// A state from which rest may be found: a start state with its angles anywhere, at rest.
-fn draw(world: &World, start: &[f64], sample: usize, rng: &mut Rng) -> (Vec<f64>, Vec<f64>) {
-    let k = world.dims().1;
+fn draw(plant: &Plant, start: &[f64], sample: usize, rng: &mut Rng) -> (Vec<f64>, Vec<f64>) {
+    let k = plant.dims().1;
     let mut x = start.to_vec();
     for (i, x) in x.iter_mut().enumerate() {
-        let channel = &world.spec().state[i];
+        let channel = &plant.spec().state[i];
         let (low, high) = channel.prior.bounds;
         *x = match () {
-            () if !world.moved[i] => *x,
-            () if is_rate(world, i) => 0.0,
-            () if sample % 4 == 1 && !world.turns[i] => *x,
-            () if world.turns[i] => rng.random_range(-PI..PI),
+            () if !plant.moved[i] => *x,
+            () if is_rate(plant, i) => 0.0,
+            () if sample % 4 == 1 && !plant.turns[i] => *x,
+            () if plant.turns[i] => rng.random_range(-PI..PI),
             () if channel.is_bounded() => rng.random_range(low..=high),
             () if channel.kind == Kind::Angle => rng.random_range(low.max(-PI)..high.min(PI)),
             () => {
                 let normal: f64 = StandardNormal.sample(rng);
-                (*x + world.scales[i] * normal).clamp(low, high)
+                (*x + plant.scales[i] * normal).clamp(low, high)
             }
         };
     }
-    let u = if sample.is_multiple_of(2) { vec![0.0; k] } else { world.random_control(rng) };
+    let u = if sample.is_multiple_of(2) { vec![0.0; k] } else { plant.random_control(rng) };
     (x, u)
 }
 
 /// Moves positions that controls change, by a normal deviate so many scales wide.
-fn shift(world: &World, x: &mut [f64], width: f64, rng: &mut Rng) {
-    for i in (0..x.len()).filter(|i| world.moved[*i] && !is_rate(world, *i)) {
+fn shift(plant: &Plant, x: &mut [f64], width: f64, rng: &mut Rng) {
+    for i in (0..x.len()).filter(|i| plant.moved[*i] && !is_rate(plant, *i)) {
         let normal: f64 = StandardNormal.sample(rng);
-        let (low, high) = world.spec().state[i].prior.bounds;
-        x[i] = (x[i] + width * world.scales[i] * normal).clamp(low, high);
+        let (low, high) = plant.spec().state[i].prior.bounds;
+        x[i] = (x[i] + width * plant.scales[i] * normal).clamp(low, high);
     }
 }

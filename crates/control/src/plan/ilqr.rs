@@ -1,8 +1,8 @@
 //! Improving a plan by differential dynamic programming.
 
 use super::objective::{Expansion, Objective};
+use super::plant::{Plant, unused};
 use super::small::{box_newton, is_positive};
-use super::world::{World, unused};
 use ndarray::{Array1, Array2};
 
 /// Parts of a step that are tried, one after the other.
@@ -32,17 +32,17 @@ pub(crate) struct Plan {
 
 impl Plan {
     /// What `controls` lead to from `start`; `None` where the model diverges.
-    pub(crate) fn of(world: &World, objective: &Objective<'_>, start: &[f64], controls: Vec<Vec<f64>>) -> Option<Self> {
-        let (n, k) = world.dims();
+    pub(crate) fn of(plant: &Plant, objective: &Objective<'_>, start: &[f64], controls: Vec<Vec<f64>>) -> Option<Self> {
+        let (n, k) = plant.dims();
         let gains = vec![Array2::zeros((k, n)); controls.len()];
         let x = vec![start.to_vec(); controls.len() + 1];
-        Self { x, u: controls, gains, cost: f64::INFINITY }.followed(world, objective, start, None)
+        Self { x, u: controls, gains, cost: f64::INFINITY }.followed(plant, objective, start, None)
     }
 
     /// The plan from `start`, by its gains, plus a part of the `change` of its controls.
     pub(crate) fn followed(
         &self,
-        world: &World,
+        plant: &Plant,
         objective: &Objective<'_>,
         start: &[f64],
         change: Option<(&[Array1<f64>], f64)>,
@@ -58,10 +58,10 @@ impl Plan {
             if let Some((change, part)) = change {
                 u.iter_mut().zip(&change[t]).for_each(|(u, change)| *u += part * change);
             }
-            world.clamp(&mut u);
+            plant.clamp(&mut u);
             let mut next = vec![0.0; x.len()];
-            let stepped = world.step(x, &u, &mut rng, &mut next)?;
-            cost += objective.of_step(world, stepped, &u);
+            let stepped = plant.step(x, &u, &mut rng, &mut next)?;
+            cost += objective.of_step(plant, stepped, &u);
             plan.x.push(next);
             plan.u.push(u);
         }
@@ -76,15 +76,15 @@ impl Plan {
     /// # References
     /// Li, Todorov (2004), ICINCO, "Iterative linear quadratic regulator design". Tassa, Mansard, Todorov (2014), ICRA, "Control-limited
     /// differential dynamic programming", doi:10.1109/ICRA.2014.6907001.
-    pub(crate) fn improved(mut self, world: &World, objective: &Objective<'_>, iterations: usize) -> Self {
+    pub(crate) fn improved(mut self, plant: &Plant, objective: &Objective<'_>, iterations: usize) -> Self {
         let mut damping = FIRST;
         let mut expansions: Option<Vec<Expansion>> = None;
         for _ in 0..iterations {
-            if world.stopped() {
+            if plant.stopped() {
                 break;
             }
-            let Some(local) = expansions.take().or_else(|| self.expanded(world, objective)) else { break };
-            let Some((change, gains)) = self.backward(world, objective, &local, damping) else {
+            let Some(local) = expansions.take().or_else(|| self.expanded(plant, objective)) else { break };
+            let Some((change, gains)) = self.backward(plant, objective, &local, damping) else {
                 damping *= 10.0;
                 if damping > LARGEST {
                     break;
@@ -95,7 +95,7 @@ impl Plan {
             self.gains = gains;
             let start = self.x[0].clone();
             let better = PARTS.iter().find_map(|part| {
-                let tried = self.followed(world, objective, &start, Some((&change, *part)))?;
+                let tried = self.followed(plant, objective, &start, Some((&change, *part)))?;
                 (tried.cost < self.cost).then_some(tried)
             });
             match better {
@@ -120,14 +120,14 @@ impl Plan {
         self
     }
 
-    fn expanded(&self, world: &World, objective: &Objective<'_>) -> Option<Vec<Expansion>> {
+    fn expanded(&self, plant: &Plant, objective: &Objective<'_>) -> Option<Vec<Expansion>> {
         let mut rng = unused();
-        (0..self.u.len()).map(|t| objective.expand(world, (&self.x[t], &self.u[t], &self.x[t + 1]), &mut rng)).collect()
+        (0..self.u.len()).map(|t| objective.expand(plant, (&self.x[t], &self.u[t], &self.x[t + 1]), &mut rng)).collect()
     }
 
     /// Changes of the controls and gains; `None` where the curvature is not positive.
-    fn backward(&self, world: &World, objective: &Objective<'_>, local: &[Expansion], damping: f64) -> Option<Law> {
-        let (steps, (n, k)) = (self.u.len(), world.dims());
+    fn backward(&self, plant: &Plant, objective: &Objective<'_>, local: &[Expansion], damping: f64) -> Option<Law> {
+        let (steps, (n, k)) = (self.u.len(), plant.dims());
         let (mut vx, mut vxx) = objective.expand_end(&self.x[steps]);
         let (mut change, mut gains) = (vec![Array1::zeros(k); steps], vec![Array2::zeros((k, n)); steps]);
         for t in (0..steps).rev() {
@@ -146,7 +146,7 @@ impl Plan {
                 return None;
             }
             let range = |end: &[f64]| -> Vec<f64> { end.iter().zip(&self.u[t]).map(|(end, u)| end - u).collect() };
-            let (du, gain) = box_newton(&damped, &qu, &qux, &range(&world.low), &range(&world.high))?;
+            let (du, gain) = box_newton(&damped, &qu, &qux, &range(&plant.low), &range(&plant.high))?;
             vx = &qx + &gain.t().dot(&quu.dot(&du)) + &gain.t().dot(&qu) + &qux.t().dot(&du);
             let cross = gain.t().dot(&qux);
             vxx = &qxx + &gain.t().dot(&quu).dot(&gain) + &cross + cross.t();

@@ -7,9 +7,9 @@ mod goal;
 mod ilqr;
 mod mppi;
 mod objective;
+mod plant;
 mod policy;
 mod small;
-mod world;
 
 pub use agent::Planners;
 pub use policy::{Method, Planner};

@@ -7,7 +7,7 @@ use sindyna_core::{Rng, Seed};
 
 use super::course::Course;
 use super::goal::Goal;
-use super::world::{World, unused};
+use super::plant::{Plant, unused};
 
 /// Sequences of controls that are tried at every step.
 const SAMPLES: usize = 96;
@@ -35,26 +35,26 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    pub(crate) fn new(world: &World, horizon: usize) -> Self {
-        let middle = world.middle();
+    pub(crate) fn new(plant: &Plant, horizon: usize) -> Self {
+        let middle = plant.middle();
         let plan = Array2::from_shape_fn((horizon.max(1), middle.len()), |(_, j)| middle[j]);
         Self { plan, rng: Seed::new(0).stream("path integral", 0) }
     }
 
     /// The control in x, with so many steps to go; the plan is moved on by a step.
-    pub(crate) fn act(&mut self, world: &World, goals: &[Goal], x: &[f64], left: usize) -> Vec<f64> {
+    pub(crate) fn act(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], left: usize) -> Vec<f64> {
         let (horizon, k) = self.plan.dim();
         let steps = horizon.min(left.max(1));
-        let mut tried: Vec<Array2<f64>> = (0..SAMPLES).map(|sample| self.changed(world, sample)).collect();
+        let mut tried: Vec<Array2<f64>> = (0..SAMPLES).map(|sample| self.changed(plant, sample)).collect();
         // What the regulator of each goal would do.
         for goal in 0..goals.len().min(2) {
             let course = Course { plan: None, made: 0, goal: Some(goal) };
-            let (_, controls) = course.earns(world, goals, x, steps);
-            let last = controls.last().cloned().unwrap_or_else(|| world.middle());
+            let (_, controls) = course.earns(plant, goals, x, steps);
+            let last = controls.last().cloned().unwrap_or_else(|| plant.middle());
             tried.push(Array2::from_shape_fn((horizon, k), |(t, j)| controls.get(t).unwrap_or(&last)[j]));
         }
         let returns: Vec<f64> =
-            tried.par_iter().map(|controls| earned(world, goals, x, controls, (steps, left))).collect();
+            tried.par_iter().map(|controls| earned(plant, goals, x, controls, (steps, left))).collect();
         let finite: Vec<f64> = returns.iter().copied().filter(|r| r.is_finite()).collect();
         let most = finite.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let mean = finite.iter().sum::<f64>() / finite.len().max(1) as f64;
@@ -70,7 +70,7 @@ impl Sampled {
             }
             // A mean of several good ways may be none itself.
             let best = (0..tried.len()).max_by(|&i, &j| returns[i].total_cmp(&returns[j])).unwrap_or(0);
-            let together = earned(world, goals, x, &plan, (steps, left));
+            let together = earned(plant, goals, x, &plan, (steps, left));
             self.plan = if together >= returns[best] { plan } else { tried.swap_remove(best) };
         }
         let now = self.plan.row(0).to_vec();
@@ -83,7 +83,7 @@ impl Sampled {
     }
 
     /// The plan with noise; as it is for number 0.
-    fn changed(&mut self, world: &World, sample: usize) -> Array2<f64> {
+    fn changed(&mut self, plant: &Plant, sample: usize) -> Array2<f64> {
         let mut controls = self.plan.clone();
         if sample == 0 {
             return controls;
@@ -96,7 +96,7 @@ impl Sampled {
                 let normal: f64 = StandardNormal.sample(&mut self.rng);
                 let fresh = if t == 0 { 1.0 } else { (1.0 - GOES_ON * GOES_ON).sqrt() };
                 noise = GOES_ON * noise + fresh * normal;
-                *u = (*u + spread * world.half(j) * noise).clamp(world.low[j], world.high[j]);
+                *u = (*u + spread * plant.half(j) * noise).clamp(plant.low[j], plant.high[j]);
             }
         }
         controls
@@ -105,15 +105,15 @@ impl Sampled {
 
 /// Return of `controls` from x, and, where the horizon ends before the episode, what is lost on the way from there to the best goal: about a step's pay for each
 /// unit of distance.
-fn earned(world: &World, goals: &[Goal], x: &[f64], controls: &Array2<f64>, (steps, left): (usize, usize)) -> f64 {
+fn earned(plant: &Plant, goals: &[Goal], x: &[f64], controls: &Array2<f64>, (steps, left): (usize, usize)) -> f64 {
     let (mut rng, mut earned) = (unused(), 0.0);
     let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
-    let mut action = vec![0.0; world.spec().action_space.action_dim()];
+    let mut action = vec![0.0; plant.spec().action_space.action_dim()];
     let mut last = 0.0;
     for t in 0..steps {
         let mut u = controls.row(t).to_vec();
-        world.settle(&mut u, &mut action);
-        let Some(stepped) = world.step(&x, &u, &mut rng, &mut next) else { return f64::NEG_INFINITY };
+        plant.settle(&mut u, &mut action);
+        let Some(stepped) = plant.step(&x, &u, &mut rng, &mut next) else { return f64::NEG_INFINITY };
         earned += stepped.reward;
         last = stepped.reward;
         std::mem::swap(&mut x, &mut next);

@@ -4,8 +4,8 @@ use ndarray::{Array1, Array2, s};
 use sindyna_core::Rng;
 
 use super::goal::Goal;
+use super::plant::{Plant, Stepped};
 use super::small::without_negative;
-use super::world::{Stepped, World};
 
 /// Step of differences of the reward, in scales: wide enough to look over small kinks.
 const STEP: f64 = 1e-3;
@@ -30,8 +30,8 @@ pub(crate) struct Expansion {
 }
 
 impl Objective<'_> {
-    pub(crate) fn of_step(&self, world: &World, stepped: Stepped, u: &[f64]) -> f64 {
-        let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / world.half(j)).powi(2)).sum();
+    pub(crate) fn of_step(&self, plant: &Plant, stepped: Stepped, u: &[f64]) -> f64 {
+        let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / plant.half(j)).powi(2)).sum();
         let reward = if self.reward > 0.0 { self.reward * stepped.reward } else { 0.0 };
         self.effort * effort - reward
     }
@@ -54,15 +54,15 @@ impl Objective<'_> {
     /// The step from x under u to `next`.
     pub(crate) fn expand(
         &self,
-        world: &World,
+        plant: &Plant,
         (x, u, next): (&[f64], &[f64], &[f64]),
         rng: &mut Rng,
     ) -> Option<Expansion> {
-        let (n, k) = world.dims();
-        let (a, b) = world.linearize(x, u, rng).ok()?;
+        let (n, k) = plant.dims();
+        let (a, b) = plant.linearize(x, u, rng).ok()?;
         let (mut slope, mut bend) = (Array1::zeros(n + k), Array2::zeros((n + k, n + k)));
         if self.reward > 0.0 {
-            let (g, h) = of_reward(world, (x, u, next));
+            let (g, h) = of_reward(plant, (x, u, next));
             // z = (x; u; x⁺), of which the last is A x + B u.
             let mut through = Array2::zeros((2 * n + k, n + k));
             (0..n + k).for_each(|i| through[[i, i]] = 1.0);
@@ -72,7 +72,7 @@ impl Objective<'_> {
             bend = without_negative(&(through.t().dot(&h).dot(&through) * -self.reward));
         }
         for (j, u) in u.iter().enumerate() {
-            let weight = 2.0 * self.effort / (world.half(j) * world.half(j));
+            let weight = 2.0 * self.effort / (plant.half(j) * plant.half(j));
             slope[n + j] += weight * u;
             bend[[n + j, n + j]] += weight;
         }
@@ -89,16 +89,16 @@ impl Objective<'_> {
 }
 
 /// Gradient and Hessian of r over z = (x; u; x⁺), by central differences. Values of z on which r does not depend cost two evaluations each.
-fn of_reward(world: &World, (x, u, next): (&[f64], &[f64], &[f64])) -> (Array1<f64>, Array2<f64>) {
-    let (n, k) = world.dims();
+fn of_reward(plant: &Plant, (x, u, next): (&[f64], &[f64], &[f64])) -> (Array1<f64>, Array2<f64>) {
+    let (n, k) = plant.dims();
     let size = 2 * n + k;
     let mut z = [x, u, next].concat();
-    let reward = |z: &[f64]| world.reward(&z[..n], &z[n..n + k], &z[n + k..]);
+    let reward = |z: &[f64]| plant.reward(&z[..n], &z[n..n + k], &z[n + k..]);
     let step = |i: usize| {
         STEP * match i {
-            i if i < n => world.scales[i],
-            i if i < n + k => world.half(i - n),
-            i => world.scales[i - n - k],
+            i if i < n => plant.scales[i],
+            i if i < n + k => plant.half(i - n),
+            i => plant.scales[i - n - k],
         }
     };
     let middle = reward(&z);

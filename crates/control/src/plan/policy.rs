@@ -10,7 +10,7 @@ use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Task};
 use super::course::{Course, is_enough};
 use super::goal::Goal;
 use super::mppi::Sampled;
-use super::world::{World, unused};
+use super::plant::{Plant, unused};
 use crate::ControlError;
 
 /// Steps that are looked ahead when an episode is longer.
@@ -68,7 +68,7 @@ impl fmt::Display for Method {
 ///
 /// It acts alike in both modes and draws no number of the generator it is given.
 pub struct Planner {
-    world: World,
+    plant: Plant,
     inverse: Inverse,
     method: Method,
 }
@@ -80,13 +80,13 @@ impl Planner {
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn new(method: Method, dynamics: Arc<dyn Dynamics>, task: Arc<dyn Task>) -> Result<Self, ControlError> {
         let inverse = Inverse::of(task.spec())?;
-        Ok(Self { world: World::new(dynamics, task), inverse, method })
+        Ok(Self { plant: Plant::new(dynamics, task), inverse, method })
     }
 
     /// The same that ends its plans soon after `stop` is set: its actions are of no use then.
     #[must_use]
     pub fn with_stop(self, stop: Arc<AtomicBool>) -> Self {
-        Self { world: self.world.with_stop(stop), ..self }
+        Self { plant: self.plant.with_stop(stop), ..self }
     }
 
     /// How it plans.
@@ -131,14 +131,14 @@ struct Episode<'a> {
 
 impl<'a> Episode<'a> {
     fn new(planner: &'a Planner) -> Self {
-        let x = vec![0.0; planner.world.dims().0];
+        let x = vec![0.0; planner.plant.dims().0];
         Self { planner, x, steps: 0, goals: Vec::new(), course: None, sampled: None, expected: f64::NAN }
     }
 
     /// The control of differential dynamic programming, in receding horizon: the course so far, moved on, improved now and then, and left where another
     /// earns more.
     fn planned(&mut self, left: usize) -> Vec<f64> {
-        let (world, ahead) = (&self.planner.world, left.clamp(1, HORIZON));
+        let (plant, ahead) = (&self.planner.plant, left.clamp(1, HORIZON));
         let goals = &self.goals;
         let mut course = self.course.take();
         if let Some(course) = &mut course {
@@ -148,39 +148,39 @@ impl<'a> Episode<'a> {
         // From another state a way may be found.
         let lost = self.steps.is_multiple_of(LOST)
             && !is_enough(goals, self.expected, ahead)
-            && course.as_ref().is_some_and(|c| !c.arrives(goals, world, &self.x, ahead));
+            && course.as_ref().is_some_and(|c| !c.arrives(goals, plant, &self.x, ahead));
         if lost {
             course = None;
         }
         let course = match course {
             None => {
-                let (course, earned) = Course::search(world, goals, &self.x, ahead);
+                let (course, earned) = Course::search(plant, goals, &self.x, ahead);
                 self.expected = earned;
                 course
             }
             Some(course) if !due => course,
             Some(course) => {
-                let mut earned = course.earns(world, goals, &self.x, ahead).0;
+                let mut earned = course.earns(plant, goals, &self.x, ahead).0;
                 let mut best = course;
-                let held = Course::held(world, goals, &self.x, ahead);
-                let of_held = held.earns(world, goals, &self.x, ahead).0;
+                let held = Course::held(plant, goals, &self.x, ahead);
+                let of_held = held.earns(plant, goals, &self.x, ahead).0;
                 if of_held > earned {
                     (best, earned) = (held, of_held);
                 }
                 let missing = self.expected - earned;
                 if missing > SHORT * self.expected.abs().max(earned.abs()) {
-                    let (found, of_found) = Course::search(world, goals, &self.x, ahead);
+                    let (found, of_found) = Course::search(plant, goals, &self.x, ahead);
                     if of_found > earned {
                         (best, earned) = (found, of_found);
                     }
                 } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
-                    (best, earned) = best.polished(world, goals, &self.x, ahead, earned, AGAIN);
+                    (best, earned) = best.polished(plant, goals, &self.x, ahead, earned, AGAIN);
                 }
                 self.expected = earned;
                 best
             }
         };
-        let u = course.control(world, goals, &self.x, 0);
+        let u = course.control(plant, goals, &self.x, 0);
         self.course = Some(course);
         u
     }
@@ -188,34 +188,34 @@ impl<'a> Episode<'a> {
 
 impl Memory for Episode<'_> {
     fn act(&mut self, observation: &[f64], _mode: Mode, _rng: &mut Rng, action: &mut [f64]) {
-        let Planner { world, inverse, method } = self.planner;
-        if world.stopped() {
-            world.settle(&mut world.middle(), action);
+        let Planner { plant, inverse, method } = self.planner;
+        if plant.stopped() {
+            plant.settle(&mut plant.middle(), action);
             return;
         }
         let before = self.x.clone();
         inverse.state(observation, &before, &mut self.x);
         if self.steps == 0 {
-            self.goals = Goal::find(world, &self.x);
+            self.goals = Goal::find(plant, &self.x);
         }
-        let left = world.task.max_steps().saturating_sub(self.steps).max(1);
+        let left = plant.task.max_steps().saturating_sub(self.steps).max(1);
         let mut u = match method {
             Method::Lqr => {
-                let course = self.course.get_or_insert_with(|| Course::held(world, &self.goals, &self.x, left));
-                course.control(world, &self.goals, &self.x, 0)
+                let course = self.course.get_or_insert_with(|| Course::held(plant, &self.goals, &self.x, left));
+                course.control(plant, &self.goals, &self.x, 0)
             }
             Method::Ilqr => self.planned(left),
             Method::Mppi => {
-                let horizon = SAMPLED.min(world.task.max_steps());
-                let sampled = self.sampled.get_or_insert_with(|| Sampled::new(world, horizon));
-                sampled.act(world, &self.goals, &self.x, left)
+                let horizon = SAMPLED.min(plant.task.max_steps());
+                let sampled = self.sampled.get_or_insert_with(|| Sampled::new(plant, horizon));
+                sampled.act(plant, &self.goals, &self.x, left)
             }
         };
-        world.settle(&mut u, action);
+        plant.settle(&mut u, action);
         // What is yet expected is without the step that is made now.
         if self.course.is_some() {
             let mut next = vec![0.0; self.x.len()];
-            let stepped = world.step(&self.x, &u, &mut unused(), &mut next);
+            let stepped = plant.step(&self.x, &u, &mut unused(), &mut next);
             self.expected -= stepped.map_or(0.0, |stepped| stepped.reward);
         }
         self.steps += 1;

@@ -154,7 +154,7 @@ pub(crate) fn schedule() -> Schedule {
         curious: true,
         imagined_rollouts: Rollouts::Unlimited,
         refit: Refit::Never,
-        worlds: 4,
+        systems: 4,
         imagined_len: 10,
         scattered_starts: 0.5,
         random_steps: 40,

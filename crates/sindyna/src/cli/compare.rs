@@ -7,9 +7,11 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 use sindyna_core::number::plural;
+use sindyna_methods::{Contender, Job, Known, Method, Pace, Store, Variant, first_check};
 use sindyna_record::comparison::{Outcome, Seeds, gather};
 use sindyna_report::Comparison;
 use sindyna_rl::Isa;
+use sindyna_training::problem::{self, Problem, Source};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
@@ -18,10 +20,8 @@ use super::pages;
 use super::report::Told;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::cli::methods::{Contender, Job, Known, Method, Pace, Store, Variant, first_check};
 use crate::cli::progress::Progress;
 use crate::cli::report_files;
-use crate::problem::{self, Problem, Source};
 
 /// Compares methods: how many real steps each needs until it solves each task
 ///
@@ -315,7 +315,7 @@ struct Settings {
 fn settings(args: &Args) -> Result<String, Failure> {
     let settings = Settings {
         version: env!("CARGO_PKG_VERSION"),
-        commit: env!("SINDYNA_COMMIT"),
+        commit: sindyna_training::COMMIT,
         isa: Isa::widest().name(),
         budget: args.budget,
         whole_budget: args.whole_budget,

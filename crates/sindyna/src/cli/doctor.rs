@@ -63,7 +63,7 @@ fn ok(name: &'static str, detail: String) -> Check {
 }
 
 fn program() -> Check {
-    let (version, commit) = (env!("CARGO_PKG_VERSION"), env!("SINDYNA_COMMIT"));
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), sindyna_training::COMMIT);
     ok("sindyna", format!("{version}, commit {commit}, {}-{}", std::env::consts::ARCH, std::env::consts::OS))
 }
 

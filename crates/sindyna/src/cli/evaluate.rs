@@ -5,18 +5,18 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 use serde::Serialize;
 use sindyna_core::{Policy, Seed, Space, Spec};
+use sindyna_record::run::{Evaluation, Summary};
 use sindyna_rl::SavedPolicy;
+use sindyna_sindy::Model;
+use sindyna_training::problem::{Problem, Source};
+use sindyna_training::settings::{TrainConfig, check_episodes};
+use sindyna_training::{evaluation, planner};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
 use super::pipe::PipeOptions;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
-use crate::problem::{Problem, Source};
-use crate::settings::{TrainConfig, check_episodes};
-use crate::training::{evaluation, planner};
-use sindyna_record::run::{Evaluation, Summary};
-use sindyna_sindy::Model;
 
 /// Runs a trained policy on the system again
 ///
@@ -210,8 +210,8 @@ mod tests {
     use sindyna_rl::Isa;
 
     use super::*;
-    use crate::problem::named;
-    use crate::settings::agent;
+    use sindyna_training::problem::named;
+    use sindyna_training::settings::agent;
 
     /// A policy for the task called `name` if its actions were those of `space`.
     fn policy(name: &str, space: Space) -> SavedPolicy {

@@ -4,18 +4,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context as _;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
 use sindyna_core::{Channel, Task};
+use sindyna_export::{Interface, Language, Program};
+use sindyna_record::Own;
+use sindyna_record::identification::{Stepping, read_model};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::{Model, export};
+use sindyna_training::problem::{RECORDED_LOG, Source};
+use sindyna_training::settings::TrainConfig;
 
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
-use crate::export::{Interface, Language, Program};
-use crate::problem::{RECORDED_LOG, Source};
-use crate::settings::TrainConfig;
-use sindyna_record::Own;
-use sindyna_record::identification::{Stepping, read_model};
 
 /// Writes equations, and the policy of a run, as a program in another language
 ///
@@ -29,7 +30,7 @@ pub(crate) struct Args {
     #[arg(value_name = "DIR")]
     from: PathBuf,
     /// Language to write
-    #[arg(long, value_enum, value_name = "LANGUAGE")]
+    #[arg(long, value_name = "LANGUAGE", value_parser = languages())]
     to: Language,
     /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs, .tex or .html next to model.json]
     #[arg(long, value_name = "FILE")]
@@ -39,6 +40,13 @@ pub(crate) struct Args {
 const EXAMPLE: &str = "\
 Example:  sindyna export models/pendulum --to python
           python3 -c 'import sys; sys.path.append(\"models/pendulum\"); import model; print(model.step([0.1, 0.0], [0.5]))'";
+
+/// The languages by name, with what is written in them.
+fn languages() -> impl TypedValueParser<Value = Language> {
+    let value = |language: Language| PossibleValue::new(language.name()).help(language.about());
+    PossibleValuesParser::new(Language::ALL.map(value))
+        .try_map(|name| Language::ALL.into_iter().find(|language| language.name() == name).ok_or("unknown language"))
+}
 
 pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };

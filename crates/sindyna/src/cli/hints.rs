@@ -5,6 +5,7 @@ use std::path::Path;
 use sindyna_core::{EnvError, FitError};
 use sindyna_dyna::DynaError;
 use sindyna_logs::{LogError, Suggestion};
+use sindyna_methods::MethodError;
 use sindyna_record::RecordError;
 use sindyna_rl::Isa;
 
@@ -14,42 +15,78 @@ use crate::cli::closest::closest;
 /// A hint for the first error in the chain of `error` that has one.
 pub(crate) fn of(error: &anyhow::Error) -> Option<String> {
     error.chain().find_map(|cause| {
-        // An error that is passed on as it is stands in for its cause.
-        match cause.downcast_ref::<Error>() {
-            Some(Error::Log(error)) => of_log(error),
-            Some(Error::Record(error)) => of_record(error),
-            Some(Error::Environment(error)) => of_environment(error),
-            Some(Error::Train(error)) => error.environment().and_then(of_environment),
-            Some(error) => of_ours(error),
-            None => {
-                let log = cause.downcast_ref::<LogError>().and_then(of_log);
-                let environment = || cause.downcast_ref::<DynaError>().and_then(DynaError::environment);
-                log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
-                    .or_else(|| environment().and_then(of_environment))
-            }
+        if let Some(error) = cause.downcast_ref::<MethodError>() {
+            return of_method(error);
         }
+        if let Some(error) = cause.downcast_ref::<Error>() {
+            return of_error(error);
+        }
+        let log = cause.downcast_ref::<LogError>().and_then(of_log);
+        let environment = || cause.downcast_ref::<DynaError>().and_then(DynaError::environment);
+        log.or_else(|| cause.downcast_ref::<RecordError>().and_then(of_record))
+            .or_else(|| environment().and_then(of_environment))
+    })
+}
+
+/// An error that is passed on as it is stands in for its cause.
+fn of_error(error: &Error) -> Option<String> {
+    match error {
+        Error::Log(error) => of_log(error),
+        Error::Record(error) => of_record(error),
+        Error::Environment(error) => of_environment(error),
+        Error::Train(error) => error.environment().and_then(of_environment),
+        error => of_ours(error),
+    }
+}
+
+fn of_method(error: &MethodError) -> Option<String> {
+    Some(match error {
+        MethodError::NotAComparison { .. } => "name another directory with --out".into(),
+        MethodError::OtherSettings { .. } => {
+            "name another directory with --out, or take this one away; `sindyna report` still tells what is in it"
+                .into()
+        }
+        MethodError::OtherTask { .. } => "give the task another name, or name another directory with --out".into(),
+        MethodError::OtherVariant { .. } => {
+            "give the variant another name, or name another directory with --out".into()
+        }
+        MethodError::Record(error) => return of_record(error),
+        MethodError::Training(error) => return of_error(error),
+        _ => return None,
     })
 }
 
 /// What sort of error `error` is, as `--json` calls it (docs/json.md).
 pub(crate) fn kind(error: &anyhow::Error) -> &'static str {
-    let of_cause = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref::<Error>() {
-        Some(Error::UnknownName { .. }) => Some("name"),
-        Some(Error::Log(_)) => Some("log"),
-        Some(Error::Record(_)) => Some("record"),
-        Some(Error::Fit(_)) => Some("fit"),
-        Some(Error::Train(error)) => Some(of_training(error)),
-        Some(Error::Mujoco(_)) => Some("mujoco"),
-        Some(Error::Environment(_) | Error::Pipe { .. } | Error::NoPipe) => Some("system"),
-        Some(Error::TaskFile { .. }) => Some("task-file"),
-        Some(_) => Some("setting"),
-        None if cause.is::<LogError>() => Some("log"),
-        None if cause.is::<RecordError>() => Some("record"),
-        None if cause.is::<FitError>() => Some("fit"),
-        None if cause.is::<std::io::Error>() => Some("io"),
-        None => cause.downcast_ref::<DynaError>().map(of_training),
+    let of_cause = |cause: &(dyn std::error::Error + 'static)| match cause.downcast_ref::<MethodError>() {
+        Some(MethodError::Training(error)) => Some(kind_of(error)),
+        Some(MethodError::Record(_)) => Some("record"),
+        Some(MethodError::Folder { .. }) => Some("io"),
+        Some(_) => Some("input"),
+        None => match cause.downcast_ref::<Error>() {
+            Some(error) => Some(kind_of(error)),
+            None if cause.is::<LogError>() => Some("log"),
+            None if cause.is::<RecordError>() => Some("record"),
+            None if cause.is::<FitError>() => Some("fit"),
+            None if cause.is::<std::io::Error>() => Some("io"),
+            None => cause.downcast_ref::<DynaError>().map(of_training),
+        },
     };
     error.chain().find_map(of_cause).unwrap_or("input")
+}
+
+fn kind_of(error: &Error) -> &'static str {
+    match error {
+        Error::UnknownName { .. } => "name",
+        Error::Log(_) => "log",
+        Error::Record(_) => "record",
+        Error::Fit(_) => "fit",
+        Error::Train(error) => of_training(error),
+        Error::Mujoco(_) => "mujoco",
+        Error::Environment(_) | Error::Pipe { .. } | Error::NoPipe => "system",
+        Error::TaskFile { .. } => "task-file",
+        _ => "setting",
+    }
 }
 
 /// The system is at fault where it failed during training.

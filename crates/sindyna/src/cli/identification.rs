@@ -1,10 +1,10 @@
 //! How equations are found, as options.
 
 use clap::Args;
+use sindyna_training::settings::{IdentificationConfig, LibraryName, SolverName, TargetName};
 
 use super::common::set;
 use crate::cli::failure::Failure;
-use crate::settings::{IdentificationConfig, LibraryName, SolverName, TargetName};
 
 /// Options that change how equations are found.
 #[derive(Debug, Default, PartialEq, Args)]

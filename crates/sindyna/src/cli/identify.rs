@@ -5,6 +5,7 @@ mod record;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use record::{Document, Record};
 use serde::Serialize;
 use sindyna_core::{Dataset, FitError, Spec};
 use sindyna_logs::{Log, Samples, held_out};
@@ -12,6 +13,9 @@ use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
 use sindyna_record::run::{RunDir, log_csv};
 use sindyna_sindy::{Identifier, NoiseChoice, Watch};
+use sindyna_training::problem::{RECORDED_LOG, RECORDED_MODELS};
+use sindyna_training::settings::IdentificationConfig;
+use sindyna_training::{identified_bytes, predictions, timed};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
@@ -23,10 +27,6 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
 use crate::identify::{Asked, Delay, Looked, Unmeasured, looked};
-use crate::problem::{RECORDED_LOG, RECORDED_MODELS};
-use crate::settings::IdentificationConfig;
-use crate::training::{identified_bytes, predictions, timed};
-use record::{Document, Record};
 
 /// Finds equations of motion in logged data, with no learning of a controller
 ///

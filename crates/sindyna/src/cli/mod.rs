@@ -18,7 +18,6 @@ mod inspect;
 mod interrupt;
 mod machine;
 mod man;
-mod methods;
 mod pages;
 mod pipe;
 mod plain;

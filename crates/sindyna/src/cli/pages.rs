@@ -7,9 +7,9 @@ use sindyna_record::run::RunDir;
 use sindyna_record::{ModelRecord, RecordError, RunRecord};
 use sindyna_report::{Page, model_page, run_page};
 use sindyna_sindy::Model;
+use sindyna_training::settings::TrainConfig;
 
 use crate::cli::failure::Failure;
-use crate::settings::TrainConfig;
 
 /// The page's file in a record.
 pub(crate) const PAGE: &str = "report.html";

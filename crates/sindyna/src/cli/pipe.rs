@@ -2,9 +2,10 @@
 
 use std::time::Duration;
 
+use sindyna_training::problem::PipeSource;
+
 use super::failure::Failure;
 use super::interrupt::Interrupt;
-use crate::problem::PipeSource;
 
 /// Seconds that an answer may take where none are given.
 const SECONDS: f64 = 60.0;

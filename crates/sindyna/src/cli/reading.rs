@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use sindyna_core::number::{plural, significant};
 use sindyna_core::{Channel, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
+use sindyna_training::settings::PrecisionName;
 
 use crate::cli::failure::Failure;
-use crate::settings::PrecisionName;
 
 /// Options that say what the columns of a log are.
 #[derive(Debug, clap::Args)]

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde_json::json;
 use sindyna_core::number::fixed;
+use sindyna_methods::Known;
 use sindyna_record::comparison::{Digest, gather};
 use sindyna_record::run::DirLock;
 use sindyna_record::{RecordError, sweep};
@@ -12,7 +13,6 @@ use sindyna_report::{Comparison, Group};
 
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
-use crate::cli::methods::Known;
 use crate::cli::{pages, report_files};
 
 /// Makes the report of a run, a model or a comparison again

@@ -7,16 +7,16 @@ use anyhow::Context as _;
 use clap::Args;
 use sindyna_core::Spec;
 use sindyna_dyna::Rollouts;
+use sindyna_training::RECORDED_TASK;
+use sindyna_training::problem::{LogSource, PipeSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
+use sindyna_training::settings::{
+    ControllerName, CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
+    SimulatorName, TrainConfig, key,
+};
 
 use super::common::set;
 use super::identification::IdentificationOptions;
 use crate::cli::failure::Failure;
-use crate::problem::{LogSource, PipeSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
-use crate::settings::{
-    ControllerName, CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
-    SimulatorName, TrainConfig, key,
-};
-use crate::task_file::RECORDED_TASK;
 
 /// Options that change the defaults of a run, or of the configuration it repeats.
 #[derive(Debug, Default, PartialEq, Args)]

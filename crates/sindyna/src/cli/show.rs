@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use serde::Serialize;
 use serde_json::Value;
+use sindyna_methods::Known;
 use sindyna_record::comparison::{Digest, SETTINGS, gather};
 use sindyna_record::identification::{Account, Stepping, read_model};
 use sindyna_record::run::{Summary, Timing};
@@ -15,7 +16,6 @@ use super::answer::{Answer, Verdict};
 use super::conclusion::Conclusion;
 use super::{pages, report};
 use crate::cli::failure::Failure;
-use crate::cli::methods::Known;
 
 /// Prints a record: a run, a model or a comparison
 ///

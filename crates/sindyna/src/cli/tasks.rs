@@ -3,13 +3,13 @@
 use std::fmt::Write as _;
 
 use serde::Serialize;
+use sindyna_core::number::shortest;
 use sindyna_core::{Channel, Space};
 use sindyna_envs::System;
+use sindyna_training::problem;
 
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
-use crate::problem;
-use sindyna_core::number::shortest;
 
 /// Lists the systems there are to train on
 #[derive(Debug, clap::Args)]

@@ -6,12 +6,19 @@ mod recorder;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use checkpoint::Checkpoints;
+use recorder::{Clock, Recorder};
 use serde::Serialize;
+use sindyna_core::number::plural;
 use sindyna_core::{Certainty, Dataset, Event, FitError, Mode, Observer, Policy, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
 use sindyna_record::run::{EventLog, RunDir, Summary, Timing, rollout_csv};
+use sindyna_training::Fitted;
+use sindyna_training::problem::Problem;
+use sindyna_training::settings::TrainConfig;
+use sindyna_training::{Plan, Timed, agent_of, episode, predictions, summary, watched_evaluation};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
@@ -24,13 +31,6 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Evaluating, Progress};
 use crate::cli::{machine, pages};
-use crate::problem::Problem;
-use crate::settings::TrainConfig;
-use crate::training::learner::Fitted;
-use crate::training::{Plan, Timed, agent_of, episode, predictions, summary, watched_evaluation};
-use checkpoint::Checkpoints;
-use recorder::{Clock, Recorder};
-use sindyna_core::number::plural;
 
 /// Learns a system from one short real rollout and trains a controller for it
 ///
@@ -126,7 +126,7 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
         };
         progress.say(&format!("note: {missing} is missing, so all of it is done again"));
     }
-    if config.commit != env!("SINDYNA_COMMIT") {
+    if config.commit != sindyna_training::COMMIT {
         progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
     }
     let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
@@ -222,7 +222,7 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary::of(config, made_by, problem, &learned, evaluated.clone());
+        let summary = summary(config, made_by, problem, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
         let account = learned.model.as_ref().map(|fitted| Account::new(&fitted.0, spec));

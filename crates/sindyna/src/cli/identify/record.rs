@@ -6,9 +6,9 @@ use serde::Serialize;
 use sindyna_core::{Channel, Kind, Precision, Spec};
 use sindyna_logs::Note;
 use sindyna_record::identification::Account;
+use sindyna_training::settings::IdentificationConfig;
 
 use crate::cli::reading::STDIN;
-use crate::settings::IdentificationConfig;
 
 /// `config.toml`: everything to run an identification again.
 #[derive(Debug, Serialize)]
@@ -74,7 +74,7 @@ impl Record {
         };
         Self {
             version: env!("CARGO_PKG_VERSION"),
-            commit: env!("SINDYNA_COMMIT"),
+            commit: sindyna_training::COMMIT,
             log: paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
             name: name_of(paths),
             dt: spec.dt,

@@ -4,10 +4,10 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 use sindyna_core::{decode, encode};
+use sindyna_record::run::{EventLog, RunDir};
 
 use super::recorder::Clock;
 use crate::cli::progress::Progress;
-use sindyna_record::run::{EventLog, RunDir};
 
 /// The file in the run directory; it is taken away when the run is over.
 const FILE: &str = "checkpoint.bin";
@@ -81,7 +81,7 @@ impl<'a> Checkpoints<'a> {
     }
 
     fn made_by(&self) -> (String, String) {
-        (env!("SINDYNA_COMMIT").to_owned(), self.isa.to_owned())
+        (sindyna_training::COMMIT.to_owned(), self.isa.to_owned())
     }
 
     /// Writes what `state` gives, if it is time.

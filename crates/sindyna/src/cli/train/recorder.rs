@@ -4,9 +4,9 @@ use std::io;
 use std::time::Instant;
 
 use sindyna_core::{Event, Observer, Spec};
+use sindyna_record::run::{EventLog, RunDir, rollout_csv};
 
 use crate::cli::progress::Progress;
-use sindyna_record::run::{EventLog, RunDir, rollout_csv};
 
 /// Seconds since the start, and what they went into.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,0 +1,32 @@
+//! Systems with a task on them, settings, and training of controllers in identified equations.
+//!
+//! - [`problem`]: what a controller can be trained for, by name, from a task file, from a log, behind a pipe, or of one's own;
+//! - [`settings`]: what can be set, as `config.toml` has it;
+//! - [`Training`]: from a few steps on the system to equations, a controller and its evaluation. The command puts a run together from the same
+//!   parts ([`Plan`], [`watched_evaluation`], [`summary`]) and keeps a record of it.
+
+mod error;
+mod evaluation;
+mod known;
+mod learner;
+mod plan;
+mod planned;
+pub mod problem;
+mod reach;
+pub mod settings;
+mod summary;
+mod task_file;
+mod training;
+
+pub use error::Error;
+pub use evaluation::{episode, evaluation, predictions, timed, watched_evaluation};
+pub use known::{identified_bytes, identified_of};
+pub use learner::{Fitted, Learner};
+pub use plan::{Plan, agent_of};
+pub use planned::{Timed, planner};
+pub use summary::of as summary;
+pub use task_file::RECORDED_TASK;
+pub use training::{Trained, Training, Verdict};
+
+/// The commit this is built from; `unknown` outside a repository.
+pub const COMMIT: &str = env!("SINDYNA_COMMIT");

@@ -1,0 +1,63 @@
+//! Policies that plan: made again from a record, and timed.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Instant;
+
+use ndarray::{ArrayView2, ArrayViewMut2};
+use sindyna_control::{Method, Planners};
+use sindyna_core::{Memory, Mode, Policy, Rng};
+use sindyna_sindy::Model;
+
+use crate::Error;
+use crate::problem::Problem;
+
+/// The planner called `name` in `model`, as a run had it; `None` if there is none of that name.
+pub fn planner(problem: &dyn Problem, name: &str, model: Model) -> Result<Option<impl Policy>, Error> {
+    let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else { return Ok(None) };
+    let planners = Planners::new(&[method], problem.task(), Arc::default())?;
+    Ok(Some(planners.planner(method, Arc::new(model))?))
+}
+
+/// A policy whose actions are timed.
+pub struct Timed<'a> {
+    policy: &'a dyn Policy,
+    seconds: Mutex<Vec<f64>>,
+}
+
+impl<'a> Timed<'a> {
+    /// `policy` with a clock.
+    pub fn new(policy: &'a dyn Policy) -> Self {
+        Self { policy, seconds: Mutex::default() }
+    }
+
+    /// Median and largest of the seconds of an action; `None` where none was timed.
+    pub fn seconds(self) -> Option<(f64, f64)> {
+        let mut seconds = self.seconds.into_inner().unwrap_or_else(PoisonError::into_inner);
+        seconds.sort_by(f64::total_cmp);
+        Some((*seconds.get(seconds.len() / 2)?, *seconds.last()?))
+    }
+}
+
+impl Policy for Timed<'_> {
+    fn act_batch(&self, observations: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, actions: ArrayViewMut2<'_, f64>) {
+        self.policy.act_batch(observations, mode, rng, actions);
+    }
+
+    fn begin(&self) -> Option<Box<dyn Memory + '_>> {
+        Some(Box::new(TimedMemory { memory: self.policy.begin()?, of: self }))
+    }
+}
+
+/// A memory whose actions are timed.
+struct TimedMemory<'a> {
+    memory: Box<dyn Memory + 'a>,
+    of: &'a Timed<'a>,
+}
+
+impl Memory for TimedMemory<'_> {
+    fn act(&mut self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]) {
+        let begun = Instant::now();
+        self.memory.act(observation, mode, rng, action);
+        self.of.seconds.lock().unwrap_or_else(PoisonError::into_inner).push(begun.elapsed().as_secs_f64());
+    }
+}

@@ -1,0 +1,25 @@
+//! Systems with a task on them: what a controller can be trained for.
+//!
+//! [`named`] gives those that come along, [`OwnSystem`] one's own. All of them are a [`Problem`].
+
+mod condition;
+mod formula_task;
+mod mujoco;
+mod native;
+mod own;
+mod pipe;
+mod recorded;
+mod replay;
+mod source;
+mod task_builder;
+mod traits;
+
+pub use formula_task::FormulaTask;
+pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
+pub use pipe::PipeSource;
+pub use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
+pub use replay::{Played, Replayed};
+pub use source::{Source, system};
+pub use source::{named, names};
+pub use task_builder::{OwnTask, TaskBuilder};
+pub use traits::Problem;

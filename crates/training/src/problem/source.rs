@@ -1,0 +1,122 @@
+//! Where problems come from: by name, or from a task file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use sindyna_core::Task;
+use sindyna_envs::System;
+
+use super::Problem;
+use super::mujoco::OnMujoco;
+use super::native::Native;
+use super::pipe::{PipeSource, Piped};
+use super::recorded::{LogSource, Recorded, Sampling};
+use crate::Error;
+use crate::settings::{SimulatorName, TrainConfig};
+use crate::task_file::TaskFile;
+
+/// Names of the problems that come along.
+#[must_use]
+pub fn names() -> Vec<&'static str> {
+    sindyna_envs::systems().iter().map(System::name).collect()
+}
+
+/// The problem that comes along under `name`, such as `pendulum` or `Pendulum-v1`.
+///
+/// # Errors
+/// [`Error::UnknownName`] with those there are.
+pub fn named(name: &str) -> Result<Arc<dyn Problem>, Error> {
+    system(name).map(Native::shared)
+}
+
+/// The system that comes along under `name`.
+pub fn system(name: &str) -> Result<System, Error> {
+    sindyna_envs::find(name).ok_or_else(|| Error::UnknownName {
+        what: "task",
+        name: name.to_owned(),
+        known: names().into_iter().map(String::from).collect(),
+    })
+}
+
+/// Where a problem comes from.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// It comes along under this name.
+    Named(String),
+    /// A task file describes it.
+    File(PathBuf),
+    /// A task file describes the task on it, and there is a log of it.
+    Log(PathBuf, LogSource),
+    /// A task file describes the task on it, and a program is it; which one no record tells.
+    Pipe(PathBuf, Option<PipeSource>),
+}
+
+impl Source {
+    /// The source of the run with these settings, whose record lies in `directory`; `pipe` is the program that is its system, if it is one.
+    pub fn of(config: &TrainConfig, directory: &Path, pipe: Option<&PipeSource>) -> Self {
+        match (&config.task_file, &config.data) {
+            (Some(file), None) if config.simulator == SimulatorName::Pipe => {
+                Self::Pipe(directory.join(file), pipe.cloned())
+            }
+            (Some(file), Some(data)) => {
+                let sampling = Some(Sampling { dt: data.dt, precision: data.precision.into() });
+                let models = data.models.as_ref().map(|models| directory.join(models));
+                Self::Log(directory.join(file), LogSource { log: directory.join(&data.log), sampling, models })
+            }
+            (Some(file), None) => Self::File(directory.join(file)),
+            (None, _) => Self::Named(config.task.clone()),
+        }
+    }
+
+    /// The task, and on which simulator its system lives if nothing else is said.
+    pub fn task(&self) -> Result<(Arc<dyn Task>, SimulatorName), Error> {
+        Ok(match self {
+            Self::Named(name) => (system(name)?.task(), SimulatorName::Native),
+            Self::File(path) => {
+                let file = TaskFile::with_simulator(path)?;
+                (file.task(), simulator_of(&file))
+            }
+            Self::Log(path, source) => (Recorded::load(path, source)?.task(), SimulatorName::None),
+            Self::Pipe(path, _) => (TaskFile::without_simulator(path)?.task(), SimulatorName::Pipe),
+        })
+    }
+
+    /// The problem on `simulator`, with Gaussian noise on the sensors of its system: `noise` is a fraction of every
+    /// observation channel's scale. It is declared, so the learner may know of it; reward and termination know nothing of it.
+    pub fn problem(&self, simulator: SimulatorName, noise: f64) -> Result<Arc<dyn Problem>, Error> {
+        if !(0.0..=1.0).contains(&noise) {
+            return Err(Error::setting("noise", "between 0 and 1", noise));
+        }
+        match (self, simulator) {
+            (Self::Named(name), SimulatorName::Native) => Ok(Native::shared(system(name)?.with_noise(noise))),
+            (Self::Named(name), SimulatorName::Mujoco) => {
+                Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
+            }
+            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source)?)),
+            (Self::Pipe(path, Some(source)), SimulatorName::Pipe) => Ok(Arc::new(Piped::open(path, source, noise)?)),
+            (Self::Pipe(_, None), SimulatorName::Pipe) => Err(Error::NoPipe),
+            (Self::Named(_) | Self::Log(..) | Self::Pipe(..), other) => {
+                let wanted = match self {
+                    Self::Log(..) => "`none` for a log",
+                    Self::Pipe(..) => "`pipe` for a program",
+                    _ => "`native` or `mujoco`",
+                };
+                Err(Error::setting("simulator", wanted, format!("`{other}`")))
+            }
+            (Self::File(path), simulator) => {
+                let file = TaskFile::with_simulator(path)?;
+                let own = simulator_of(&file);
+                if own != simulator {
+                    let wanted = format!("`{own}` for {}", path.display());
+                    return Err(Error::setting("simulator", wanted, format!("`{simulator}`")));
+                }
+                Ok(Arc::new(file.with_noise(noise)))
+            }
+        }
+    }
+}
+
+/// Where the system of a task file lives.
+fn simulator_of(file: &TaskFile) -> SimulatorName {
+    if file.is_mujoco() { SimulatorName::Mujoco } else { SimulatorName::Native }
+}

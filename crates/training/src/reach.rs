@@ -1,0 +1,85 @@
+//! Where a policy goes in its model, and where the data never were.
+
+use ndarray::Array2;
+use rayon::prelude::*;
+use sindyna_core::{
+    Acting, Bounded, Dataset, Dynamics, Environment as _, Inverse, Kind, Memory as _, Mode, Policy, Seed, Simulated,
+    Spec,
+};
+use sindyna_record::run::{Coverage, StateRange};
+
+use crate::problem::Problem;
+
+/// Episodes in the model.
+const EPISODES: u64 = 100;
+
+/// States of `policy` in `model` beside those of `data`; `None` if states follow from no observation.
+pub(crate) fn coverage(
+    problem: &dyn Problem,
+    model: &dyn Dynamics,
+    policy: &dyn Policy,
+    data: &Dataset,
+) -> Option<Coverage> {
+    let spec = problem.spec();
+    let shown = ranges(spec, states(spec, data)?.into_iter());
+    let visited: Vec<Vec<f64>> =
+        (0..EPISODES).into_par_iter().flat_map_iter(|episode| visited(problem, model, policy, episode)).collect();
+    let outside = |x: &Vec<f64>| {
+        let mut beyond = x.iter().zip(&shown).zip(&spec.state).filter(|((_, _), channel)| channel.kind != Kind::Angle);
+        beyond.any(|((value, (low, high)), _)| value < low || value > high)
+    };
+    let share = visited.iter().filter(|x| outside(x)).count() as f64 / visited.len().max(1) as f64;
+    let gone = ranges(spec, visited.into_iter());
+    let each = spec.state.iter().zip(shown).zip(gone);
+    let states = each.map(|((channel, data), policy)| StateRange {
+        state: channel.name.clone(),
+        unit: channel.unit.clone(),
+        data,
+        policy,
+    });
+    Some(Coverage { episodes: EPISODES as usize, share_outside: share, states: states.collect() })
+}
+
+/// States (n each) of one episode in the model.
+fn visited(problem: &dyn Problem, model: &dyn Dynamics, policy: &dyn Policy, episode: u64) -> Vec<Vec<f64>> {
+    let (spec, task) = (problem.spec(), problem.task());
+    let mut rng = Seed::new(0).stream("coverage", episode);
+    let mut system = Simulated::new(Bounded::new(model, &spec.state), &*task, problem.sensors().without_noise());
+    let (mut action, mut states) = (vec![0.0; spec.action_space.action_dim()], Vec::new());
+    if system.reset(&mut rng).is_err() {
+        return states;
+    }
+    states.push(system.state().to_vec());
+    let mut policy = Acting::begin(policy);
+    loop {
+        policy.act(system.observation(), Mode::Exploit, &mut rng, &mut action);
+        let outcome = system.step(&action, &mut rng);
+        states.extend(outcome.is_ok().then(|| system.state().to_vec()));
+        if outcome.map_or(true, |outcome| outcome.terminated || outcome.truncated) {
+            return states;
+        }
+    }
+}
+
+/// All states (n each) of `data`.
+fn states(spec: &Spec, data: &Dataset) -> Option<Vec<Vec<f64>>> {
+    let inverse = Inverse::of(spec).ok()?;
+    let mut found = Vec::new();
+    for rollout in data.rollouts() {
+        let mut near = vec![0.0; spec.state_dim()];
+        let observations: Array2<f64> = rollout.observations.to_owned();
+        for o in observations.rows() {
+            let mut x = vec![0.0; spec.state_dim()];
+            inverse.state(&o.to_vec(), &near, &mut x);
+            near.clone_from(&x);
+            found.push(x);
+        }
+    }
+    Some(found)
+}
+
+/// Lowest and highest value of each state.
+fn ranges(spec: &Spec, states: impl Iterator<Item = Vec<f64>>) -> Vec<(f64, f64)> {
+    let none = vec![(f64::INFINITY, f64::NEG_INFINITY); spec.state_dim()];
+    states.fold(none, |ranges, x| ranges.into_iter().zip(x).map(|((low, high), v)| (low.min(v), high.max(v))).collect())
+}

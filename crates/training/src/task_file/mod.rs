@@ -1,0 +1,174 @@
+//! Task files: observations, reward, end and limits of a system in TOML (`docs/task-files.md`), which is an MJCF model, equations, or
+//! a log.
+
+mod check;
+mod definitions;
+mod document;
+mod equations;
+#[cfg(test)]
+mod rewards;
+mod simulator;
+mod spec;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Context as _;
+use sindyna_core::{Dynamics, EnvError, Environment, Precision, Protocol, Sensors, Simulated, Spec, Task};
+use sindyna_mujoco::MujocoEnvironment;
+
+use crate::Error;
+use crate::problem::{FormulaTask, Problem};
+use document::Document;
+use simulator::Simulator;
+
+/// Name of the task file in a run directory.
+pub const RECORDED_TASK: &str = "task.toml";
+
+/// A task read from a file, with its simulator if it has one.
+#[derive(Clone)]
+pub(crate) struct TaskFile {
+    task: Arc<FormulaTask>,
+    sensors: Sensors,
+    simulator: Simulator,
+    text: String,
+    path: PathBuf,
+    dt: Option<f64>,
+    solved_at: Option<f64>,
+}
+
+impl TaskFile {
+    /// Reads the task file at `path` and what it names, and finds MuJoCo if that is needed. `dt` \[s\] is the control interval where the file
+    /// tells none.
+    pub(crate) fn load(path: &Path, dt: Option<f64>) -> Result<Self, Error> {
+        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+        text.and_then(|text| Self::read(path, text, dt)).map_err(|e| wrong(path, e))
+    }
+
+    /// Reads the task file at `path`, which must have a simulator.
+    pub(crate) fn with_simulator(path: &Path) -> Result<Self, Error> {
+        // Whether there is a simulator does not depend on the control interval.
+        let file = Self::load(path, Some(1.0))?;
+        if file.has_simulator() {
+            return Ok(file);
+        }
+        Err(wrong(
+            path,
+            anyhow::anyhow!(
+                "there is neither a `model` nor [equations]: the data are a log, --data LOG, or were one, --model DIR, or a program tells them, --pipe COMMAND"
+            ),
+        ))
+    }
+
+    /// Reads the task file at `path` of a system that is a program: it must have no simulator, and tell its control interval.
+    pub(crate) fn without_simulator(path: &Path) -> Result<Self, Error> {
+        let file = Self::load(path, None)?;
+        if file.has_simulator() {
+            let why = "it has a simulator of its own, a `model` or [equations]: with --pipe the program is the system";
+            return Err(wrong(path, anyhow::anyhow!(why)));
+        }
+        Ok(file)
+    }
+
+    fn read(path: &Path, text: String, dt: Option<f64>) -> anyhow::Result<Self> {
+        let document: Document = toml::from_str(&text)?;
+        document.check()?;
+        let (simulator, task) = Simulator::of(&document, path, dt)?;
+        let sensors = Sensors::new(&task.spec).expect("every observation was made for a state");
+        Ok(Self {
+            task: Arc::new(task),
+            sensors,
+            simulator,
+            text,
+            path: path.to_owned(),
+            dt: document.dt,
+            solved_at: document.solved_at,
+        })
+    }
+
+    /// The same with noise on its sensors: `fraction` of every observation channel's scale.
+    pub(crate) fn with_noise(mut self, fraction: f64) -> Self {
+        Arc::make_mut(&mut self.task).spec.noise = fraction;
+        self.sensors = Sensors::new(&self.task.spec).expect("noise changes no channel");
+        self
+    }
+
+    /// The same with states as fine as `precision`.
+    pub(crate) fn with_precision(mut self, precision: Precision) -> Self {
+        Arc::make_mut(&mut self.task).spec.precision = precision;
+        self
+    }
+
+    /// The control interval that the file itself tells \[s\].
+    pub(crate) fn dt(&self) -> Option<f64> {
+        self.dt
+    }
+
+    /// Whether MuJoCo is what moves.
+    pub(crate) fn is_mujoco(&self) -> bool {
+        matches!(self.simulator, Simulator::Mujoco(_))
+    }
+
+    /// Whether something moves.
+    pub(crate) fn has_simulator(&self) -> bool {
+        !matches!(self.simulator, Simulator::None)
+    }
+}
+
+fn wrong(path: &Path, e: anyhow::Error) -> Error {
+    Error::TaskFile { path: path.to_owned(), source: e.into() }
+}
+
+impl Problem for TaskFile {
+    fn spec(&self) -> &Spec {
+        &self.task.spec
+    }
+
+    fn protocol(&self) -> Protocol {
+        Protocol { max_steps: self.task.max_steps(), solved_at: self.solved_at }
+    }
+
+    fn task(&self) -> Arc<dyn Task> {
+        self.task.clone()
+    }
+
+    fn sensors(&self) -> Sensors {
+        self.sensors.clone()
+    }
+
+    fn environment(&self) -> Result<Box<dyn Environment>, Error> {
+        let (task, sensors) = (self.task(), self.sensors());
+        Ok(match &self.simulator {
+            Simulator::Mujoco(compiled) => {
+                Box::new(MujocoEnvironment::new(&compiled.model, compiled.frame_skip, task, sensors)?)
+            }
+            Simulator::Equations { dynamics, .. } => Box::new(Simulated::new(dynamics.clone(), task, sensors)),
+            Simulator::None => {
+                let reason = format!("{} has neither a `model` nor [equations]", self.path.display());
+                return Err(EnvError::System { reason }.into());
+            }
+        })
+    }
+
+    fn dynamics(&self) -> Option<Arc<dyn Dynamics>> {
+        match &self.simulator {
+            Simulator::Equations { dynamics, .. } => Some(dynamics.clone()),
+            _ => None,
+        }
+    }
+
+    fn true_equations(&self) -> Vec<String> {
+        match &self.simulator {
+            Simulator::Equations { lines, .. } => lines.clone(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// The task and what it names as files of a run directory, where they are enough to run it again.
+    fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
+        let (text, mut files) = self.simulator.recorded(&self.text).map_err(|e| wrong(&self.path, e))?;
+        files.push((RECORDED_TASK, text.into_bytes()));
+        Ok(files)
+    }
+}

@@ -1,0 +1,230 @@
+//! Training a controller inside identified equations.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use sindyna_core::{Dataset, Environment, Event, Explorer, Mode, Observer, Seed, TrainedPolicy};
+use sindyna_dyna::{Dyna, DynaError};
+use sindyna_record::run::Summary;
+use sindyna_sindy::{Identified, Model};
+
+use crate::Error;
+use crate::evaluation::evaluation;
+use crate::plan::Plan;
+use crate::problem::{Played, Problem, Replayed, named};
+use crate::settings::TrainConfig;
+use crate::summary;
+
+/// What is to be trained, and how. The same settings and seed give the same bits.
+///
+/// The loop is that of the command `sindyna train`: a few steps on the system, equations from them, soft actor-critic
+/// inside the equations, and a last evaluation on the system.
+#[derive(Clone)]
+pub struct Training {
+    problem: Arc<dyn Problem>,
+    config: TrainConfig,
+    /// Data that were there before, instead of a warm-up.
+    recorded: Option<Arc<Dataset>>,
+    evaluated: bool,
+}
+
+/// What became of a [`Training`].
+#[derive(Clone)]
+pub struct Trained {
+    /// The run in numbers, as `summary.json` has it.
+    pub summary: Summary,
+    /// All data from the system.
+    pub data: Dataset,
+    /// The equations that the policy was trained in.
+    pub model: Option<Model>,
+    /// The same with what speaks for and against them.
+    pub identified: Option<Identified>,
+    /// The policy; `None` if training never came to one.
+    pub policy: Option<Arc<dyn TrainedPolicy>>,
+    action_dim: usize,
+}
+
+/// Whether a policy does what the task asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Verdict {
+    /// The mean return reaches the threshold of the task.
+    Solved,
+    /// It does not.
+    NotSolved,
+    /// The task has no threshold.
+    NoThreshold,
+    /// Training came to no policy.
+    NoPolicy,
+}
+
+impl Training {
+    /// Training for the task that comes along as `task`, such as `pendulum`; [`problem::names`](crate::problem::names) lists them.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`].
+    pub fn named(task: &str) -> Result<Self, Error> {
+        named(task).map(Self::shared)
+    }
+
+    /// Training for a problem of one's own.
+    #[must_use]
+    pub fn of(problem: impl Problem + 'static) -> Self {
+        Self::shared(Arc::new(problem))
+    }
+
+    /// Training for a problem that somebody else has, too.
+    #[must_use]
+    pub fn shared(problem: Arc<dyn Problem>) -> Self {
+        let config = TrainConfig::defaults(&*problem.task());
+        Self { problem, config, recorded: None, evaluated: true }
+    }
+
+    /// The same with another seed of everything random; 0 if none is given.
+    #[must_use]
+    pub fn with_seed(mut self, seed: u64) -> Self {
+        self.config.seed = seed;
+        self
+    }
+
+    /// The same with one setting changed by a `KEY=VALUE` such as `warmup.rollout_len=20`; [`Self::settings`] has all of them.
+    ///
+    /// # Errors
+    /// [`Error::UnknownName`], [`Error::Override`].
+    pub fn with(mut self, setting: &str) -> Result<Self, Error> {
+        self.config = self.config.with(setting)?;
+        Ok(self)
+    }
+
+    /// The same with recorded `data` of the system in place of the warm-up. The system itself is asked only for more than that, and for the evaluation.
+    #[must_use]
+    pub fn with_data(mut self, data: Dataset) -> Self {
+        (self.config.warmup.rollouts, self.config.warmup.rollout_len) = (1, data.n_steps());
+        self.recorded = Some(Arc::new(data));
+        self
+    }
+
+    /// The same with at most `steps` on the system before the evaluation, recorded ones among them; as many as it takes if none is given.
+    #[must_use]
+    pub fn with_max_real_steps(mut self, steps: usize) -> Self {
+        self.config.imagination.max_real_steps = Some(steps);
+        self
+    }
+
+    /// The same without the evaluation, and without any other step on the system than those recorded or of the warm-up: for a system that is not at hand.
+    #[must_use]
+    pub fn without_system(self) -> Self {
+        let steps = self.config.warmup.rollouts * self.config.warmup.rollout_len;
+        Self { evaluated: false, ..self.with_max_real_steps(steps) }
+    }
+
+    /// All settings, as the TOML of `config.toml`.
+    ///
+    /// # Errors
+    /// [`Error::Configuration`] for numbers that TOML does not have.
+    pub fn settings(&self) -> Result<String, Error> {
+        self.config.to_toml()
+    }
+
+    /// Trains and evaluates.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for settings no run can have, [`Error::Train`] if no equations are found or the system fails.
+    pub fn run(&self) -> Result<Trained, Error> {
+        self.run_watched(&mut |_| {}, &Arc::new(AtomicBool::new(false)))
+    }
+
+    /// The same while `watch` is told what happens; ends soon after `stop` is set, without an evaluation then.
+    ///
+    /// # Errors
+    /// Those of [`Self::run`].
+    pub fn run_watched(&self, watch: &mut dyn FnMut(&Event<'_>), stop: &Arc<AtomicBool>) -> Result<Trained, Error> {
+        let (config, problem) = (&self.config, &*self.problem);
+        config.check()?;
+        let mut plan = Plan::new(config, problem, stop.clone())?;
+        // What was recorded cannot be chosen.
+        plan.schedule.curious &= self.recorded.is_none();
+        let (task, sensors) = (problem.task(), problem.sensors().with_noise(&[]));
+        let seed = Seed::new(config.seed);
+        let dyna = Dyna { task: &*task, sensors: &sensors, learner: &plan.learner, schedule: &plan.schedule, seed };
+        let (mut env, mut explorer): (Box<dyn Environment>, Box<dyn Explorer>) = match &self.recorded {
+            None => (problem.environment()?, plan.explorer),
+            Some(data) => {
+                let played = Played::new(problem.spec().clone(), data.clone(), Some(self.problem.clone()));
+                (Box::new(played), Box::new(Replayed::new(data.clone(), Some(plan.explorer))))
+            }
+        };
+        let made_by = (plan.agent.name(), plan.isa);
+        let stopped = || stop.load(Ordering::SeqCst) || problem.check().is_err();
+        let learned = dyna.run(&mut *env, &mut *explorer, plan.agent, &mut Told(watch), &stopped);
+        problem.check()?;
+        let learned = learned?;
+        // A system of which there is one is free again.
+        drop(env);
+        let mut evaluated = None;
+        let evaluated_too = self.evaluated && !learned.interrupted && problem.log().is_none();
+        if let (Some(policy), true) = (&learned.policy, evaluated_too) {
+            evaluated = Some(evaluation(problem, &**policy, config.evaluation_episodes, seed)?);
+        }
+        Ok(Trained {
+            summary: summary::of(config, made_by, problem, &learned, evaluated),
+            model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
+            identified: learned.model.as_ref().map(|fitted| fitted.0.clone()),
+            policy: learned.policy,
+            data: learned.data,
+            action_dim: problem.spec().action_space.action_dim(),
+        })
+    }
+}
+
+impl Trained {
+    /// Whether the policy does what the task asks for.
+    #[must_use]
+    pub fn verdict(&self) -> Verdict {
+        match (&self.summary.evaluation, self.summary.solved) {
+            (None, _) => Verdict::NoPolicy,
+            (_, None) => Verdict::NoThreshold,
+            (_, Some(true)) => Verdict::Solved,
+            (_, Some(false)) => Verdict::NotSolved,
+        }
+    }
+
+    /// Return of each episode of the evaluation; none without a policy.
+    #[must_use]
+    pub fn returns(&self) -> &[f64] {
+        self.summary.evaluation.as_ref().map_or(&[], |evaluation| &evaluation.returns)
+    }
+
+    /// The equations as text, one per state.
+    #[must_use]
+    pub fn equations(&self) -> &[String] {
+        self.summary.identification.as_ref().map_or(&[], |identification| &identification.equations)
+    }
+
+    /// The best action of the policy for an observation; `None` without a policy.
+    #[must_use]
+    pub fn act(&self, observation: &[f64]) -> Option<Vec<f64>> {
+        let mut action = vec![0.0; self.action_dim];
+        // The best action draws no random number.
+        let mut rng = Seed::new(0).stream("best action", 0);
+        self.policy.as_ref()?.act(observation, Mode::Exploit, &mut rng, &mut action);
+        Some(action)
+    }
+}
+
+/// A function that is told what happens.
+struct Told<'a>(&'a mut dyn FnMut(&Event<'_>));
+
+impl Observer for Told<'_> {
+    fn on(&mut self, event: &Event<'_>) -> io::Result<()> {
+        (self.0)(event);
+        Ok(())
+    }
+}
+
+impl From<sindyna_dyna::ScheduleError> for Error {
+    fn from(error: sindyna_dyna::ScheduleError) -> Self {
+        Self::Train(DynaError::Schedule(error))
+    }
+}
