@@ -1,27 +1,6 @@
 //! Terms in the notation of NumPy.
 
-use crate::expr::{Expr, Function};
-
-/// How tightly a piece of code holds together; a looser one needs parentheses inside a tighter one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Tie {
-    Sum,
-    Product,
-    Sign,
-    Power,
-    Atom,
-}
-
-fn tie(expr: &Expr) -> Tie {
-    match expr {
-        Expr::Add(..) | Expr::Sub(..) => Tie::Sum,
-        Expr::Mul(..) | Expr::Div(..) => Tie::Product,
-        Expr::Neg(_) => Tie::Sign,
-        Expr::Power(..) => Tie::Power,
-        Expr::Constant(c) if c.is_sign_negative() => Tie::Sign,
-        Expr::Constant(_) | Expr::Variable(_) | Expr::Call(..) => Tie::Atom,
-    }
-}
+use crate::expr::{Expr, Function, Tie};
 
 /// `expr` over the variables `names`, in parentheses if it is looser than `at_least`.
 pub(super) fn numpy(expr: &Expr, names: &[String], at_least: Tie) -> String {
@@ -40,7 +19,7 @@ pub(super) fn numpy(expr: &Expr, names: &[String], at_least: Tie) -> String {
         Expr::Constant(c) => number(*c),
         Expr::Variable(i) => names[*i].clone(),
     };
-    if tie(expr) < at_least { format!("({code})") } else { code }
+    if Tie::of(expr) < at_least { format!("({code})") } else { code }
 }
 
 /// Marks the variables that `expr` holds.

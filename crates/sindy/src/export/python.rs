@@ -1,10 +1,10 @@
 //! Python modules that need nothing but NumPy.
 
-use super::expression::{Tie, mark_variables, number, numpy};
+use super::expression::{mark_variables, number, numpy};
 use super::identifiers::identifiers;
 use super::{Stepping, System};
-use crate::Entry;
-use crate::ModelError;
+use crate::expr::Tie;
+use crate::{Entry, ModelError};
 
 /// Columns of a line of code.
 const WIDTH: usize = 100;

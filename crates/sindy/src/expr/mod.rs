@@ -10,6 +10,7 @@ mod print;
 mod several;
 mod summands;
 mod tape;
+mod tie;
 
 pub use function::Function;
 pub use parse::{ParseError, parse};
@@ -17,6 +18,7 @@ pub(crate) use parse::{begins_name, continues_name};
 pub use pretty::Pretty;
 pub use print::Printed;
 pub(crate) use tape::Tape;
+pub(crate) use tie::Tie;
 
 /// A term: a function of the variables z = (x; u), which are numbered.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

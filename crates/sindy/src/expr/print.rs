@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::Expr;
+use super::{Expr, Tie};
 
 /// Text of a term; made by [`Expr::display`].
 #[derive(Debug, Clone, Copy)]
@@ -25,31 +25,10 @@ impl<'a> Printed<'a> {
     }
 }
 
-/// How tightly a printed expression holds together; a looser one needs parentheses inside a tighter one.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Tie {
-    Sum,
-    Product,
-    Sign,
-    Power,
-    Atom,
-}
-
-fn tie(expr: &Expr) -> Tie {
-    match expr {
-        Expr::Add(..) | Expr::Sub(..) => Tie::Sum,
-        Expr::Mul(..) | Expr::Div(..) => Tie::Product,
-        Expr::Neg(_) => Tie::Sign,
-        Expr::Power(..) => Tie::Power,
-        Expr::Constant(c) if c.is_sign_negative() => Tie::Sign,
-        Expr::Constant(_) | Expr::Variable(_) | Expr::Call(..) => Tie::Atom,
-    }
-}
-
 impl Printed<'_> {
     /// Writes `expr`, in parentheses if it is looser than `at_least`.
     fn write(&self, f: &mut fmt::Formatter<'_>, expr: &Expr, at_least: Tie) -> fmt::Result {
-        if tie(expr) < at_least {
+        if Tie::of(expr) < at_least {
             f.write_str("(")?;
             self.write(f, expr, Tie::Sum)?;
             return f.write_str(")");
