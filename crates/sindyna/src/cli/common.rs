@@ -8,7 +8,7 @@ const MOST_THREADS: i64 = 1_024;
 /// What every long-running command understands.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Common {
-    /// Threads to work with; results do not depend on it [default: all cores]
+    /// Number of threads; results do not depend on it [default: all cores]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=MOST_THREADS))]
     threads: Option<u16>,
 }

@@ -23,13 +23,12 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::Progress;
 use crate::cli::report_files;
 
-/// Compares methods: how many real steps each needs until it solves each task
+/// Compare methods by the real steps each needs to solve each task
 ///
-/// Every run of a method on a task with a seed leaves a file, all of them a page to look at. A comparison that was cut off goes on where it stopped when the
-/// same command is given again; what is there is not done twice. Tables, figures and page are always of all the runs in the
-/// directory, those of earlier commands with other tasks, methods or seeds among them; the folder `digest` holds what they follow
-/// from, small enough to be kept with a project (`sindyna report`). Runs share the cores, each on one; what comes
-/// out does not depend on how many there are.
+/// Each run (task, method, seed) writes a file; report.html shows all of them. An interrupted comparison continues when the same command is given
+/// again; finished runs are not repeated. Tables, figures and the page include every run in the directory, also those of earlier commands with other
+/// tasks, methods or seeds. The folder `digest` holds what they are made from (`sindyna report`). Each run uses one core; results do not depend on the
+/// number of cores.
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS, allow_negative_numbers = true)]
 pub(crate) struct Args {

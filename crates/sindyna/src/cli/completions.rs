@@ -6,7 +6,7 @@ use serde_json::json;
 use super::answer::Answer;
 use crate::cli::failure::Failure;
 
-/// Writes the completions of a shell to stdout
+/// Write shell completions to stdout
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {

@@ -11,7 +11,7 @@ use super::answer::{Answer, Verdict};
 use super::machine;
 use crate::cli::failure::Failure;
 
-/// Tells what this installation can do: instructions, MuJoCo, write access
+/// Check this installation: vector instructions, MuJoCo, write access
 ///
 /// Exits with code 1 if something that runs need is broken. MuJoCo is needed by task files with an MJCF model only, the Python package by
 /// nothing.

@@ -18,9 +18,9 @@ use super::pipe::PipeOptions;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 
-/// Runs a trained policy on the system again
+/// Evaluate a trained policy on its system again
 ///
-/// Without options this repeats the evaluation of the run itself: same start states, same returns.
+/// Without options the evaluation of the run is repeated: same start states, same returns.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {

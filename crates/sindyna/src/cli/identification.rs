@@ -12,31 +12,31 @@ pub(crate) struct IdentificationOptions {
     /// Candidate terms [default: auto]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     pub(super) library: Option<LibraryName>,
-    /// A term of your own, such as `v*abs(v)`; may be given several times
+    /// Additional candidate term, such as `v*abs(v)`; may be repeated
     #[arg(long = "term", value_name = "FORMULA", help_heading = "Identification")]
     terms: Vec<String>,
-    /// A part of an equation that is known, such as "dw/dt: -9.81*sin(th)": the rest is looked for; may be given several times
+    /// Known part of an equation, such as "dw/dt: -9.81*sin(th)"; the remaining terms are identified; may be repeated
     #[arg(long, value_name = "dX/dt: FORMULA", help_heading = "Identification")]
     known: Vec<String>,
-    /// A term that an equation has, such as "dw/dt: u"; may be given several times
+    /// Term that an equation contains, such as "dw/dt: u"; may be repeated
     #[arg(long = "require", value_name = "dX/dt: TERM", help_heading = "Identification")]
     required: Vec<String>,
-    /// A term that an equation does not have, such as "dw/dt: w^2"; may be given several times
+    /// Term that an equation does not contain, such as "dw/dt: w^2"; may be repeated
     #[arg(long = "forbid", value_name = "dX/dt: TERM", help_heading = "Identification")]
     forbidden: Vec<String>,
-    /// The sign of a coefficient, such as "dw/dt: w < 0", if the equation has the term; may be given several times
+    /// Sign of a coefficient, such as "dw/dt: w < 0", where the equation contains the term; may be repeated
     #[arg(long = "sign", value_name = "dX/dt: TERM < 0", help_heading = "Identification")]
     signs: Vec<String>,
     /// Sparse regression [default: best-subset]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     solver: Option<SolverName>,
-    /// STLSQ drops coefficients below this [default: 0.0009]
+    /// Threshold of STLSQ: smaller coefficients are set to zero [default: 0.0009]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     threshold: Option<f64>,
     /// Ridge weight of STLSQ and least squares [default: 0.05]
     #[arg(long, value_name = "X", help_heading = "Identification")]
     ridge: Option<f64>,
-    /// What is found, or regressed on the terms [default: motion]
+    /// Target of the regression [default: motion]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     target: Option<TargetName>,
 }

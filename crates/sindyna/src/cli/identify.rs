@@ -28,48 +28,48 @@ use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
 use crate::identify::{Asked, Delay, Looked, Unmeasured, looked};
 
-/// Finds equations of motion in logged data, with no learning of a controller
+/// Identify equations of motion from logged data
 ///
-/// LOG is a text file with a header: a row per sample, a column per state and input, and if there is one a column of times, such as
-/// `t` or `time`. The input of a row is held until the next row. A column `trajectory` tells rollouts apart, as gaps and files do. Without
-/// --states the names of all columns tell which are what; if they do not, this asks and shows the call. Prints the equations with the standard errors of their
-/// coefficients, and leaves a directory with model.json (for `sindyna export`), identify.json (the whole account) and report.html
-/// (pictures of it).
+/// LOG is a CSV file with a header: one row per sample, one column per state and input, and optionally a column of times such as `t` or
+/// `time`. The input of a row is held until the next row. A column `trajectory`, gaps in time, and files separate trajectories. Without --states,
+/// states and inputs are recognised by the names of the columns; where that is not possible, the error shows the call that names them. The equations
+/// are printed with the standard errors of their coefficients; the output directory holds model.json (for `sindyna export`), identify.json
+/// (all results) and report.html.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Text files with a header, each a trajectory or more of the same system; `-` for standard input
+    /// CSV files with a header, one trajectory or several of the same system each; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadingOptions,
     #[command(flatten)]
     identification: IdentificationOptions,
-    /// Rates of states that are no columns, such as `w=th`: they are found with the equations; `none` for none [default: those without which
-    /// the equations leave what no term explains, if the data speak for them]
+    /// Rates of states that were not measured, such as `w=th`, estimated with the equations; or `none` [default: where the equations leave residuals that no
+    /// term explains and the data support such a rate]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     unmeasured: Vec<String>,
-    /// Rows by which inputs act later than over the step after theirs; −1 for an input that acted over the step before its row, −0.5 for one that goes
-    /// from row to row in a straight line [default: 0, or where that leaves what no term explains the one for which the data speak]
+    /// Delay of the inputs in rows; −1 for an input that acted over the step before its row, −0.5 for one that is linear between rows [default: 0; estimated
+    /// where the equations leave residuals that no term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
-    /// Share of the log, its last rows, that no equation sees and that predictions are compared with, such as 0.2
+    /// Share of the log, its last rows, that is held out for validation, such as 0.2
     #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
     holdout: Option<f64>,
-    /// Leave out report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
     /// Exit with code 1 where the equations are an approximation
     #[arg(long)]
     strict: bool,
-    /// Directory to make for the model [default: models/LOG, numbered if it exists]
+    /// Output directory, which must not exist [default: models/LOG, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     #[command(flatten)]
     common: Common,
 }
 
-/// What to do about residuals that nothing explains.
+/// What to do about residuals that no term explains.
 const HELP: &str = "\
 what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FORMULA for a term that is missing, such as
                v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no

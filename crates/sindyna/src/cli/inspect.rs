@@ -13,11 +13,10 @@ use super::answer::{Answer, Verdict};
 use super::reading::{ReadingOptions, heading, source};
 use crate::cli::failure::Failure;
 
-/// Reads logs and tells what they have to offer, before anything is identified in them
+/// Show how logs are read, without identifying anything
 ///
-/// Prints how `sindyna identify` would read them (it takes the same options), the steps between samples, and of each signal its range, its
-/// resolution and how often it is at its ends, where something may clip; further how long nothing moves, and after how long states follow
-/// inputs.
+/// Takes the options of `sindyna identify`. Prints states, inputs and sampling intervals; of each signal its range, its resolution and the share of samples
+/// at its limits, where it may be clipped; how long nothing moves; and the delay between inputs and states.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {

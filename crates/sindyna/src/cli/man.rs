@@ -11,7 +11,7 @@ use sindyna_record::Own;
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 
-/// Writes the manual page to stdout, or the pages of all commands into a directory
+/// Write the manual page to stdout, or those of all commands to a directory
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {

@@ -39,8 +39,7 @@ use clap::{ColorChoice, CommandFactory as _, FromArgMatches as _, Parser, Subcom
 use answer::Answer;
 use console::{Color, Console};
 
-/// Learns the equations of motion of a physical system from a fraction of a second of data and trains a controller
-/// inside them.
+/// Identify the equations of motion of a physical system from little data, and train a controller inside them.
 #[derive(Debug, Parser)]
 #[command(name = "sindyna", version, propagate_version = true, after_help = EXIT_CODES)]
 struct Cli {

@@ -13,48 +13,48 @@ use crate::cli::failure::Failure;
 /// Options that say what the columns of a log are.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ReadingOptions {
-    /// Columns that are states, such as `th,w` [default: what the names of all columns say]
+    /// Columns of states, such as `th,w` [default: recognised by their names]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     states: Vec<String>,
-    /// Columns that are inputs, such as `u`; none for a system left to itself
+    /// Columns of inputs, such as `u`; none for an autonomous system
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     inputs: Vec<String>,
-    /// States that are angles; `none` for none [default: what the data show]
+    /// States that are angles, or `none` [default: detected]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     angles: Vec<String>,
-    /// States that are rates of others, such as `w=th`; `none` for none [default: what the data show]
+    /// States that are rates of others, such as `w=th`, or `none` [default: detected]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     rates: Vec<String>,
-    /// Pairs of states that are cosine and sine of one angle, such as `c=s`; `none` for none [default: what the data show]
+    /// Pairs of states that are cosine and sine of one angle, such as `c=s`, or `none` [default: detected]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
-    /// Noise on the states: `auto`, rounding where that explains the data and else estimated; `none`, rounding only; or standard deviations in
-    /// their units, such as `th=0.001,w=0.01`, below which no error is believed [default: auto]
+    /// Measurement noise of the states: `auto` (rounding if it explains the data, else estimated), `none` (rounding only), or standard deviations in
+    /// their units, such as `th=0.001,w=0.01`, as lower bounds [default: auto]
     #[arg(long, value_name = "auto|none|STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
     noise: Vec<String>,
-    /// Limits that states do not leave, such as `x=-2.4:2.4` for a wall or a clip: steps that end there are left out
+    /// Limits of states, such as `x=-2.4:2.4` for a wall or a clip; steps that end at a limit are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
-    /// Seconds between two rows where time stamps jitter or are missing; 1 for a map without seconds, with --target discrete [default: from time stamps]
+    /// Sampling interval in seconds, where time stamps jitter or are missing; 1 for a discrete-time map, with --target discrete [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
-    /// Interpolate to steps of this many seconds [default: samples at their own times]
+    /// Resample to this interval in seconds by interpolation [default: no resampling]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log")]
     resample: Option<f64>,
-    /// How finely the states were measured or computed [default: what the numbers show]
+    /// Precision of the recorded states [default: detected]
     #[arg(long, value_enum, value_name = "f32|f64", hide_possible_values = true, help_heading = "Log")]
     precision: Option<PrecisionName>,
-    /// Column of the time stamps, `none` for no column [default: t, else time, timestamp or the like]
+    /// Column of the time stamps, or `none` [default: t, else time, timestamp or similar]
     #[arg(long, value_name = "NAME", help_heading = "Log")]
     time_column: Option<String>,
-    /// Units of columns, such as `t=ms` or `th=deg`; times are turned into seconds, degrees into radians [default: what the header says; of times
-    /// what the values show]
+    /// Units of columns, such as `t=ms` or `th=deg`; times are converted to seconds, degrees to radians [default: from the header; of times
+    /// from the values]
     #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', help_heading = "Log")]
     units: Vec<String>,
-    /// Longest step within a trajectory in seconds, `inf` for any: after a longer one another begins [default: three times as long as others]
+    /// Largest interval within a trajectory in seconds, or `inf`; a larger one begins another trajectory [default: three times the usual interval]
     #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
     gap: Option<f64>,
-    /// What separates cells: one character, `tab`, or a space for any blanks [default: what the lines show]
+    /// Delimiter of the cells: one character, `tab`, or a space for any blanks [default: detected]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter, help_heading = "Log")]
     delimiter: Option<u8>,
 }

@@ -15,10 +15,10 @@ use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 use crate::cli::{pages, report_files};
 
-/// Makes the report of a run, a model or a comparison again
+/// Write the report of a run, a model or a comparison again
 ///
-/// Nothing is run. DIR is a directory that `sindyna train` or `sindyna identify` left, whose report.html is written; or a comparison, whatever version of the program made its runs, or a digest of one: the folder `digest` that
-/// every comparison leaves, a few small files that everything reported follows from.
+/// Runs nothing. DIR is the output directory of `sindyna train`, `sindyna identify` or `sindyna compare` (of any version), or the folder `digest` of a
+/// comparison.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Directory of a run, a model, a comparison, or the digest of one

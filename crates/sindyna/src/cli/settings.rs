@@ -21,43 +21,43 @@ use crate::cli::failure::Failure;
 /// Options that change the defaults of a run, or of the configuration it repeats.
 #[derive(Debug, Default, PartialEq, Args)]
 pub(crate) struct Settings {
-    /// Seed of everything random: same seed, same record [default: 0]
+    /// Seed of the random numbers; equal seeds give equal records [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Learn the system and task this TOML file describes: a MuJoCo model, equations, or with --data or --model a log (docs/task-files.md)
+    /// Task file (TOML): a task on a MuJoCo model or on equations, or with --data, --model or --pipe on a log or a program (docs/task-files.md)
     #[arg(long, value_name = "FILE", conflicts_with = "config")]
     task_file: Option<PathBuf>,
-    /// Identify this log, a CSV file with the states and controls of --task-file as columns, and train in its equations: no simulator is needed
+    /// Identify this log (CSV with the states and controls of --task-file as columns) and train in its equations, without a simulator
     #[arg(long, value_name = "LOG", requires = "task_file", conflicts_with_all = ["config", "model"])]
     data: Option<PathBuf>,
-    /// Train in the equations that `sindyna identify` left in this directory, over the uncertainty of their coefficients, for the task of --task-file
+    /// Train in the equations of this output directory of `sindyna identify`, over the uncertainty of their coefficients
     #[arg(long, value_name = "DIR", requires = "task_file", conflicts_with = "config")]
     model: Option<PathBuf>,
-    /// Repeat the run this config.toml describes; other options change it
+    /// Repeat the run of this config.toml; other options change it
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Change any setting of config.toml, such as `sac.reward_scale=1`; may be given several times
+    /// Set any key of config.toml, such as `sac.reward_scale=1`; may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
 
-    /// Where the system lives; `mujoco` for `inverted-pendulum` and task files [default: native]
+    /// Simulator of the system; `mujoco` for `inverted-pendulum` and task files [default: native]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
     simulator: Option<SimulatorName>,
-    /// Gaussian noise on every observation of the system, in training and evaluation: its standard deviation as a
-    /// fraction of the channel's scale, 0 to 1 [default: 0]
+    /// Standard deviation of Gaussian sensor noise, as a fraction of each channel's scale (0 to 1), in training and evaluation; it is not told to
+    /// the learner [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
-    /// Real steps before anything is learned, over all warm-up rollouts; more follow where the equations are not certain
+    /// Real steps before the first fit, over all warm-up rollouts; more follow where the equations are not certain
     /// (--imagined-rollouts auto) [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
-    /// N_e: rollouts on the system before anything is learned [default: 1]
+    /// Rollouts on the system before the first fit (N_e in Algorithm 1) [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
-    /// R: steps of each warm-up rollout; an episode that ends early is followed by another [default: 10]
+    /// Steps of each warm-up rollout (R in Algorithm 1), over several episodes where one ends early [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
-    /// Who acts in the warm-up [default: swings]
+    /// Policy of the warm-up [default: swings]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
     explorer: Option<ExplorerName>,
 
@@ -67,22 +67,22 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<CoordinatesName>,
 
-    /// Where the controller comes from: trained in the equations (sac), or planned in them at every step. `auto` tries lqr, mppi and ilqr in the
-    /// equations and keeps the one that earns most there [default: sac]
+    /// Controller: soft actor-critic trained in the equations (sac), or a planner in the equations. `auto` tries lqr, mppi and ilqr in the
+    /// equations and keeps the one with the highest return there [default: sac]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     controller: Option<ControllerName>,
-    /// N: imagined rollouts per real one. `inf` never goes back to the system; with a number, a policy that is optimal in the model
-    /// also has a real episode to keep what the model promises; `auto` is `inf` where the equations explain the data down to rounding, and
-    /// elsewhere has real episodes until one keeps the promise [default: auto]
+    /// Rollouts in the learned model per real one (N in Algorithm 1). `inf` never returns to the system. With a number, an episode of the policy that is optimal in
+    /// the model is compared with its prediction. `auto` is `inf` where the residuals are at the level of rounding; elsewhere real episodes follow until one
+    /// agrees with its prediction [default: auto]
     #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
     imagined_rollouts: Option<ImaginedRollouts>,
-    /// Whether to fit the model anew after every real rollout [default: true]
+    /// Fit the model again after every real rollout [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
     refit: Option<bool>,
-    /// Real steps at most in all, warm-up included; an episode that might go beyond is not begun [default: as many as it takes]
+    /// Maximum of real steps, warm-up included; an episode that could exceed it is not begun [default: no limit]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     max_real_steps: Option<usize>,
-    /// Updates after which training stops, optimal or not [default: 60000]
+    /// Maximum of updates [default: 60000]
     #[arg(long, value_name = "N", help_heading = "Training")]
     max_updates: Option<u64>,
     /// Learning rate of actor, critics and temperature [default: 0.002]

@@ -17,9 +17,9 @@ use super::conclusion::Conclusion;
 use super::{pages, report};
 use crate::cli::failure::Failure;
 
-/// Prints a record: a run, a model or a comparison
+/// Print a record: a run, a model or a comparison
 ///
-/// Nothing is run and nothing is written.
+/// Runs nothing and writes nothing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Directory that `sindyna train`, `identify` or `compare` left, the digest of a comparison, or a model.json

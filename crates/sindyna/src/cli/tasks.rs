@@ -11,7 +11,7 @@ use sindyna_training::problem;
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 
-/// Lists the systems there are to train on
+/// List the built-in tasks
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Show one task in full: channels, units, bounds, true equations

@@ -32,12 +32,12 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Evaluating, Progress};
 use crate::cli::{machine, pages};
 
-/// Learns a system from one short real rollout and trains a controller for it
+/// Identify a system from one short rollout and train a controller for it
 ///
-/// Collects a few real steps, finds the equations of motion in them by sparse regression, trains soft actor-critic
-/// inside those equations, predicts the return as an interval, and evaluates the policy on the system. Where the
-/// equations are not certain it collects more steps, and lets the policy have a real episode first. Leaves a run directory
-/// with the data, the equations, the policy and the results.
+/// A few steps are collected on the system. Its equations of motion are identified by sparse regression, soft actor-critic is trained
+/// in them, its return is predicted as an interval, and the policy is evaluated on the system. Where the equations are not certain,
+/// more steps are collected, and an episode of the policy is compared with its prediction first. The run directory holds data,
+/// equations, policy, results and report.html.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
@@ -55,7 +55,7 @@ pub(crate) struct Args {
     /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
-    /// Leave out report.html
+    /// Do not write report.html
     #[arg(long)]
     no_report: bool,
     #[command(flatten)]

@@ -31,21 +31,21 @@ macro_rules! named {
 }
 
 named! {
-    /// Where the system lives that is acted on.
+    /// Simulator of the system.
     SimulatorName {
-        /// In this program
+        /// Built in
         Native = "native",
-        /// In MuJoCo, which is found at run time
+        /// MuJoCo, found at run time
         Mujoco = "mujoco",
-        /// In the program that --pipe starts
+        /// The program of --pipe
         Pipe = "pipe",
-        /// Nowhere: there is a log of it
+        /// None: there is only a log
         None = "none",
     }
 }
 
 named! {
-    /// How finely states were measured or computed.
+    /// Precision of the recorded states.
     PrecisionName {
         /// Single precision
         F32 = "f32",
@@ -55,19 +55,19 @@ named! {
 }
 
 named! {
-    /// Where the controller comes from, once the equations are identified.
+    /// Controller.
     #[derive(Default)]
     ControllerName {
         /// Soft actor-critic, trained in the equations
         #[default]
         Sac = "sac",
-        /// The linear-quadratic regulator of the state of rest that pays most
+        /// Linear-quadratic regulator of the equilibrium with the highest reward
         Lqr = "lqr",
-        /// Differential dynamic programming in receding horizon
+        /// Iterative LQR (differential dynamic programming) in receding horizon
         Ilqr = "ilqr",
         /// Model predictive path integral control
         Mppi = "mppi",
-        /// The one of lqr, mppi and ilqr that earns most in the equations
+        /// The one of lqr, mppi and ilqr with the highest return in the equations
         Auto = "auto",
     }
 }
@@ -91,7 +91,7 @@ impl ControllerName {
 }
 
 named! {
-    /// Who acts in the warm-up.
+    /// Policy of the warm-up.
     ExplorerName {
         /// 6 to 8 steps to one side, then to the other, of random size
         Swings = "swings",
@@ -105,11 +105,11 @@ named! {
 named! {
     /// Candidate terms.
     LibraryName {
-        /// By one rule from the declared channels
+        /// Chosen from the declared channels by one rule
         Auto = "auto",
-        /// The paper's terms, by number of states
+        /// The library of the paper
         Paper = "paper",
-        /// The other reading of the paper's terms for small systems
+        /// The library of the paper with terms up to degree 2 for small systems
         PaperDegree2 = "paper-degree2",
     }
 }
@@ -117,9 +117,9 @@ named! {
 named! {
     /// Sparse regression.
     SolverName {
-        /// The smallest subset of terms that explains the data
+        /// Smallest subset of terms that explains the data
         BestSubset = "best-subset",
-        /// Sequentially thresholded least squares, the paper's
+        /// Sequentially thresholded least squares (PySINDy's, and the paper's)
         Stlsq = "stlsq",
         /// All terms, with a ridge weight
         LeastSquares = "least-squares",
@@ -127,10 +127,10 @@ named! {
 }
 
 named! {
-    /// What is found, or regressed on the terms.
+    /// Target of the regression.
     TargetName {
-        /// The equations of motion with the way they are stepped; states declared to be rates are believed. For
-        /// best-subset in recognised coordinates, elsewhere the same as `increment`
+        /// Equations of motion with their integration scheme; declared rates are used. With best-subset in recognised
+        /// coordinates; otherwise the same as `increment`
         Motion = "motion",
         /// Δx/Δt
         Increment = "increment",
@@ -156,7 +156,7 @@ named! {
 named! {
     /// Vector instructions of the updates.
     IsaName {
-        /// What every machine has
+        /// Instructions of every machine
         Portable = "portable",
         /// NEON of 64-bit Arm, which gives the same bytes as AVX2
         Neon = "neon",
