@@ -11,7 +11,7 @@ from typing import Any
 
 #: Functions of terms and how many arguments they have.
 ARGUMENTS = {
-    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sign", "tanh"), 1),
+    **dict.fromkeys(("sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sign", "tanh", "atan"), 1),
     **{"max": 2, "min": 2, "clip": 3},
 }
 FUNCTIONS = tuple(ARGUMENTS)
@@ -217,6 +217,7 @@ def latex(tree: Tree, name: Callable[[str], str]) -> str:
         return rf"\left|{argument}\right|"
     if function == "sqrt":
         return rf"\sqrt{{{argument}}}"
+    function = "arctan" if function == "atan" else function
     head = rf"\operatorname{{{function}}}" if function in ("sign", "clip") else f"\\{function}"
     return rf"{head}\left({argument}\right)"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 _UNARY = {
     "sin": "sin", "cos": "cos", "tan": "tan", "exp": "exp", "log": "log", "sqrt": "sqrt", "absolute": "abs", "fabs": "abs",
-    "sign": "sign", "tanh": "tanh",
+    "sign": "sign", "tanh": "tanh", "arctan": "atan",
 }  # fmt: skip
 _OF_TWO = {"maximum": "max", "fmax": "max", "minimum": "min", "fmin": "min"}
 _BINARY = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "true_divide": "/"}
@@ -86,8 +86,8 @@ def _method(function: str) -> Callable[[Traced], Traced]:
 
 
 # What NumPy calls for each element of an array of objects.
-for _function in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh"):
-    setattr(Traced, _function, _method(_function))
+for _function in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "arctan"):
+    setattr(Traced, _function, _method(_UNARY[_function]))
 
 
 def of_rows(function: Callable[..., Any], *rows: Sequence[str]) -> str | None:

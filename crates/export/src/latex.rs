@@ -101,6 +101,7 @@ fn formula(expr: &Expr, names: &[String], tight: bool) -> String {
         Expr::Call(Function::PositivePart, a) => format!("\\max\\left({}, 0\\right)", part(a, false)),
         Expr::Call(function, a) => match expr.as_power() {
             Some((base, c)) => format!("\\left({}\\right)^{{{}}}", part(base, false), part(c, false)),
+            None if *function == Function::Atan => format!("\\arctan\\left({}\\right)", part(a, false)),
             None => format!("\\{}\\left({}\\right)", function.name(), part(a, false)),
         },
     };

@@ -27,7 +27,9 @@ pub use sindyna_training::{Error, Trained, Training, Verdict, problem::Problem};
 
 /// Systems with a task on them: what a controller can be trained for.
 pub mod problem {
-    pub use sindyna_training::problem::{FormulaTask, OwnSystem, OwnTask, Plant, PlantError, Problem, TaskBuilder};
+    pub use sindyna_training::problem::{
+        FormulaTask, Names, OwnSystem, OwnTask, Plant, PlantError, Problem, Start, TaskBuilder,
+    };
     pub use sindyna_training::problem::{named, names, ode, stepped};
 }
 

@@ -13,7 +13,11 @@ pub(super) fn numpy(expr: &Expr, names: &[String], at_least: Tie) -> String {
         Expr::Neg(a) => format!("-{}", part(a, Tie::Power)),
         Expr::Power(a, n) => format!("{}**{n}", part(a, Tie::Atom)),
         Expr::Call(function, a) => {
-            let name = if *function == Function::PositivePart { "maximum" } else { function.name() };
+            let name = match function {
+                Function::PositivePart => "maximum",
+                Function::Atan => "arctan",
+                other => other.name(),
+            };
             format!("np.{name}({}{})", part(a, Tie::Sum), function.rest())
         }
         Expr::Constant(c) => number(*c),

@@ -71,6 +71,7 @@ fn outer(f: Function, a: &Expr) -> Option<Expr> {
         Function::Abs => call(Function::Sign),
         Function::Sign => return None,
         Function::Tanh => Expr::Sub(one(), square(call(Function::Tanh))),
+        Function::Atan => Expr::Div(one(), Box::new(Expr::Add(one(), square(a.clone())))),
         Function::PositivePart => Expr::Constant(0.5).times(Expr::Add(one(), Box::new(call(Function::Sign)))),
     })
 }

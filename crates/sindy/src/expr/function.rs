@@ -26,11 +26,13 @@ pub enum Function {
     Tanh,
     /// The larger of a number and zero, written max(a, 0); `max`, `min` and `clip` of terms are made of it.
     PositivePart,
+    /// Inverse tangent, between −π/2 and π/2.
+    Atan,
 }
 
 impl Function {
     /// Every function, in the order the names are listed to people.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::Sin,
         Self::Cos,
         Self::Tan,
@@ -41,6 +43,7 @@ impl Function {
         Self::Sign,
         Self::Tanh,
         Self::PositivePart,
+        Self::Atan,
     ];
 
     /// The name in terms written as text.
@@ -57,6 +60,7 @@ impl Function {
             Self::Sign => "sign",
             Self::Tanh => "tanh",
             Self::PositivePart => "max",
+            Self::Atan => "atan",
         }
     }
 
@@ -90,6 +94,7 @@ impl Function {
             // Not `max`, which drops NaN.
             Self::PositivePart if v < 0.0 => 0.0,
             Self::PositivePart => v,
+            Self::Atan => v.atan(),
         }
     }
 }

@@ -1,6 +1,8 @@
 //! Terms from text, such as `v^2*sin(x)`.
 
-use super::several::{complement, exceeds, larger, smaller, tolerance};
+use std::f64::consts::PI;
+
+use super::several::{angle, complement, exceeds, larger, smaller, tolerance};
 use super::{Expr, Function};
 
 /// Why a term could not be read.
@@ -69,8 +71,8 @@ const MAX_OPERATORS: usize = 1000;
 
 /// Reads a term over the variables `names`.
 ///
-/// Grammar: numbers, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)`,
-/// `clip(a, low, high)` and `tolerance(a, low, high, margin)`: 1 between `low` and `high`, and outside a Gaussian that is 0.1 at the distance `margin` (0 for a margin of 0). A comparison in parentheses,
+/// Grammar: numbers, `pi`, names, `+ - * / ^`, parentheses, the functions of [`Function::ALL`] as `sin(x)`, and `max(a, b)`, `min(a, b)`,
+/// `clip(a, low, high)`, `atan2(y, x)` and `tolerance(a, low, high, margin)`: 1 between `low` and `high`, and outside a Gaussian that is 0.1 at the distance `margin` (0 for a margin of 0). A comparison in parentheses,
 /// `(a < b)` or with `<=`, `>`, `>=`, is 1 where it holds, else 0. Powers are numbers and bind tighter than a sign: `-x^2` is −(x²); one that is not whole, `x^0.7`, is `exp(0.7*log(x))`. `·`, `−` and raised digits (`x²`) are read as well.
 ///
 /// # Errors
@@ -121,6 +123,7 @@ const COMPARISONS: [char; 4] = ['<', '>', '≤', '≥'];
 const MIN: &str = "min";
 const CLIP: &str = "clip";
 const TOLERANCE: &str = "tolerance";
+const ATAN2: &str = "atan2";
 
 struct Parser<'a> {
     text: &'a str,
@@ -339,7 +342,7 @@ impl Parser<'_> {
             position: begin + 1,
         };
         if self.peek() == Some('(') {
-            let known = || Function::ALL.iter().map(|f| f.name()).chain([MIN, CLIP, TOLERANCE]).collect();
+            let known = || Function::ALL.iter().map(|f| f.name()).chain([MIN, CLIP, ATAN2, TOLERANCE]).collect();
             return match (Function::named(&name), name.as_str()) {
                 (Some(Function::PositivePart), _) => {
                     self.arguments().map(|[a, b]| larger(a, b)).and_then(|term| self.made(term))
@@ -350,6 +353,7 @@ impl Parser<'_> {
                     let clipped = |[a, low, high]: [Expr; 3]| smaller(larger(a, low), high);
                     self.arguments().map(clipped).and_then(|term| self.made(term))
                 }
+                (None, ATAN2) => self.arguments().map(|[y, x]| angle(y, x)).and_then(|term| self.made(term)),
                 (None, TOLERANCE) => {
                     let [a, low, high, margin] = self.arguments()?;
                     let falls = matches!((&low, &high), (Expr::Constant(low), Expr::Constant(high)) if low > high);
@@ -364,6 +368,7 @@ impl Parser<'_> {
         }
         match self.names.iter().position(|n| *n == name) {
             Some(i) => Ok(Expr::Variable(i)),
+            None if ["pi", "π"].contains(&name.as_str()) => Ok(Expr::Constant(PI)),
             None => Err(unknown("variable", self.names.iter().map(String::as_str).collect())),
         }
     }

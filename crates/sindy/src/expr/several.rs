@@ -1,5 +1,7 @@
 //! Terms that are made of several: the larger, the smaller, comparisons, tolerances.
 
+use std::f64::consts::FRAC_PI_2;
+
 use super::{Expr, Function};
 
 /// The larger of a and 0.
@@ -33,6 +35,16 @@ pub(super) fn tolerance(a: Expr, low: Expr, high: Expr, margin: Expr) -> Expr {
     }
     let distance = Expr::Power(Box::new(Expr::Div(Box::new(outside), Box::new(margin))), 2);
     Expr::Call(Function::Exp, Box::new(Expr::Mul(Box::new(Expr::Constant(AT_MARGIN.ln())), Box::new(distance))))
+}
+
+/// The angle of the point (x, y), −π to π; NaN at the origin.
+///
+/// sign(y)·(π/2 − atan(x/|y|)), where the sign of zero is 1.
+pub(super) fn angle(y: Expr, x: Expr) -> Expr {
+    let side = less(Expr::Constant(1.0), Expr::Constant(2.0).times(exceeds(Expr::Constant(0.0), y.clone())));
+    let slope = Expr::Div(Box::new(x), Box::new(Expr::Call(Function::Abs, Box::new(y))));
+    let turn = less(Expr::Constant(FRAC_PI_2), Expr::Call(Function::Atan, Box::new(slope)));
+    Expr::Mul(Box::new(side), Box::new(turn))
 }
 
 /// max(a, b), to rounding.
@@ -97,6 +109,20 @@ mod tests {
         }
         assert_eq!(wrong("(x < y < 1)"), "`(x < y < 1)`: expected `)` at position 8, found `<`");
         assert_eq!(wrong("(x = y)"), "`(x = y)`: expected `)` at position 4, found `=`");
+    }
+
+    #[test]
+    fn the_angle_of_a_point_is_that_of_all_four_quadrants() {
+        let names = ["x".to_owned(), "y".to_owned()];
+        let at = |x: f64, y: f64| parse("atan2(y, x)", &names).expect("a term").eval(&[x, y]);
+        for (x, y) in [(1.0, 0.0), (0.3, -2.0), (-1.5, 0.25), (-4.0, -4.5), (0.0, 2.0), (0.0, -2.0), (-1.0, 0.0)] {
+            assert!((at(x, y) - f64::atan2(y, x)).abs() <= 4.5e-16, "{x}, {y}: {}", at(x, y));
+        }
+        assert!(at(0.0, 0.0).is_nan());
+        let term = parse("2*pi - atan(x)/π", &names).expect("a term");
+        assert_eq!(term.eval(&[1.0, 0.0]), std::f64::consts::TAU - 0.25);
+        // A variable of that name comes first.
+        assert_eq!(parse("pi", &["pi".to_owned()]).expect("a term").eval(&[3.0]), 3.0);
     }
 
     #[test]

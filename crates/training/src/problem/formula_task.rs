@@ -4,10 +4,11 @@ use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use rand::RngExt as _;
-use sindyna_core::{Channel, EnvError, Kind, Prior, Rng, Space, Spec, Task};
+use sindyna_core::{EnvError, Kind, Rng, Seed, Space, Spec, Task};
 use sindyna_sindy::{Expr, parse};
 
 use super::condition::Condition;
+use super::starts::{Start, Starts};
 use crate::Error;
 
 /// Variables of a reward held on the stack; larger systems fall back to the heap.
@@ -16,16 +17,35 @@ const STACK_VARIABLES: usize = 64;
 /// The variable of a reward that is 1 where the step ended the episode, else 0.
 const ENDED: &str = "terminated";
 
-/// A task with ranges of start values, a reward and an end that are formulas.
+/// Share of drawn start states that must fulfil a condition on them.
+const LEAST_SHARE: f64 = 0.01;
+
+/// Names that formulas of a task may use besides states and controls.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Names<'a> {
+    /// Names for terms of the states (n).
+    pub definitions: &'a [(String, Expr)],
+    /// Names for numbers.
+    pub parameters: &'a [(String, f64)],
+}
+
+impl Names<'_> {
+    /// What stands for the name of this number, definitions first.
+    fn meaning(&self, i: usize) -> Expr {
+        match i.checked_sub(self.definitions.len()) {
+            None => self.definitions[i].1.clone(),
+            Some(i) => Expr::Constant(self.parameters[i].1),
+        }
+    }
+}
+
+/// A task whose reward, end and condition on start states are formulas.
 #[derive(Debug, Clone)]
 pub struct FormulaTask {
     /// What is declared of the system.
     pub spec: Spec,
     max_steps: usize,
-    /// Range of start values of each state.
-    start: Vec<(f64, f64)>,
-    /// Samples of start states from which the range of each state was estimated; `None` where it is known.
-    samples: Vec<Option<usize>>,
+    starts: Starts,
     /// Over z = (x; u; x'; ended).
     reward: Expr,
     /// Over x'.
@@ -47,39 +67,58 @@ impl FormulaTask {
         reward: &str,
         terminated: Option<&str>,
     ) -> Result<Self, Error> {
-        Self::defined(spec, max_steps, start, (reward, terminated), &[])
+        let start = start.into_iter().map(|(low, high)| Start::Uniform(low, high)).collect();
+        Self::defined(spec, max_steps, (start, None), (reward, terminated), Names::default())
     }
 
-    /// The same with `definitions`: names for terms of the states (n). In formulas `next_` and such a name is its value after the step.
+    /// The same with start states (n) that are drawn again where they do not fulfil a condition, and with `known` names. In formulas `next_` and the name of a
+    /// definition is its value after the step.
+    ///
+    /// # Errors
+    /// [`Error::System`] if a formula cannot be read, or the condition on start states is hardly ever fulfilled.
     pub fn defined(
         spec: Spec,
         max_steps: usize,
-        start: Vec<(f64, f64)>,
+        (start, start_if): (Vec<Start>, Option<&str>),
         (reward, terminated): (&str, Option<&str>),
-        definitions: &[(String, Expr)],
+        known: Names<'_>,
     ) -> Result<Self, Error> {
+        let Names { definitions, parameters } = known;
         let (states, controls) = (spec.state.iter().map(|s| &s.name), spec.control.iter().map(|u| &u.name));
         let (n, k, d) = (spec.state_dim(), spec.control_dim(), definitions.len());
         let after = |name: &String| format!("next_{name}");
         let defined = definitions.iter().map(|(name, _)| name);
         let mut names: Vec<String> = states.clone().chain(controls).cloned().chain(states.clone().map(after)).collect();
         names.push(ENDED.to_owned());
-        names.extend(defined.clone().cloned().chain(defined.clone().map(after)));
-        let after: Vec<String> = states.chain(defined).map(after).collect();
+        let numbers = || parameters.iter().map(|(name, _)| name.clone());
+        names.extend(defined.clone().cloned().chain(defined.clone().map(after)).chain(numbers()));
+        let before: Vec<String> = states.clone().chain(defined.clone()).cloned().chain(numbers()).collect();
+        let after: Vec<String> = states.chain(defined).map(after).chain(numbers()).collect();
         let name = spec.name.clone();
         let refused = |what: &str, why: String| Error::System { name: name.clone(), why: format!("{what}: {why}") };
         let reward = parse(reward, &names).map_err(|e| refused("reward", e.to_string()))?;
         let reward = reward.replaced(&|i| match i.checked_sub(2 * n + k + 1)? {
             i if i < d => Some(definitions[i].1.clone()),
-            i => Some(definitions[i - d].1.replaced(&|state| Some(Expr::Variable(n + k + state)))),
+            i if i < 2 * d => Some(definitions[i - d].1.replaced(&|state| Some(Expr::Variable(n + k + state)))),
+            i => Some(known.meaning(i - d)),
         });
         let terminated = terminated.map(|text| Condition::parse(text, &after)).transpose();
         let terminated =
             terminated.map_err(|e| refused("terminated, a condition on the state after the step", format!("{e:#}")))?;
-        let terminated = terminated.map(|t| t.replaced(&|i| i.checked_sub(n).map(|i| definitions[i].1.clone())));
-        let folded = Vec::new();
-        let samples = vec![None; start.len()];
-        Ok(Self { spec, max_steps, start, samples, reward, terminated, folded })
+        let written_out = |c: Condition| c.replaced(&|i| i.checked_sub(n).map(|i| known.meaning(i)));
+        let terminated = terminated.map(written_out);
+        let start_if = start_if.map(|text| Condition::parse(text, &before)).transpose();
+        let start_if = start_if.map_err(|e| refused("start_if, a condition on the start state", format!("{e:#}")))?;
+        let starts = Starts::new(&spec, start, start_if.map(written_out));
+        let share = starts.share(&mut Seed::new(0).stream("start states on trial", 0));
+        if share < LEAST_SHARE {
+            let why = format!(
+                "{:.1} % of the start states drawn are within bounds and fulfil start_if, at least 1 % must",
+                100.0 * share
+            );
+            return Err(Error::System { name, why });
+        }
+        Ok(Self { spec, max_steps, starts, reward, terminated, folded: Vec::new() })
     }
 
     /// The same with angles that are seen only as cosine and sine between −π and π in all formulas: no sensor shows how often they turned.
@@ -96,30 +135,14 @@ impl FormulaTask {
     /// (samples + 1) / (samples − 1). What is learned is learned for ranges drawn from their posterior ([`Task::draw`]).
     #[must_use]
     pub fn with_estimated_starts(self, samples: Vec<Option<usize>>) -> Self {
-        Self { samples, ..self }
+        Self { starts: self.starts.estimated(samples), ..self }
     }
 
     /// The same task with ranges of start values drawn from their posterior; `None` where all are known.
-    ///
-    /// The range W of n samples of a uniform distribution on \[a, b\] has the posterior W / (b − a) ~ Beta(n − 1, 2) under the prior 1 / (b − a), which is the
-    /// second largest of n uniform numbers; what b − a has more is anywhere on both sides.
     #[must_use]
     pub fn drawn(&self, rng: &mut Rng) -> Option<Self> {
-        let mut drawn = self.clone();
-        let mut differs = false;
-        for (i, samples) in self.samples.iter().enumerate() {
-            let (low, high) = self.start[i];
-            let Some(n) = samples.filter(|n| *n > 2 && high > low).map(|n| n as f64) else { continue };
-            differs = true;
-            let (middle, seen) = (0.5 * (low + high), (high - low) * (n - 1.0) / (n + 1.0));
-            let share = rng.random::<f64>().powf(1.0 / n) * rng.random::<f64>().powf(1.0 / (n - 1.0));
-            let (more, left) = (seen * (1.0 / share - 1.0), rng.random::<f64>());
-            let Channel { kind, prior: Prior { bounds, .. }, .. } = self.spec.state[i];
-            let range = (middle - 0.5 * seen - left * more, middle + 0.5 * seen + (1.0 - left) * more);
-            let turn = kind == Kind::Angle && range.1 - range.0 > TAU;
-            drawn.start[i] = if turn { (-PI, PI) } else { (range.0.max(bounds.0), range.1.min(bounds.1)) };
-        }
-        differs.then_some(drawn)
+        let starts = self.starts.drawn(&self.spec, rng)?;
+        Some(Self { starts, ..self.clone() })
     }
 
     /// Tries the reward at `times` start states under random controls.
@@ -154,9 +177,7 @@ impl Task for FormulaTask {
     }
 
     fn initial(&self, rng: &mut Rng, x: &mut [f64]) {
-        for (value, &(low, high)) in x.iter_mut().zip(&self.start) {
-            *value = rng.random_range(low..=high);
-        }
+        self.starts.draw(rng, x);
     }
 
     fn reward(&self, x: &[f64], _action: &[f64], u: &[f64], next: &[f64]) -> f64 {
@@ -196,7 +217,7 @@ impl Task for FormulaTask {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sindyna_core::{Precision, Seed};
+    use sindyna_core::{Channel, Precision};
 
     fn spec() -> Spec {
         let state = vec![Channel::new("th", "rad", Kind::Angle, 1.0), Channel::new("w", "rad/s", Kind::RateOf(0), 1.0)];
@@ -231,28 +252,6 @@ mod tests {
         assert_eq!((plain.reward(&turned, &[0.0], &[0.0], &turned), plain.terminated(&turned)), (-turned[0], true));
         let folded = plain.with_folded_angles();
         assert!((folded.reward(&turned, &[0.0], &[0.0], &turned) + 0.5).abs() < 1e-12 && !folded.terminated(&turned));
-    }
-
-    #[test]
-    fn ranges_drawn_hold_the_true_ones_as_often_as_their_posterior_says() {
-        let mut rng = Seed::new(3).numpy();
-        let (runs, n) = (2_000, 5);
-        let mut below = 0;
-        for _ in 0..runs {
-            let samples: Vec<f64> = (0..n).map(|_| rng.random_range(1.0..3.0)).collect();
-            let (low, high) = samples.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (v.min(l), v.max(h)));
-            let wider = 0.5 * (high - low) * ((n + 1) as f64 / (n - 1) as f64 - 1.0);
-            let estimated = FormulaTask::new(spec(), 10, vec![(low - wider, high + wider), (0.0, 0.0)], "-th", None);
-            let estimated = estimated.unwrap().with_estimated_starts(vec![Some(n), Some(n)]);
-            let drawn = estimated.drawn(&mut rng).unwrap();
-            assert!(drawn.start[0].0 <= low && high <= drawn.start[0].1, "what was seen is possible");
-            assert_eq!(drawn.start[1], (0.0, 0.0), "what never differs stays");
-            below += u32::from(drawn.start[0].1 - drawn.start[0].0 < 2.0);
-        }
-        // A width drawn from the posterior is below the true one every second time: both are as likely. Standard error 0.011.
-        let share = f64::from(below) / f64::from(runs);
-        assert!((share - 0.5).abs() < 0.04, "{share}");
-        assert!(task("-th", None).unwrap().drawn(&mut rng).is_none(), "known ranges are");
     }
 
     #[test]

@@ -11,15 +11,17 @@ mod pipe;
 mod recorded;
 mod replay;
 mod source;
+mod starts;
 mod task_builder;
 mod traits;
 
-pub use formula_task::FormulaTask;
+pub use formula_task::{FormulaTask, Names};
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub use pipe::PipeSource;
 pub use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
 pub use replay::{Played, Replayed};
 pub use source::{Source, system};
 pub use source::{named, names};
+pub use starts::Start;
 pub use task_builder::{OwnTask, TaskBuilder};
 pub use traits::Problem;

@@ -4,7 +4,7 @@ use anyhow::{Context as _, ensure};
 use sindyna_logs::closes_circle;
 use sindyna_sindy::{Expr, parse};
 
-use super::document::{self, Document, State, StateKind};
+use super::document::{self, Document, Normal, StartValue, State, StateKind};
 
 /// Steps of the simulation in one control interval.
 const MOST_FRAMES: usize = 100_000;
@@ -30,6 +30,9 @@ impl Document {
             ensure!(mark.is_finite(), "solved_at must be finite, got {mark}");
         }
         self.check_names()?;
+        for (name, value) in &self.parameters {
+            ensure!(value.is_finite(), "parameter `{name}` must be finite, got {value}");
+        }
         let mut rates = Vec::new();
         let near = |what: String, value: f64| {
             ensure!(value.abs() <= LARGEST, "{what} must be at most {LARGEST:e} in magnitude, got {value:e}");
@@ -41,14 +44,21 @@ impl Document {
             for end in bounds.iter().flatten().filter(|end| end.is_finite()) {
                 near(format!("state `{name}`: bounds"), *end)?;
             }
-            if let Some([low, high]) = start {
+            if let Some(StartValue::Normal(Normal { mean, std })) = start {
+                ensure!(
+                    *std >= 0.0 && std.is_finite(),
+                    "state `{name}`: std of start must be finite and ≥ 0, got {std}"
+                );
+                near(format!("state `{name}`: start"), mean.abs().max(*std))?;
+            }
+            if let Some(StartValue::Range([low, high])) = start {
                 let right = low <= high && low.is_finite() && high.is_finite();
                 ensure!(right, "state `{name}`: start must be [low, high], got [{low}, {high}]");
                 near(format!("state `{name}`: start"), low.abs().max(high.abs()))?;
             }
             if let Some([low, high]) = bounds {
                 ensure!(low < high, "state `{name}`: bounds must be [low, high], got [{low}, {high}]");
-                if let Some([from, to]) = start {
+                if let Some(StartValue::Range([from, to])) = start {
                     let inside = low <= from && to <= high;
                     ensure!(inside, "state `{name}`: start [{from}, {to}] is not within bounds [{low}, {high}]");
                 }
@@ -103,7 +113,6 @@ impl Document {
         );
         ensure!(model || self.frame_skip.is_none(), "`frame_skip` means nothing without a `model`");
         ensure!(!equations || self.dt.is_some(), "[equations] need `dt`: the seconds of one control interval");
-        ensure!(equations || self.parameters.is_empty(), "[parameters] mean nothing without [equations]");
         Ok(())
     }
 }

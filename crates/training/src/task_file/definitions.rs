@@ -11,7 +11,6 @@ use super::document::Document;
 const LONGEST: usize = 20_000;
 
 /// Definitions that are written out, and those that wait for others.
-#[derive(Default)]
 struct Progress<'a> {
     found: BTreeMap<&'a str, Expr>,
     begun: Vec<&'a str>,
@@ -20,11 +19,13 @@ struct Progress<'a> {
 impl Document {
     /// The definitions, in the order of their names, as terms of the states.
     pub(super) fn defined(&self) -> anyhow::Result<Vec<(String, Expr)>> {
-        let mut progress = Progress::default();
+        let parameters = self.parameters.iter().map(|(name, value)| (name.as_str(), Expr::Constant(*value)));
+        let mut progress = Progress { found: parameters.collect(), begun: Vec::new() };
         for name in self.definitions.keys() {
             self.definition(name, &mut progress)?;
         }
-        Ok(progress.found.into_iter().map(|(name, term)| (name.to_owned(), term)).collect())
+        let definitions = progress.found.into_iter().filter(|(name, _)| self.definitions.contains_key(*name));
+        Ok(definitions.map(|(name, term)| (name.to_owned(), term)).collect())
     }
 
     /// What `name` stands for.
@@ -36,7 +37,7 @@ impl Document {
             bail!("[let] `{name}` is defined by itself: {} → {name}", progress.begun.join(" → "));
         }
         progress.begun.push(name);
-        let (n, others) = (self.state.len(), self.definitions.keys());
+        let (n, others) = (self.state.len(), self.definitions.keys().chain(self.parameters.keys()));
         let names: Vec<String> = self.state.iter().map(|s| &s.name).chain(others.clone()).cloned().collect();
         let term = parse(&self.definitions[name], &names).with_context(|| format!("[let] `{name}`"))?;
         let mut parts = BTreeMap::new();
@@ -73,8 +74,8 @@ mod tests {
 
     #[test]
     fn definitions_stand_for_terms_before_and_after_the_step() {
-        let definitions = "square = \"x^2\"\nmore = \"square + sine\"\nsine = \"sin(x)\"";
-        let file = point(definitions, "u - k*square", "more - 10*next_square + u", "next_more > 4").unwrap();
+        let definitions = "square = \"x^2\"\nmore = \"square + sine\"\nsine = \"0.5*k*sin(x)\"";
+        let file = point(definitions, "u - k*square", "more - 5*k*next_square + u", "next_more > 2*k").unwrap();
         let task = file.task();
         let reward = task.reward(&[1.5], &[0.25], &[0.25], &[2.0]);
         assert!((reward - (1.5_f64.powi(2) + 1.5_f64.sin() - 40.0 + 0.25)).abs() < 1e-12, "{reward}");
@@ -95,7 +96,7 @@ mod tests {
             ("a = \"x +\"", "[let] `a`"),
             ("x = \"1\"", "the name `x` is there twice"),
             ("next_x = \"1\"", "the name `next_x` is there twice"),
-            ("k = \"x\"", "`k` is no name for a parameter"),
+            ("k = \"x\"", "the name `k` is there twice"),
             ("\"a b\" = \"x\"", "`a b` is no name for formulas"),
             (&long, "is longer than 20000 characters"),
         ] {

@@ -17,6 +17,7 @@ pub(super) struct Document {
     pub(super) dt: Option<f64>,
     /// The rate of each state, as a formula of states, controls and parameters.
     pub(super) equations: Option<BTreeMap<String, String>>,
+    /// Numbers with names, for all formulas.
     #[serde(default)]
     pub(super) parameters: BTreeMap<String, f64>,
     /// Names for terms of the states and of each other.
@@ -38,12 +39,29 @@ pub(super) struct State {
     pub(super) unit: String,
     #[serde(default = "one")]
     pub(super) scale: f64,
-    /// Range of start values; the model's rest position, or 0, if there is none.
-    pub(super) start: Option<[f64; 2]>,
+    /// Distribution of start values; the model's rest position, or 0, if there is none.
+    pub(super) start: Option<StartValue>,
     pub(super) bounds: Option<[f64; 2]>,
     #[serde(default)]
     pub(super) kind: StateKind,
     pub(super) rate_of: Option<String>,
+}
+
+/// How a start value is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "start must be [low, high] or { mean = …, std = … }")]
+pub(super) enum StartValue {
+    /// Uniformly from low to high.
+    Range([f64; 2]),
+    /// From a normal distribution.
+    Normal(Normal),
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Normal {
+    pub(super) mean: f64,
+    pub(super) std: f64,
 }
 
 #[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -69,6 +87,8 @@ pub(super) struct Control {
 pub(super) struct Formulas {
     pub(super) reward: String,
     pub(super) terminated: Option<String>,
+    /// A condition on start states; others are drawn again.
+    pub(super) start_if: Option<String>,
 }
 
 fn one() -> f64 {

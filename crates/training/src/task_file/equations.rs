@@ -1,6 +1,6 @@
 //! Equations of a task file as a ground-truth simulator.
 
-use anyhow::{Context as _, ensure};
+use anyhow::Context as _;
 use sindyna_core::VectorField;
 use sindyna_sindy::{Expr, parse};
 
@@ -12,9 +12,8 @@ const STACK_VARIABLES: usize = 64;
 /// The rates ẋ of all states.
 #[derive(Debug, Clone)]
 pub(super) struct Equations {
-    /// One for each state, over z = (x; u; p).
+    /// One for each state, over z = (x; u).
     rates: Vec<Expr>,
-    parameters: Vec<f64>,
     /// As they were written.
     lines: Vec<String>,
 }
@@ -26,17 +25,10 @@ impl Equations {
         let mut names: Vec<String> = document.names();
         names.truncate(document.state.len() + document.control.len());
         let definitions = document.defined()?;
-        for (name, value) in &document.parameters {
-            ensure!(value.is_finite(), "parameter `{name}` must be finite, got {value}");
-            let symbol = parse(name, std::slice::from_ref(name)) == Ok(Expr::Variable(0));
-            ensure!(
-                symbol && !names.contains(name) && !document.definitions.contains_key(name),
-                "`{name}` is no name for a parameter: it must be a name for formulas, not used yet"
-            );
-            names.push(name.clone());
-        }
         let n = names.len();
-        names.extend(document.definitions.keys().cloned());
+        names.extend(definitions.iter().map(|(name, _)| name.clone()));
+        names.extend(document.parameters.keys().cloned());
+        let parameters: Vec<f64> = document.parameters.values().copied().collect();
         for name in written.keys() {
             document.state_named(name).context("[equations]")?;
         }
@@ -52,13 +44,16 @@ impl Equations {
                 ),
             };
             let rate = parse(&text, &names).with_context(|| format!("the equation of `{}`", state.name))?;
-            rates.push(rate.replaced(&|i| Some(definitions.get(i.checked_sub(n)?)?.1.clone())));
+            rates.push(rate.replaced(&|i| match i.checked_sub(n)? {
+                i if i < definitions.len() => Some(definitions[i].1.clone()),
+                i => Some(Expr::Constant(parameters[i - definitions.len()])),
+            }));
             lines.push(format!("d{}/dt = {}", state.name, text.trim()));
         }
         let of_parameters = document.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
         lines.extend(of_parameters);
         lines.extend(document.definitions.iter().map(|(name, text)| format!("{name} = {}", text.trim())));
-        Ok(Some(Self { rates, parameters: document.parameters.values().copied().collect(), lines }))
+        Ok(Some(Self { rates, lines }))
     }
 
     /// As they were written, with the values of their parameters.
@@ -70,7 +65,7 @@ impl Equations {
 impl VectorField for Equations {
     fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
         let (n, k) = (x.len(), u.len());
-        let width = n + k + self.parameters.len();
+        let width = n + k;
         let mut stack = [0.0; STACK_VARIABLES];
         let mut heap = Vec::new();
         let z = if width <= STACK_VARIABLES {
@@ -80,8 +75,7 @@ impl VectorField for Equations {
             &mut heap[..]
         };
         z[..n].copy_from_slice(x);
-        z[n..n + k].copy_from_slice(u);
-        z[n + k..].copy_from_slice(&self.parameters);
+        z[n..].copy_from_slice(u);
         for (rate, expression) in x_dot.iter_mut().zip(&self.rates) {
             *rate = expression.eval(z);
         }

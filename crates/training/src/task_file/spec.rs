@@ -3,9 +3,9 @@
 use anyhow::{Context as _, bail, ensure};
 use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec};
 
-use super::document::{Document, State, StateKind};
+use super::document::{Document, Normal, StartValue, State, StateKind};
 use crate::Error;
-use crate::problem::FormulaTask;
+use crate::problem::{FormulaTask, Names, Start};
 
 /// Start states the reward is tried at before anything runs.
 const TRIED_REWARDS: usize = 100;
@@ -13,10 +13,16 @@ const TRIED_REWARDS: usize = 100;
 impl Document {
     /// The task with control intervals of `dt` \[s\]; states without a `start` begin at `rest` (n).
     pub(super) fn task(&self, dt: f64, rest: &[f64]) -> anyhow::Result<FormulaTask> {
-        let start = self.state.iter().zip(rest);
-        let start = start.map(|(state, &rest)| state.start.map_or((rest, rest), |[low, high]| (low, high)));
+        let start = self.state.iter().zip(rest).map(|(state, &rest)| match state.start {
+            None => Start::Uniform(rest, rest),
+            Some(StartValue::Range([low, high])) => Start::Uniform(low, high),
+            Some(StartValue::Normal(Normal { mean, std })) => Start::Normal(mean, std),
+        });
+        let start_if = self.task.start_if.as_deref();
         let formulas = (self.task.reward.as_str(), self.task.terminated.as_deref());
-        let task = FormulaTask::defined(self.spec(dt)?, self.max_steps, start.collect(), formulas, &self.defined()?);
+        let parameters: Vec<(String, f64)> = self.parameters.clone().into_iter().collect();
+        let names = Names { definitions: &self.defined()?, parameters: &parameters };
+        let task = FormulaTask::defined(self.spec(dt)?, self.max_steps, (start.collect(), start_if), formulas, names);
         let task = task.map_err(|e| match e {
             Error::System { why, .. } => anyhow::anyhow!("task.{why}"),
             other => other.into(),
@@ -98,17 +104,65 @@ impl Document {
         })
     }
 
-    /// The variables of the reward: states, controls, states after the step, definitions before and after it.
+    /// The variables of the reward: states, controls, states after the step, definitions before and after it, parameters.
     pub(super) fn names(&self) -> Vec<String> {
         let states = self.state.iter().map(|s| s.name.clone());
         let controls = self.control.iter().map(|c| c.name.clone());
         let after = self.state.iter().map(|s| format!("next_{}", s.name));
         let defined = self.definitions.keys().flat_map(|name| [name.clone(), format!("next_{name}")]);
-        states.chain(controls).chain(after).chain(defined).collect()
+        states.chain(controls).chain(after).chain(defined).chain(self.parameters.keys().cloned()).collect()
     }
 }
 
 /// Cosine or sine of an angle as a channel.
 fn waving(function: &str, kind: Kind, of: &Channel) -> Channel {
     Channel::new(&format!("{function} {}", of.name), "", kind, 1.0).within(-1.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use sindyna_core::Seed;
+
+    use super::super::TaskFile;
+    use crate::problem::Problem as _;
+
+    /// A task file whose state begins as `start` says.
+    fn file(start: &str, start_if: &str) -> anyhow::Result<TaskFile> {
+        let text = format!(
+            "name = \"point\"\nmax_steps = 10\ndt = 0.1\n[equations]\nx = \"u\"\n[parameters]\nr = 0.5\n[[state]]\nname = \"x\"\nstart = {start}\n\
+             bounds = [-3.0, 3.0]\n[[control]]\nname = \"u\"\nlow = -1.0\nhigh = 1.0\n[task]\nreward = \"-x^2\"\nstart_if = \"{start_if}\"\n"
+        );
+        TaskFile::read(Path::new("point.toml"), text, None)
+    }
+
+    #[test]
+    fn start_states_are_drawn_as_the_file_says() {
+        let task = file("{ mean = 1.0, std = 0.2 }", "x > 2*r").unwrap().task();
+        let (mut rng, mut x, mut sum) = (Seed::new(2).numpy(), [0.0], 0.0);
+        for _ in 0..4_000 {
+            task.initial(&mut rng, &mut x);
+            assert!(x[0] > 1.0);
+            sum += x[0] - 1.0;
+        }
+        // The mean of half a normal distribution, σ √(2/π); standard error 0.002.
+        let mean = sum / 4_000.0;
+        assert!((mean - 0.2 * (2.0 / std::f64::consts::PI).sqrt()).abs() < 0.01, "{mean}");
+    }
+
+    #[test]
+    fn start_states_that_cannot_be_are_refused() {
+        for (start, start_if, says) in [
+            ("[0.0, 1.0]", "x > 2", "0.0 % of the start states drawn are within bounds and fulfil start_if"),
+            ("[0.0, 1.0]", "y > 2", "start_if, a condition on the start state"),
+            ("{ mean = 9.0, std = 0.1 }", "x > 0", "0.0 % of the start states drawn"),
+            ("{ mean = 0.0, std = -1.0 }", "x > 0", "state `x`: std of start must be finite and ≥ 0, got -1"),
+            ("{ mean = 0.0 }", "x > 0", "start must be [low, high] or { mean = …, std = … }"),
+            ("3.0", "x > 0", "start must be [low, high] or { mean = …, std = … }"),
+        ] {
+            let refusal = format!("{:#}", file(start, start_if).err().unwrap());
+            assert!(refusal.contains(says), "{start}: {refusal}");
+        }
+    }
 }
