@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -13,11 +14,28 @@ from . import _known, _report, _sindyna
 from ._data import Array, Trajectory, columns, trajectories, without_gaps
 from ._differentiation import Differentiation, FiniteDifference
 from ._formula import Names
-from ._libraries import ConcatLibrary, FormulaLibrary, PolynomialLibrary, known
+from ._libraries import ConcatLibrary, FeatureLibrary, FormulaLibrary, PolynomialLibrary, known
 from ._optimizers import BestSubset, Optimizer
 
-if TYPE_CHECKING:
-    from ._sindy import SINDy
+
+class Asked(Protocol):
+    """The parameters of a `SINDy` that a fit reads."""
+
+    optimizer: Optimizer | None
+    feature_library: FeatureLibrary | None
+    differentiation_method: Differentiation | None
+    t_default: float
+    discrete_time: bool
+    noise: str | Mapping[str, float] | Sequence[float]
+    angles: Iterable[str] | None
+    rates: Mapping[str, str] | None
+    known: _known.Formulas | None
+    require: _known.Formulas | None
+    forbid: _known.Formulas | None
+    sign: Mapping[str, Mapping[str, Any]] | None
+    terms: Sequence[str] | None
+    intersample: str
+    controls: int | list[str] | None
 
 
 @dataclass
@@ -86,7 +104,7 @@ def named(x: Any, u: Any, feature_names: Any, controls: int | list[str] | None, 
     return Names(states, inputs)
 
 
-def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
+def fit(model: Asked, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
     """Fits the equations behind samples."""
     optimizer = BestSubset() if model.optimizer is None else model.optimizer
     if not isinstance(optimizer, Optimizer):
@@ -120,11 +138,11 @@ def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) ->
         raise ValueError(names.told(str(error))) from None
 
 
-def _labels(model: SINDy, names: Names) -> dict[str, str]:
+def _labels(model: Asked, names: Names) -> dict[str, str]:
     return {} if model.feature_library is None else known(model.feature_library)._labels(names)
 
 
-def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+def _identified(model: Asked, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
     """Equations of motion with noise that nobody has declared."""
     dts = [one.dt for one in data]
     steps = np.concatenate([np.diff(one.t) for one in data]) if data else np.zeros(0)
@@ -156,7 +174,7 @@ def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict
     return Fitted(names, found, account, {}, len(data))
 
 
-def _held(model: SINDy, one: Trajectory) -> Array:
+def _held(model: Asked, one: Trajectory) -> Array:
     """Inputs (T - 1, k) as if held from sample to sample."""
     if model.intersample == "zoh" or not one.u.shape[1]:
         return one.u[: len(one.x) - 1]
@@ -178,7 +196,7 @@ _ESTIMATOR_ONLY = {
 }
 
 
-def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
     """One regression of derivatives or next states."""
     for name, default in _ESTIMATOR_ONLY.items():
         value = getattr(model, name)
@@ -214,7 +232,7 @@ def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[
     return Fitted(names, found, account, _labels(model, names), len(data))
 
 
-def differentiated(model: SINDy, one: Trajectory) -> Trajectory:
+def differentiated(model: Asked, one: Trajectory) -> Trajectory:
     """A trajectory with derivatives."""
     if one.x_dot is not None:
         return one
