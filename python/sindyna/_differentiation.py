@@ -68,7 +68,7 @@ class FiniteDifference(Differentiation):
                 )
         order = whole("order", self.order, 1)
         if dt is not None:
-            return _sindyna.differentiate(x, dt, order)
+            return x, _sindyna.differentiate(x, dt, order)
         if order != 2:
             raise NotImplementedError(f"FiniteDifference of uneven samples has order 2, got order={order}")
         if len(x) < 3:
@@ -104,4 +104,4 @@ class SmoothedFiniteDifference(Differentiation):
             whole("window_length", settings["window_length"], 1),
             whole("polyorder", settings["polyorder"], 0),
         )
-        return _sindyna.differentiate(x, dt, 2, window, degree)
+        return _sindyna.smoothed(x, dt, window, degree)

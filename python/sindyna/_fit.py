@@ -44,14 +44,23 @@ class Fitted:
 
     names: Names
     model: _sindyna.Model
-    #: The engine's account, as JSON.
-    text: str
+    #: The engine's account, as JSON; or what gives it when somebody asks.
+    told: str | _sindyna.Regression
     labels: dict[str, str] = field(default_factory=dict)
     n_trajectories: int = 1
 
     @cached_property
     def account(self) -> dict[str, Any]:
-        return dict(json.loads(self.text))
+        return dict(json.loads(self.told if isinstance(self.told, str) else self.told.account()))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            "names": self.names,
+            "model": self.model,
+            "told": json.dumps(self.account),
+            "labels": self.labels,
+            "n_trajectories": self.n_trajectories,
+        }
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -223,8 +232,7 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
                 raise ValueError(f"u must have an input for each of the {len(one.x)} samples, got {len(inputs)}")
             inputs = np.vstack([inputs, np.zeros((len(one.x) - len(inputs), inputs.shape[1]))])
         rows.append((np.ascontiguousarray(one.x), np.ascontiguousarray(inputs), one.x_dot))
-    dts = [one.dt for one in data if one.dt is not None]
-    dt = float(dts[0]) if dts else model.t_default
+    dt = next((one.dt for one in data if one.dt is not None), model.t_default)
     settings = {"library": library._recipe(names), "solver": solver, "discrete": bool(model.discrete_time), "dt": dt}
     if sum(len(x) for x, _, _ in rows) - (len(rows) if model.discrete_time else 0) < 2:
         raise ValueError("there are fewer than 2 rows to fit equations to")

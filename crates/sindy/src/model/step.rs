@@ -8,6 +8,9 @@ use super::frame::back;
 use super::right_side::STACK;
 use super::{Form, Model};
 
+/// States whose right-hand sides are computed side by side.
+const LANES: usize = 8;
+
 /// Registers of a small model.
 const FEW: usize = 24;
 
@@ -29,6 +32,33 @@ impl Model {
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
         self.tape.run(registers);
         self.right.eval(registers, out);
+    }
+
+    /// Writes the right-hand sides (N, n), row by row, at model states (N, n) and controls (N, k); each is what [`VectorField::eval`] gives.
+    ///
+    /// # Panics
+    /// If the numbers of rows differ.
+    pub fn eval_rows(&self, states: &[f64], controls: &[f64], out: &mut [f64]) {
+        let (n, k) = (self.parts.states.len(), self.parts.controls.len());
+        let (mut z, mut u, mut out) = (states, controls, out);
+        let mut registers = vec![[0.0; LANES]; self.tape.n_registers()];
+        while self.right.is_explicit() && out.len() >= LANES * n && n > 0 {
+            let (these, rest) = out.split_at_mut(LANES * n);
+            for l in 0..LANES {
+                for (i, offset) in self.parts.offsets.iter().enumerate() {
+                    registers[i][l] = z[l * n + i] + offset;
+                }
+                for j in 0..k {
+                    registers[n + j][l] = u[l * k + j];
+                }
+            }
+            self.tape.run_first(&mut registers, self.tape.n_ops());
+            self.right.eval_explicit(&registers, these);
+            (z, u, out) = (&z[LANES * n..], &u[LANES * k..], rest);
+        }
+        for (i, out) in out.chunks_exact_mut(n.max(1)).enumerate() {
+            self.right_side(&z[i * n..(i + 1) * n], &u[i * k..(i + 1) * k], out);
+        }
     }
 
     /// One control interval in the model's own space.
