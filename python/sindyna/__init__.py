@@ -10,7 +10,7 @@ from typing import Any
 
 from ._controller import Controller, Interval, Policy, load
 from ._differentiation import FiniteDifference, SmoothedFiniteDifference
-from ._errors import NotFittedError
+from ._errors import ConvergenceWarning, NotFittedError
 from ._learn import learn
 from ._libraries import (
     ConcatLibrary,
@@ -33,6 +33,7 @@ __all__ = [
     "BestSubset",
     "ConcatLibrary",
     "Controller",
+    "ConvergenceWarning",
     "CustomLibrary",
     "DiscreteSINDy",
     "Equation",

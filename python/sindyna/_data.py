@@ -85,6 +85,8 @@ def matrix(name: str, values: Any) -> Array:
 
 
 def _times(name: str, t: Any, n_rows: int) -> Array:
+    if isinstance(t, (str, bytes)):
+        raise ValueError(f"{name} must be a number or times, got {t!r}")
     array = np.asarray(t, dtype=np.float64)
     if array.ndim == 0:
         dt = float(array)
@@ -152,6 +154,9 @@ def trajectories(
         if not isinstance(values, (list, tuple)) or len(values) != len(xs):
             got = f"{len(values)}" if isinstance(values, (list, tuple)) else type(values).__name__
             raise ValueError(f"x is a list of {len(xs)} trajectories, so {name} must be a list of {len(xs)}, got {got}")
+        missing = [i for i, value in enumerate(values) if value is None]
+        if missing:
+            raise ValueError(f"{name}[{missing[0]}] is None: give {name} for every trajectory, or for none")
         return values
 
     found = []
@@ -188,6 +193,8 @@ def trajectories(
             raise ValueError(
                 f"trajectory {i} has {one.x.shape[1]} states and {one.u.shape[1]} inputs, trajectory 0 has {found[0].x.shape[1]} and {found[0].u.shape[1]}"
             )
+    if n_inputs and u is None and not controls:
+        raise TypeError(f"the model has {n_inputs} inputs; give them as u")
     if n_inputs is not None and found[0].u.shape[1] != n_inputs:
         raise ValueError(f"the model has {n_inputs} inputs, got {found[0].u.shape[1]}; give them as u")
     return found

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from . import _sindyna
-from ._data import Array
+from ._data import Array, Trajectory, matrix, trajectories
 from ._libraries import whole
 from ._params import Parameters
 
@@ -18,6 +19,38 @@ class Differentiation(Parameters):
     def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
         """Samples (T, n) as the library is to see them, and their derivatives. ``dt`` is none where samples are uneven."""
         raise NotImplementedError
+
+    def __call__(self, x: Any, t: Any = 1.0) -> Array:
+        """
+        Derivatives of samples.
+
+        Parameters
+        ----------
+        x : array (T,) or (T, n)
+            Samples.
+        t : float or array (T,)
+            Sampling interval [s], or times [s].
+
+        Returns
+        -------
+        array
+            Derivatives, in the shape of ``x``.
+        """
+        (one,) = trajectories(x, t, None, None, default_dt=1.0, controls=None)
+        found = self._differentiate(np.ascontiguousarray(one.x), one.t, one.dt)
+        self.smoothed_x_, x_dot = (values.reshape(np.shape(x)) for values in found)
+        return x_dot
+
+
+def derivatives(method: Differentiation | Callable[..., Any] | None, one: Trajectory) -> tuple[Array, Array]:
+    """Samples (T, n) as the library is to see them, and their derivatives by ``method``: ours, or a function of samples and times."""
+    x = np.ascontiguousarray(one.x)
+    if method is None or isinstance(method, Differentiation):
+        return (method or FiniteDifference())._differentiate(x, one.t, one.dt)
+    x_dot = matrix("what differentiation_method gives", method(x, one.t))
+    if x_dot.shape != x.shape:
+        raise ValueError(f"differentiation_method must give derivatives of shape {x.shape}, got {x_dot.shape}")
+    return x, np.ascontiguousarray(x_dot)
 
 
 class FiniteDifference(Differentiation):
@@ -53,8 +86,8 @@ class FiniteDifference(Differentiation):
         drop_endpoints: bool = False,
         periodic: bool = False,
     ) -> None:
-        self.order = order
-        self.d = d
+        self.order = whole("order", order, 1)
+        self.d = whole("d", d, 1)
         self.axis = axis
         self.is_uniform = is_uniform
         self.drop_endpoints = drop_endpoints

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Protocol
@@ -12,7 +13,8 @@ import numpy as np
 
 from . import _known, _report, _sindyna
 from ._data import Array, Trajectory, columns, trajectories, without_gaps
-from ._differentiation import Differentiation, FiniteDifference
+from ._differentiation import Differentiation, derivatives
+from ._errors import ConvergenceWarning
 from ._formula import Names
 from ._libraries import ConcatLibrary, FeatureLibrary, FormulaLibrary, PolynomialLibrary, known
 from ._optimizers import BestSubset, Optimizer
@@ -23,7 +25,7 @@ class Asked(Protocol):
 
     optimizer: Optimizer | None
     feature_library: FeatureLibrary | None
-    differentiation_method: Differentiation | None
+    differentiation_method: Differentiation | Callable[..., Any] | None
     t_default: float
     discrete_time: bool
     noise: str | Mapping[str, float] | Sequence[float]
@@ -120,9 +122,10 @@ def fit(model: Asked, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) ->
         raise NotImplementedError(
             f"optimizer={optimizer!r} is not supported; there are BestSubset (the default), STLSQ and LeastSquares"
         )
-    if model.differentiation_method is not None and not isinstance(model.differentiation_method, Differentiation):
+    if model.differentiation_method is not None and not callable(model.differentiation_method):
         raise NotImplementedError(
-            f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, or give x_dot"
+            f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, functions of "
+            "samples and times, or give x_dot"
         )
     if model.intersample not in ("zoh", "foh"):
         raise ValueError(
@@ -224,26 +227,36 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
     prepared = [one if model.discrete_time else differentiated(model, one) for one in data]
     rows = []
     for one in prepared:
-        if model.discrete_time and one.x_dot is not None:
-            raise NotImplementedError("x_dot has no meaning in discrete time, where next states are regressed")
         inputs = one.u
         if len(inputs) < len(one.x):
-            if not model.discrete_time and inputs.shape[1]:
+            if (not model.discrete_time or one.x_dot is not None) and inputs.shape[1]:
                 raise ValueError(f"u must have an input for each of the {len(one.x)} samples, got {len(inputs)}")
             inputs = np.vstack([inputs, np.zeros((len(one.x) - len(inputs), inputs.shape[1]))])
         rows.append((np.ascontiguousarray(one.x), np.ascontiguousarray(inputs), one.x_dot))
     dt = next((one.dt for one in data if one.dt is not None), model.t_default)
     settings = {"library": library._recipe(names), "solver": solver, "discrete": bool(model.discrete_time), "dt": dt}
-    if sum(len(x) for x, _, _ in rows) - (len(rows) if model.discrete_time else 0) < 2:
+    if sum(len(x) - (model.discrete_time and known_next is None) for x, _, known_next in rows) < 2:
         raise ValueError("there are fewer than 2 rows to fit equations to")
-    found, account = _sindyna.regress(rows, json.dumps(settings))
-    return Fitted(names, found, account, _labels(model, names), len(data))
+    found, regression = _sindyna.regress(rows, json.dumps(settings))
+    if "stlsq" in solver:
+        _warned(regression, names)
+    return Fitted(names, found, regression, _labels(model, names), len(data))
+
+
+def _warned(regression: _sindyna.Regression, names: Names) -> None:
+    """Warns of what thresholding came to."""
+    told = {i: names.states[i] for i in regression.empty}
+    if told:
+        text = f"the threshold leaves no term in the equation of {', '.join(told.values())}: make it smaller"
+        warnings.warn(text, UserWarning, stacklevel=5)
+    if regression.unsettled:
+        text = f"STLSQ did not come to rest for {', '.join(names.states[i] for i in regression.unsettled)}: allow more rounds (max_iter)"
+        warnings.warn(text, ConvergenceWarning, stacklevel=5)
 
 
 def differentiated(model: Asked, one: Trajectory) -> Trajectory:
     """A trajectory with derivatives."""
     if one.x_dot is not None:
         return one
-    method = model.differentiation_method or FiniteDifference()
-    x, x_dot = method._differentiate(np.ascontiguousarray(one.x), one.t, one.dt)
+    x, x_dot = derivatives(model.differentiation_method, one)
     return replace(one, x=x, x_dot=x_dot)

@@ -123,9 +123,27 @@ pub(crate) struct Regression {
 
 #[pymethods]
 impl Regression {
+    /// Numbers of the states whose equations have no term.
+    #[getter]
+    fn empty(&self) -> Vec<usize> {
+        self.without(|e| !e.support.is_empty())
+    }
+
+    /// Numbers of the states for whose equations the solver came to no rest.
+    #[getter]
+    fn unsettled(&self) -> Vec<usize> {
+        self.without(|e| e.converged)
+    }
+
     /// The account, in the form of that of an identification.
     fn account(&self) -> String {
         account(self)
+    }
+}
+
+impl Regression {
+    fn without(&self, good: impl Fn(&Selected) -> bool) -> Vec<usize> {
+        (0..self.equations.len()).filter(|&i| !good(&self.equations[i])).collect()
     }
 }
 
@@ -197,6 +215,22 @@ pub(crate) fn smoothed<'py>(
     let filter = SavitzkyGolay::new(window, degree).map_err(refused)?;
     let found = Differentiator::Smoothed(filter).differentiate(x.as_array(), dt).map_err(refused)?;
     Ok((found.x.into_pyarray(py), found.x_dot.into_pyarray(py)))
+}
+
+/// The terms (N, F) of a library at variables (N, m), states first, then `n_controls` inputs.
+#[pyfunction]
+pub(crate) fn features<'py>(
+    py: Python<'py>,
+    library: &str,
+    z: PyReadonlyArray2<'py, f64>,
+    n_controls: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let recipe: Recipe = serde_json::from_str(library).map_err(refused)?;
+    let z = z.as_array();
+    let names = symbols(z.ncols().saturating_sub(n_controls), n_controls);
+    let terms = Library::from(recipe).terms(&names).map_err(refused)?;
+    Ok(Array2::from_shape_fn((z.nrows(), terms.len()), |(i, j)| terms[j].expr.eval(&z.row(i).to_vec()))
+        .into_pyarray(py))
 }
 
 /// Names of the terms of a library.

@@ -19,7 +19,7 @@ pub struct Trajectory<'a> {
     pub x: ArrayView2<'a, f64>,
     /// Controls (T, k); for differences between samples (T − 1, k) will do. `None` for a system without any.
     pub u: Option<ArrayView2<'a, f64>>,
-    /// Derivatives (T, n) where they are known; otherwise they are estimated.
+    /// Derivatives (T, n) where they are known, otherwise they are estimated; for maps the next states (T, n), otherwise those of the next samples.
     pub x_dot: Option<ArrayView2<'a, f64>>,
 }
 
@@ -225,6 +225,7 @@ impl Sindy {
                 let result = differentiator.differentiate(x, dt).map_err(too_short)?;
                 (result.x.into(), result.x_dot.into())
             }
+            (Target::Discrete, Some(next)) => (x.into(), next.into()),
             (target, _) => {
                 let last = t.saturating_sub(1);
                 let (now, next) = (x.slice_move(s![..last, ..]), x.slice_move(s![t.min(1).., ..]));
@@ -283,7 +284,8 @@ fn check(index: usize, trajectory: &Trajectory<'_>, n: usize, k: usize, target: 
     shape("states", n, trajectory.x.ncols())?;
     shape("controls", k, trajectory.u.map_or(0, |u| u.ncols()))?;
     if let Some(u) = trajectory.u {
-        let between = !matches!(target, Target::Continuous { .. }) && u.nrows() + 1 == t;
+        let to_next = !matches!(target, Target::Continuous { .. }) && trajectory.x_dot.is_none();
+        let between = to_next && u.nrows() + 1 == t;
         shape("rows of controls", t, if between { t } else { u.nrows() })?;
     }
     if let Some(x_dot) = trajectory.x_dot {
