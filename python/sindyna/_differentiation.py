@@ -86,8 +86,10 @@ class FiniteDifference(Differentiation):
         drop_endpoints: bool = False,
         periodic: bool = False,
     ) -> None:
-        self.order = whole("order", order, 1)
-        self.d = whole("d", d, 1)
+        whole("order", order, 1)
+        whole("d", d, 1)
+        self.order = order
+        self.d = d
         self.axis = axis
         self.is_uniform = is_uniform
         self.drop_endpoints = drop_endpoints
@@ -117,10 +119,13 @@ class SmoothedFiniteDifference(Differentiation):
     ----------
     smoother_kws : dict, optional
         ``window_length`` (odd, 11 by default) and ``polyorder`` (3); others are refused.
+    save_smooth : bool
+        Whether the library sees the smoothed samples, not those given.
     """
 
-    def __init__(self, smoother_kws: dict[str, int] | None = None) -> None:
+    def __init__(self, smoother_kws: dict[str, int] | None = None, save_smooth: bool = True) -> None:
         self.smoother_kws = smoother_kws
+        self.save_smooth = save_smooth
 
     def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
         settings: dict[str, Any] = {"window_length": 11, "polyorder": 3, **(self.smoother_kws or {})}
@@ -137,4 +142,5 @@ class SmoothedFiniteDifference(Differentiation):
             whole("window_length", settings["window_length"], 1),
             whole("polyorder", settings["polyorder"], 0),
         )
-        return _sindyna.smoothed(x, dt, window, degree)
+        smoothed, x_dot = _sindyna.smoothed(x, dt, window, degree)
+        return smoothed if self.save_smooth else x, x_dot

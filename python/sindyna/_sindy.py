@@ -504,9 +504,7 @@ class DiscreteSINDy(SINDy):
 
     _ROUTED: ClassVar = {"fit": ("t", "u", "x_next", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_next")}
 
-    def fit(
-        self: Map, x: Any, t: Any = None, x_next: Any = None, u: Any = None, feature_names: Any = None
-    ) -> Map:
+    def fit(self: Map, x: Any, t: Any = None, x_next: Any = None, u: Any = None, feature_names: Any = None) -> Map:
         """
         Finds the map behind samples.
 
