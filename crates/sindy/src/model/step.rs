@@ -165,3 +165,44 @@ impl VectorField for Model {
         self.right_side(x, u, x_dot);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use sindyna_core::{Scheme, VectorField as _};
+
+    use super::super::{Entry, Form, Model, ModelParts};
+
+    fn model(coupled: bool) -> Model {
+        let second = Entry { term: 1, coefficient: 0.5, rate: coupled.then_some(0) };
+        let parts = ModelParts {
+            form: Form::Continuous(Scheme::Rk4 { substeps: 1 }),
+            dt: 0.1,
+            terms: vec!["x0*u0".into(), "sin(x1)".into(), "x0/x1".into()],
+            equations: vec![vec![Entry::new(0, -1.5), Entry::new(2, 0.7)], vec![second], Vec::new()],
+            n_features: 3,
+            states: ["x0", "x1", "x2"].map(String::from).to_vec(),
+            controls: vec!["u0".into()],
+            readings: None,
+            offsets: vec![0.25, 0.0, 0.0],
+            kinematic: vec![false; 3],
+        };
+        Model::new(parts).expect("a model")
+    }
+
+    #[test]
+    fn right_hand_sides_of_many_states_are_those_of_each_to_the_last_bit() {
+        for (model, rows) in
+            [(model(false), 0), (model(false), 7), (model(false), 8), (model(false), 45), (model(true), 45)]
+        {
+            let value = |i: usize| (i as f64 * 0.7).sin();
+            let (x, u): (Vec<f64>, Vec<f64>) = ((0..3 * rows).map(value).collect(), (0..rows).map(value).collect());
+            let mut found = vec![f64::NAN; 3 * rows];
+            model.eval_rows(&x, &u, &mut found);
+            for ((x, u), found) in x.chunks(3).zip(u.chunks(1)).zip(found.chunks(3)) {
+                let mut alone = [f64::NAN; 3];
+                model.eval(x, u, &mut alone);
+                assert_eq!(alone.map(f64::to_bits)[..], found.iter().map(|v| v.to_bits()).collect::<Vec<_>>()[..]);
+            }
+        }
+    }
+}
