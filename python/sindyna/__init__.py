@@ -13,15 +13,14 @@ from ._differentiation import FiniteDifference, SmoothedFiniteDifference
 from ._errors import ConvergenceWarning, NotFittedError
 from ._learn import learn
 from ._libraries import (
-    ConcatLibrary,
     CustomLibrary,
     FormulaLibrary,
     FourierLibrary,
     GeneralizedLibrary,
     IdentityLibrary,
     PolynomialLibrary,
-    TensoredLibrary,
 )
+from ._library import ConcatLibrary, TensoredLibrary
 from ._optimizers import STLSQ, BestSubset, LeastSquares
 from ._report import Equation, Report, Summand
 from ._sindy import DiscreteSINDy, SINDy

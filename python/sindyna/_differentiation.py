@@ -9,8 +9,7 @@ import numpy as np
 
 from . import _sindyna
 from ._data import Array, Trajectory, matrix, trajectories
-from ._libraries import whole
-from ._params import Parameters
+from ._params import Parameters, whole
 
 
 class Differentiation(Parameters):

@@ -16,7 +16,8 @@ from ._data import Array, Trajectory, columns, trajectories, without_gaps
 from ._differentiation import Differentiation, derivatives
 from ._errors import ConvergenceWarning
 from ._formula import Names
-from ._libraries import ConcatLibrary, FeatureLibrary, FormulaLibrary, PolynomialLibrary, known
+from ._libraries import FormulaLibrary, PolynomialLibrary
+from ._library import ConcatLibrary, FeatureLibrary, known
 from ._optimizers import BestSubset, Optimizer
 
 

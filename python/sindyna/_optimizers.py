@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ._libraries import whole
-from ._params import Parameters
+from ._params import Parameters, whole
 
 
 class Optimizer(Parameters):

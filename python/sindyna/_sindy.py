@@ -15,7 +15,7 @@ from ._data import Array, columns, is_list, trajectories
 from ._differentiation import Differentiation
 from ._fit import Fitted, differentiated, fit
 from ._known import Formulas
-from ._libraries import FeatureLibrary
+from ._library import FeatureLibrary
 from ._optimizers import Optimizer
 from ._params import Parameters
 from ._simulate import simulate
