@@ -15,7 +15,7 @@ import gymnasium
 import numpy as np
 import sindyna
 import sindyna.envs
-from gymnasium.vector import SyncVectorEnv
+from gymnasium.vector import AsyncVectorEnv, SyncVectorEnv
 
 COPIES, SECONDS, REPEATS = 1024, 0.5, 5
 
@@ -41,9 +41,11 @@ def main():
         "Pendulum, learned": (learned.vector_env(COPIES), torque),
         "Pendulum, built in": (gymnasium.make_vec("sindyna/Pendulum-v0", num_envs=COPIES), torque),
         "Pendulum-v1, SyncVectorEnv": (SyncVectorEnv([lambda: gymnasium.make("Pendulum-v1")] * COPIES), torque),
+        "Pendulum-v1, AsyncVectorEnv": (AsyncVectorEnv([lambda: gymnasium.make("Pendulum-v1")] * COPIES), torque),
         "CartPole, learned": (pole.vector_env(COPIES), push),
         "CartPole, built in": (gymnasium.make_vec("sindyna/CartPole-v0", num_envs=COPIES), push),
         "CartPole-v1, SyncVectorEnv": (SyncVectorEnv([lambda: gymnasium.make("CartPole-v1")] * COPIES), push),
+        "CartPole-v1, AsyncVectorEnv": (AsyncVectorEnv([lambda: gymnasium.make("CartPole-v1")] * COPIES), push),
         "CartPole-v1, Gymnasium's vector entry": (gymnasium.make_vec("CartPole-v1", num_envs=COPIES, vectorization_mode="vector_entry_point"), push),
     }
     found = {name: [] for name in cases}
@@ -55,6 +57,8 @@ def main():
                   "gymnasium": gymnasium.__version__, "numpy": np.__version__, "unit": "steps of all copies per second"},
         "cases": {name: {"median": statistics.median(v), "least": min(v), "largest": max(v)} for name, v in found.items()},
     }
+    for env, _ in cases.values():
+        env.close()
     path = pathlib.Path(__file__).resolve().parent.parent / "results" / "python-envs.json"
     path.write_text(json.dumps(result, indent=1) + "\n")
     for name, v in result["cases"].items():

@@ -65,6 +65,9 @@ for n, repeats in ((100, 30), (5000, 20)):
     report[f"STLSQ fit, Lorenz, {n} samples"] = compared(
         lambda: same(sindyna).fit(x, t=t), lambda: same(ps).fit(x, t=t), repeats
     )
+    report[f"STLSQ fit, Lorenz, {n} samples, ten in a turn"] = compared(
+        lambda: same(sindyna).fit(x, t=t), lambda: same(ps).fit(x, t=t), repeats // 2, 10
+    )
 ours, theirs = same(sindyna).fit(x, t=t), same(ps).fit(x, t=t)
 report["largest difference of coefficients"] = float(np.abs(ours.coefficients() - theirs.coefficients()).max())
 one = x[:1]

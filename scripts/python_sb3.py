@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Stable-Baselines3's SAC trained in a learned environment, judged on the true one.
+"""Stable-Baselines3's SAC, or that of SBX, trained in a learned environment, judged on the true one.
 
-Usage: scripts/python_sb3.py [--seeds N] [--steps N]
-Needs: the Python package with its extra `sb3`. Writes results/python-sb3.json, run by run.
+Usage: scripts/python_sb3.py [--seeds N] [--steps N] [--sbx]
+Needs: the Python package with its extra `sb3`, for SBX `sbx-rl` too. Writes results/python-sb3.json or results/python-sbx.json, run by run.
 """
 import argparse
 import json
@@ -13,7 +13,6 @@ import numpy as np
 import sindyna
 import stable_baselines3
 import torch
-from stable_baselines3 import SAC
 from stable_baselines3.common.env_checker import check_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
@@ -21,12 +20,12 @@ from stable_baselines3.common.monitor import Monitor
 from study import ROOT
 
 
-def run(seed, steps):
+def run(made, seed, steps):
     """SAC for so many steps in the equations found from ten steps of Pendulum-v1; 100 episodes on Pendulum-v1 itself."""
     found = sindyna.learn("Pendulum-v1", seed=seed)
     check_env(found.env())
     begun = time.perf_counter()
-    agent = SAC("MlpPolicy", Monitor(found.env()), seed=seed, learning_rate=1e-3, policy_kwargs={"net_arch": [64, 64]})
+    agent = made("MlpPolicy", Monitor(found.env()), seed=seed, learning_rate=1e-3, policy_kwargs={"net_arch": [64, 64]})
     agent.learn(steps)
     true = Monitor(gymnasium.make("Pendulum-v1"))
     true.reset(seed=1000 + seed)
@@ -50,14 +49,21 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--steps", type=int, default=15000)
+    parser.add_argument("--sbx", action="store_true")
     asked = parser.parse_args()
     torch.set_num_threads(1)
-    path = ROOT / "results" / "python-sb3.json"
+    if asked.sbx:
+        import sbx as agents
+    else:
+        agents = stable_baselines3
+    name = "sbx" if asked.sbx else "sb3"
+    path = ROOT / "results" / f"python-{name}.json"
     runs = []
     for seed in range(asked.seeds):
-        runs.append(run(seed, asked.steps))
+        runs.append(run(agents.SAC, seed, asked.steps))
         print(json.dumps(runs[-1]), flush=True)
-        about = {"command": "scripts/python_sb3.py", "stable_baselines3": stable_baselines3.__version__, "torch": torch.__version__}
+        about = {"command": "scripts/python_sb3.py" + " --sbx" * asked.sbx, "stable_baselines3": stable_baselines3.__version__}
+        about |= {"sbx": agents.__version__} if asked.sbx else {"torch": torch.__version__}
         path.write_text(json.dumps({"about": about, "runs": runs}, indent=1) + "\n")
 
 

@@ -10,18 +10,17 @@ from typing import Any
 
 from ._controller import Controller, Interval, Policy, load
 from ._differentiation import FiniteDifference, SmoothedFiniteDifference
-from ._errors import NotFittedError
+from ._errors import ConvergenceWarning, NotFittedError
 from ._learn import learn
 from ._libraries import (
-    ConcatLibrary,
     CustomLibrary,
     FormulaLibrary,
     FourierLibrary,
     GeneralizedLibrary,
     IdentityLibrary,
     PolynomialLibrary,
-    TensoredLibrary,
 )
+from ._library import ConcatLibrary, TensoredLibrary
 from ._optimizers import STLSQ, BestSubset, LeastSquares
 from ._report import Equation, Report, Summand
 from ._sindy import DiscreteSINDy, SINDy
@@ -33,6 +32,7 @@ __all__ = [
     "BestSubset",
     "ConcatLibrary",
     "Controller",
+    "ConvergenceWarning",
     "CustomLibrary",
     "DiscreteSINDy",
     "Equation",

@@ -126,8 +126,13 @@ class Controller:
         own = self._document
         if own["policy"] is None:
             raise ValueError(f"training came to no policy: {self._training['failure'] or 'it was not trained'}")
-        shape = None if own["shape"] is None else tuple(own["shape"])
-        return Policy(_sindyna.Policy.from_bytes(base64.b64decode(own["policy"])), own["first"], shape)
+        return Policy(_sindyna.Policy.from_bytes(base64.b64decode(own["policy"])), own["first"], self._shape)
+
+    @property
+    def _shape(self) -> tuple[int, ...] | None:
+        """The shape of an action; none where actions are numbered."""
+        shape = self._document["shape"]
+        return None if shape is None else tuple(shape)
 
     @property
     def equations(self) -> list[str]:
@@ -214,9 +219,9 @@ class Controller:
         -------
         gymnasium.Env
         """
-        from .envs import LearnedEnv
+        from .envs import BatchEnv
 
-        return LearnedEnv(self)
+        return BatchEnv(self._batch(1), self._document["first"], self._shape)
 
     def vector_env(self, num_envs: int) -> Any:
         """
@@ -231,9 +236,9 @@ class Controller:
         -------
         gymnasium.vector.VectorEnv
         """
-        from .envs import LearnedVectorEnv
+        from .envs import BatchVectorEnv
 
-        return LearnedVectorEnv(self, num_envs)
+        return BatchVectorEnv(self._batch(num_envs), num_envs, self._document["first"], self._shape)
 
     def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str:
         """

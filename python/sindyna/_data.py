@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -30,14 +31,14 @@ class Trajectory:
     #: Derivatives (T, n), if they are known.
     x_dot: Array | None = None
 
-    @property
+    @cached_property
     def dt(self) -> float | None:
         """The sampling interval [s]; none where it varies."""
         if len(self.t) < 2:
             return None
-        steps = np.diff(self.t)
+        steps = self.t[1:] - self.t[:-1]
         mean = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
-        return mean if bool(np.all(np.abs(steps - mean) <= _EVEN * mean)) else None
+        return mean if max(float(steps.max()) - mean, mean - float(steps.min())) <= _EVEN * mean else None
 
 
 def is_list(x: Any) -> bool:
@@ -64,11 +65,11 @@ def matrix(name: str, values: Any) -> Array:
     ValueError
         If it is not, or has a value that is not finite.
     """
-    raw = values.to_numpy() if is_frame(values) else values
-    if np.iscomplexobj(raw):
-        raise ValueError(f"{name} must be an array of real numbers, got complex ones")
     try:
-        array: Array = np.asarray(raw, dtype=np.float64)
+        raw = np.asarray(values.to_numpy() if is_frame(values) else values)
+        if raw.dtype.kind == "c":
+            raise ValueError("got complex ones")
+        array: Array = raw.astype(np.float64, copy=False)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name} must be an array of real numbers: {error}") from None
     if array.ndim == 1:
@@ -84,6 +85,8 @@ def matrix(name: str, values: Any) -> Array:
 
 
 def _times(name: str, t: Any, n_rows: int) -> Array:
+    if isinstance(t, (str, bytes)):
+        raise ValueError(f"{name} must be a number or times, got {t!r}")
     array = np.asarray(t, dtype=np.float64)
     if array.ndim == 0:
         dt = float(array)
@@ -94,10 +97,12 @@ def _times(name: str, t: Any, n_rows: int) -> Array:
         raise ValueError(
             f"{name} must be a number or one time for each of the {n_rows} rows of x, got shape {array.shape}"
         )
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name} is {array[~np.isfinite(array)][0]} in row {int(np.argmax(~np.isfinite(array)))}")
-    steps = np.diff(array)
-    if len(steps) and float(steps.min()) <= 0.0:
+    steps = array[1:] - array[:-1]
+    # Times that increase from one finite number to another are all finite.
+    increases = not len(steps) or float(steps.min()) > 0.0
+    if not (increases and np.isfinite(array[:1]).all() and np.isfinite(array[-1:]).all()):
+        if not np.isfinite(array).all():
+            raise ValueError(f"{name} is {array[~np.isfinite(array)][0]} in row {int(np.argmax(~np.isfinite(array)))}")
         row = int(np.argmax(steps <= 0.0)) + 1
         raise ValueError(
             f"{name} must increase: {array[row]} s of row {row} does not come after {array[row - 1]} s; give several trajectories as a list"
@@ -149,6 +154,9 @@ def trajectories(
         if not isinstance(values, (list, tuple)) or len(values) != len(xs):
             got = f"{len(values)}" if isinstance(values, (list, tuple)) else type(values).__name__
             raise ValueError(f"x is a list of {len(xs)} trajectories, so {name} must be a list of {len(xs)}, got {got}")
+        missing = [i for i, value in enumerate(values) if value is None]
+        if missing:
+            raise ValueError(f"{name}[{missing[0]}] is None: give {name} for every trajectory, or for none")
         return values
 
     found = []
@@ -185,6 +193,8 @@ def trajectories(
             raise ValueError(
                 f"trajectory {i} has {one.x.shape[1]} states and {one.u.shape[1]} inputs, trajectory 0 has {found[0].x.shape[1]} and {found[0].u.shape[1]}"
             )
+    if n_inputs and u is None and not controls:
+        raise TypeError(f"the model has {n_inputs} inputs; give them as u")
     if n_inputs is not None and found[0].u.shape[1] != n_inputs:
         raise ValueError(f"the model has {n_inputs} inputs, got {found[0].u.shape[1]}; give them as u")
     return found
@@ -214,9 +224,9 @@ def without_gaps(trajectory: Trajectory) -> list[Trajectory]:
 
     Intervals that are no whole multiple of the common one are no gaps.
     """
-    steps = np.diff(trajectory.t)
-    if len(steps) < 3 or trajectory.dt is not None:
+    if len(trajectory.t) < 4 or trajectory.dt is not None:
         return [trajectory]
+    steps = np.diff(trajectory.t)
     usual = float(np.median(steps))
     even = np.abs(steps - usual) <= _EVEN * usual
     longer = steps > usual * (1.0 + _EVEN)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from . import _sindyna
-from ._data import Array
-from ._libraries import whole
-from ._params import Parameters
+from ._data import Array, Trajectory, matrix, trajectories
+from ._params import Parameters, whole
 
 
 class Differentiation(Parameters):
@@ -18,6 +18,38 @@ class Differentiation(Parameters):
     def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
         """Samples (T, n) as the library is to see them, and their derivatives. ``dt`` is none where samples are uneven."""
         raise NotImplementedError
+
+    def __call__(self, x: Any, t: Any = 1.0) -> Array:
+        """
+        Derivatives of samples.
+
+        Parameters
+        ----------
+        x : array (T,) or (T, n)
+            Samples.
+        t : float or array (T,)
+            Sampling interval [s], or times [s].
+
+        Returns
+        -------
+        array
+            Derivatives, in the shape of ``x``.
+        """
+        (one,) = trajectories(x, t, None, None, default_dt=1.0, controls=None)
+        found = self._differentiate(np.ascontiguousarray(one.x), one.t, one.dt)
+        self.smoothed_x_, x_dot = (values.reshape(np.shape(x)) for values in found)
+        return x_dot
+
+
+def derivatives(method: Differentiation | Callable[..., Any] | None, one: Trajectory) -> tuple[Array, Array]:
+    """Samples (T, n) as the library is to see them, and their derivatives by ``method``: ours, or a function of samples and times."""
+    x = np.ascontiguousarray(one.x)
+    if method is None or isinstance(method, Differentiation):
+        return (method or FiniteDifference())._differentiate(x, one.t, one.dt)
+    x_dot = matrix("what differentiation_method gives", method(x, one.t))
+    if x_dot.shape != x.shape:
+        raise ValueError(f"differentiation_method must give derivatives of shape {x.shape}, got {x_dot.shape}")
+    return x, np.ascontiguousarray(x_dot)
 
 
 class FiniteDifference(Differentiation):
@@ -53,6 +85,8 @@ class FiniteDifference(Differentiation):
         drop_endpoints: bool = False,
         periodic: bool = False,
     ) -> None:
+        whole("order", order, 1)
+        whole("d", d, 1)
         self.order = order
         self.d = d
         self.axis = axis
@@ -68,7 +102,7 @@ class FiniteDifference(Differentiation):
                 )
         order = whole("order", self.order, 1)
         if dt is not None:
-            return _sindyna.differentiate(x, dt, order)
+            return x, _sindyna.differentiate(x, dt, order)
         if order != 2:
             raise NotImplementedError(f"FiniteDifference of uneven samples has order 2, got order={order}")
         if len(x) < 3:
@@ -84,10 +118,13 @@ class SmoothedFiniteDifference(Differentiation):
     ----------
     smoother_kws : dict, optional
         ``window_length`` (odd, 11 by default) and ``polyorder`` (3); others are refused.
+    save_smooth : bool
+        Whether the library sees the smoothed samples, not those given.
     """
 
-    def __init__(self, smoother_kws: dict[str, int] | None = None) -> None:
+    def __init__(self, smoother_kws: dict[str, int] | None = None, save_smooth: bool = True) -> None:
         self.smoother_kws = smoother_kws
+        self.save_smooth = save_smooth
 
     def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
         settings: dict[str, Any] = {"window_length": 11, "polyorder": 3, **(self.smoother_kws or {})}
@@ -104,4 +141,5 @@ class SmoothedFiniteDifference(Differentiation):
             whole("window_length", settings["window_length"], 1),
             whole("polyorder", settings["polyorder"], 0),
         )
-        return _sindyna.differentiate(x, dt, 2, window, degree)
+        smoothed, x_dot = _sindyna.smoothed(x, dt, window, degree)
+        return smoothed if self.save_smooth else x, x_dot

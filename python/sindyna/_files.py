@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _differentiation, _libraries, _optimizers, _sindyna
+from . import _differentiation, _libraries, _library, _optimizers, _sindyna
 from ._fit import Fitted
 from ._formula import Names
 from ._params import Parameters
@@ -19,7 +19,7 @@ FORMAT = 1
 
 _CLASSES: dict[str, type[Parameters]] = {
     c.__name__: c
-    for base in (_libraries.FeatureLibrary, _optimizers.Optimizer, _differentiation.Differentiation)
+    for base in (_library.FeatureLibrary, _optimizers.Optimizer, _differentiation.Differentiation)
     for c in base.__subclasses__()
 }
 

@@ -3,21 +3,42 @@
 from __future__ import annotations
 
 import json
+import warnings
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from . import _known, _report, _sindyna
 from ._data import Array, Trajectory, columns, trajectories, without_gaps
-from ._differentiation import Differentiation, FiniteDifference
+from ._differentiation import Differentiation, derivatives
+from ._errors import ConvergenceWarning
 from ._formula import Names
-from ._libraries import ConcatLibrary, FormulaLibrary, PolynomialLibrary, known
+from ._libraries import FormulaLibrary, PolynomialLibrary
+from ._library import ConcatLibrary, FeatureLibrary, known
 from ._optimizers import BestSubset, Optimizer
 
-if TYPE_CHECKING:
-    from ._sindy import SINDy
+
+class Asked(Protocol):
+    """The parameters of a `SINDy` that a fit reads."""
+
+    optimizer: Optimizer | None
+    feature_library: FeatureLibrary | None
+    differentiation_method: Differentiation | Callable[..., Any] | None
+    t_default: float
+    discrete_time: bool
+    noise: str | Mapping[str, float] | Sequence[float]
+    angles: Iterable[str] | None
+    rates: Mapping[str, str] | None
+    known: _known.Formulas | None
+    require: _known.Formulas | None
+    forbid: _known.Formulas | None
+    sign: Mapping[str, Mapping[str, Any]] | None
+    terms: Sequence[str] | None
+    intersample: str
+    controls: int | list[str] | None
 
 
 @dataclass
@@ -26,14 +47,23 @@ class Fitted:
 
     names: Names
     model: _sindyna.Model
-    #: The engine's account, as JSON.
-    text: str
+    #: The engine's account, as JSON; or what gives it when somebody asks.
+    told: str | _sindyna.Regression
     labels: dict[str, str] = field(default_factory=dict)
     n_trajectories: int = 1
 
     @cached_property
     def account(self) -> dict[str, Any]:
-        return dict(json.loads(self.text))
+        return dict(json.loads(self.told if isinstance(self.told, str) else self.told.account()))
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {
+            "names": self.names,
+            "model": self.model,
+            "told": json.dumps(self.account),
+            "labels": self.labels,
+            "n_trajectories": self.n_trajectories,
+        }
 
     @cached_property
     def document(self) -> dict[str, Any]:
@@ -86,16 +116,17 @@ def named(x: Any, u: Any, feature_names: Any, controls: int | list[str] | None, 
     return Names(states, inputs)
 
 
-def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
+def fit(model: Asked, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
     """Fits the equations behind samples."""
     optimizer = BestSubset() if model.optimizer is None else model.optimizer
     if not isinstance(optimizer, Optimizer):
         raise NotImplementedError(
             f"optimizer={optimizer!r} is not supported; there are BestSubset (the default), STLSQ and LeastSquares"
         )
-    if model.differentiation_method is not None and not isinstance(model.differentiation_method, Differentiation):
+    if model.differentiation_method is not None and not callable(model.differentiation_method):
         raise NotImplementedError(
-            f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, or give x_dot"
+            f"differentiation_method={model.differentiation_method!r} is not supported; there are FiniteDifference and SmoothedFiniteDifference, functions of "
+            "samples and times, or give x_dot"
         )
     if model.intersample not in ("zoh", "foh"):
         raise ValueError(
@@ -120,11 +151,11 @@ def fit(model: SINDy, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) ->
         raise ValueError(names.told(str(error))) from None
 
 
-def _labels(model: SINDy, names: Names) -> dict[str, str]:
+def _labels(model: Asked, names: Names) -> dict[str, str]:
     return {} if model.feature_library is None else known(model.feature_library)._labels(names)
 
 
-def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+def _identified(model: Asked, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
     """Equations of motion with noise that nobody has declared."""
     dts = [one.dt for one in data]
     steps = np.concatenate([np.diff(one.t) for one in data]) if data else np.zeros(0)
@@ -156,7 +187,7 @@ def _identified(model: SINDy, data: list[Trajectory], names: Names, solver: dict
     return Fitted(names, found, account, {}, len(data))
 
 
-def _held(model: SINDy, one: Trajectory) -> Array:
+def _held(model: Asked, one: Trajectory) -> Array:
     """Inputs (T - 1, k) as if held from sample to sample."""
     if model.intersample == "zoh" or not one.u.shape[1]:
         return one.u[: len(one.x) - 1]
@@ -178,7 +209,7 @@ _ESTIMATOR_ONLY = {
 }
 
 
-def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
+def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[str, Any]) -> Fitted:
     """One regression of derivatives or next states."""
     for name, default in _ESTIMATOR_ONLY.items():
         value = getattr(model, name)
@@ -197,27 +228,36 @@ def _regressed(model: SINDy, data: list[Trajectory], names: Names, solver: dict[
     prepared = [one if model.discrete_time else differentiated(model, one) for one in data]
     rows = []
     for one in prepared:
-        if model.discrete_time and one.x_dot is not None:
-            raise NotImplementedError("x_dot has no meaning in discrete time, where next states are regressed")
         inputs = one.u
         if len(inputs) < len(one.x):
-            if not model.discrete_time and inputs.shape[1]:
+            if (not model.discrete_time or one.x_dot is not None) and inputs.shape[1]:
                 raise ValueError(f"u must have an input for each of the {len(one.x)} samples, got {len(inputs)}")
             inputs = np.vstack([inputs, np.zeros((len(one.x) - len(inputs), inputs.shape[1]))])
         rows.append((np.ascontiguousarray(one.x), np.ascontiguousarray(inputs), one.x_dot))
-    dts = [one.dt for one in data if one.dt is not None]
-    dt = float(dts[0]) if dts else model.t_default
+    dt = next((one.dt for one in data if one.dt is not None), model.t_default)
     settings = {"library": library._recipe(names), "solver": solver, "discrete": bool(model.discrete_time), "dt": dt}
-    if sum(len(x) for x, _, _ in rows) - (len(rows) if model.discrete_time else 0) < 2:
+    if sum(len(x) - (model.discrete_time and known_next is None) for x, _, known_next in rows) < 2:
         raise ValueError("there are fewer than 2 rows to fit equations to")
-    found, account = _sindyna.regress(rows, json.dumps(settings))
-    return Fitted(names, found, account, _labels(model, names), len(data))
+    found, regression = _sindyna.regress(rows, json.dumps(settings))
+    if "stlsq" in solver:
+        _warned(regression, names)
+    return Fitted(names, found, regression, _labels(model, names), len(data))
 
 
-def differentiated(model: SINDy, one: Trajectory) -> Trajectory:
+def _warned(regression: _sindyna.Regression, names: Names) -> None:
+    """Warns of what thresholding came to."""
+    told = {i: names.states[i] for i in regression.empty}
+    if told:
+        text = f"the threshold leaves no term in the equation of {', '.join(told.values())}: make it smaller"
+        warnings.warn(text, UserWarning, stacklevel=5)
+    if regression.unsettled:
+        text = f"STLSQ did not come to rest for {', '.join(names.states[i] for i in regression.unsettled)}: allow more rounds (max_iter)"
+        warnings.warn(text, ConvergenceWarning, stacklevel=5)
+
+
+def differentiated(model: Asked, one: Trajectory) -> Trajectory:
     """A trajectory with derivatives."""
     if one.x_dot is not None:
         return one
-    method = model.differentiation_method or FiniteDifference()
-    x, x_dot = method._differentiate(np.ascontiguousarray(one.x), one.t, one.dt)
+    x, x_dot = derivatives(model.differentiation_method, one)
     return replace(one, x=x, x_dot=x_dot)

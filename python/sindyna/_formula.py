@@ -319,6 +319,13 @@ class Names:
         self.by_symbol = dict(zip(symbols, [*states, *inputs], strict=True))
         self.by_name = {name: symbol for symbol, name in self.by_symbol.items()}
 
+    def only(self, chosen: Sequence[int]) -> Names:
+        """The same names, of which only some are there to make terms of."""
+        some = Names(self.states, self.inputs)
+        symbols = list(self.by_symbol)
+        some.by_symbol = {symbols[i]: self.by_symbol[symbols[i]] for i in chosen}
+        return some
+
     def name(self, symbol: str) -> str:
         """The name behind a symbol; other symbols, such as a parameter's, stay."""
         return self.by_symbol.get(symbol, symbol)

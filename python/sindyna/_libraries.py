@@ -6,28 +6,13 @@ from collections.abc import Callable, Sequence
 from itertools import combinations, combinations_with_replacement
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ._formula import Names
-from ._params import Parameters
+from ._library import FeatureLibrary, Recipe, known
+from ._params import whole
 from ._trace import arity, traced
-
-Recipe = dict[str, Any] | str
-
-
-class FeatureLibrary(Parameters):
-    """A recipe for candidate terms. ``a + b`` is one after the other, ``a * b`` every product of both."""
-
-    def _recipe(self, names: Names) -> Recipe:
-        raise NotImplementedError
-
-    def _labels(self, names: Names) -> dict[str, str]:
-        """Names of terms that differ from their formulas."""
-        return {}
-
-    def __add__(self, other: FeatureLibrary) -> ConcatLibrary:
-        return ConcatLibrary([self, other])
-
-    def __mul__(self, other: FeatureLibrary) -> TensoredLibrary:
-        return TensoredLibrary([self, other])
 
 
 class PolynomialLibrary(FeatureLibrary):
@@ -41,7 +26,7 @@ class PolynomialLibrary(FeatureLibrary):
     include_interaction : bool
         Whether products of different variables are included.
     interaction_only : bool
-        Refused if true: there is no such library in the engine.
+        Whether powers of variables are left out.
     include_bias : bool
         Whether the constant 1 is included.
 
@@ -65,11 +50,11 @@ class PolynomialLibrary(FeatureLibrary):
         self.include_bias = include_bias
 
     def _recipe(self, names: Names) -> Recipe:
-        if self.interaction_only:
-            raise NotImplementedError(
-                "interaction_only=True is not supported; write the products as FormulaLibrary(['x0*x1', …])"
-            )
         degree = whole("degree", self.degree, 0)
+        if self.interaction_only and not self.include_interaction:
+            raise ValueError("include_interaction=False and interaction_only=True leave nothing out and nothing in")
+        if self.interaction_only:
+            return {"formulas": [formula for formula, _ in self._products(names)]}
         return {
             "polynomial": {
                 "degree": degree,
@@ -77,6 +62,23 @@ class PolynomialLibrary(FeatureLibrary):
                 "bias": bool(self.include_bias),
             }
         }
+
+    def _products(self, names: Names) -> list[tuple[str, str]]:
+        """Products of different variables, as formulas and as names."""
+        chosen = [
+            one for size in range(1, whole("degree", self.degree, 0) + 1) for one in combinations(names.by_symbol, size)
+        ]
+        products = [("*".join(one), " ".join(names.name(symbol) for symbol in one)) for one in chosen]
+        return [("1", "1"), *products] if self.include_bias else products
+
+    def _labels(self, names: Names) -> dict[str, str]:
+        return dict(self._products(names)) if self.interaction_only else {}
+
+    @property
+    def powers_(self) -> npt.NDArray[np.int64]:
+        """The power of each variable in each term (F, n)."""
+        # Where one variable is 2 and all others are 1, a term is 2 to the power of that variable.
+        return np.log2(self.transform(1.0 + np.eye(self._width()))).round().astype(np.int64).T
 
 
 class FourierLibrary(FeatureLibrary):
@@ -88,20 +90,28 @@ class FourierLibrary(FeatureLibrary):
     n_frequencies : int
         Number of frequencies.
     include_sin, include_cos : bool
-        Both must be true: the engine has them together.
+        Whether there are sines, and cosines.
     """
 
     def __init__(self, n_frequencies: int = 1, include_sin: bool = True, include_cos: bool = True) -> None:
+        whole("n_frequencies", n_frequencies, 1)
         self.n_frequencies = n_frequencies
         self.include_sin = include_sin
         self.include_cos = include_cos
+        if not (include_sin or include_cos):
+            raise ValueError("include_sin=False and include_cos=False leave no term")
 
     def _recipe(self, names: Names) -> Recipe:
-        if not (self.include_sin and self.include_cos):
-            raise NotImplementedError(
-                "include_sin and include_cos must both be true; else write FormulaLibrary(['sin(x0)', …])"
-            )
-        return {"fourier": {"n_frequencies": whole("n_frequencies", self.n_frequencies, 1)}}
+        if self.include_sin and self.include_cos:
+            return {"fourier": {"n_frequencies": whole("n_frequencies", self.n_frequencies, 1)}}
+        return {"formulas": list(self._labels(names))}
+
+    def _labels(self, names: Names) -> dict[str, str]:
+        if self.include_sin and self.include_cos:
+            return {}
+        function = "sin" if self.include_sin else "cos"
+        waves = range(1, whole("n_frequencies", self.n_frequencies, 1) + 1)
+        return {f"{function}({k}*{s})": f"{function}({k} {names.name(s)})" for k in waves for s in names.by_symbol}
 
 
 class IdentityLibrary(FeatureLibrary):
@@ -165,12 +175,16 @@ class CustomLibrary(FeatureLibrary):
         self.function_names = function_names
         self.interaction_only = interaction_only
         self.include_bias = include_bias
+        self._check()
 
-    def _terms(self, names: Names) -> list[tuple[str, str]]:
+    def _check(self) -> None:
         if self.function_names is not None and len(self.function_names) != len(self.library_functions):
             raise ValueError(
                 f"{len(self.library_functions)} library_functions need as many function_names, got {len(self.function_names)}"
             )
+
+    def _terms(self, names: Names) -> list[tuple[str, str]]:
+        self._check()
         terms = [("1", "1")] if self.include_bias else []
         choose = combinations if self.interaction_only else combinations_with_replacement
         for i, function in enumerate(self.library_functions):
@@ -190,34 +204,6 @@ class CustomLibrary(FeatureLibrary):
         return dict(self._terms(names))
 
 
-class ConcatLibrary(FeatureLibrary):
-    """One library after the other."""
-
-    def __init__(self, libraries: Sequence[FeatureLibrary] = ()) -> None:
-        self.libraries = libraries
-
-    def _recipe(self, names: Names) -> Recipe:
-        return {"concat": [known(library)._recipe(names) for library in self.libraries]}
-
-    def _labels(self, names: Names) -> dict[str, str]:
-        return {formula: label for library in self.libraries for formula, label in library._labels(names).items()}
-
-
-class TensoredLibrary(FeatureLibrary):
-    """Every product of a term of each library; the first is the outer loop."""
-
-    def __init__(self, libraries: Sequence[FeatureLibrary] = ()) -> None:
-        self.libraries = libraries
-
-    def _recipe(self, names: Names) -> Recipe:
-        if not self.libraries:
-            raise ValueError("TensoredLibrary needs at least one library")
-        first, *others = [known(library)._recipe(names) for library in self.libraries]
-        for other in others:
-            first = {"tensor": [first, other]}
-        return first
-
-
 class GeneralizedLibrary(FeatureLibrary):
     """
     Libraries over some of the variables each, one after the other.
@@ -226,8 +212,8 @@ class GeneralizedLibrary(FeatureLibrary):
     ----------
     libraries : sequence of FeatureLibrary
         The libraries.
-    tensor_array : None
-        Refused otherwise; write ``a * b`` for products.
+    tensor_array : sequence of sequences of int, optional
+        A row for every product that is added: 1 for each library that is a factor of it, 0 for the others.
     inputs_per_library : sequence of sequences of int, optional
         Per library the columns it sees, states first, then inputs.
     """
@@ -235,7 +221,7 @@ class GeneralizedLibrary(FeatureLibrary):
     def __init__(
         self,
         libraries: Sequence[FeatureLibrary] = (),
-        tensor_array: None = None,
+        tensor_array: Sequence[Sequence[int]] | None = None,
         inputs_per_library: Sequence[Sequence[int]] | None = None,
     ) -> None:
         self.libraries = libraries
@@ -243,35 +229,36 @@ class GeneralizedLibrary(FeatureLibrary):
         self.inputs_per_library = inputs_per_library
 
     def _recipe(self, names: Names) -> Recipe:
-        if self.tensor_array is not None:
-            raise NotImplementedError("tensor_array is not supported; write products of libraries as a * b")
-        if self.inputs_per_library is None:
-            return ConcatLibrary(self.libraries)._recipe(names)
-        if len(self.inputs_per_library) != len(self.libraries):
-            raise ValueError(
-                f"{len(self.libraries)} libraries need as many inputs_per_library, got {len(self.inputs_per_library)}"
-            )
-        parts = []
-        for library, inputs in zip(self.libraries, self.inputs_per_library, strict=True):
+        count = len(self.libraries)
+        if not count:
+            raise ValueError("GeneralizedLibrary needs at least one library")
+        if self.inputs_per_library is not None and len(self.inputs_per_library) != count:
+            raise ValueError(f"{count} libraries need as many inputs_per_library, got {len(self.inputs_per_library)}")
+        every = range(len(names.by_symbol))
+        parts: list[Recipe] = []
+        for library, inputs in zip(self.libraries, self.inputs_per_library or [every] * count, strict=True):
             chosen = list(dict.fromkeys(whole("inputs_per_library", i, 0) for i in inputs))
-            parts.append({"of": {"inputs": chosen, "library": known(library)._recipe(names)}})
-        return {"concat": parts}
+            if chosen and max(chosen) >= len(every):
+                raise ValueError(f"inputs_per_library: there are {len(every)} variables, got number {max(chosen)}")
+            parts.append(_over(known(library), chosen, names))
+        return {"concat": [*parts, *(self._product(row, parts) for row in self.tensor_array or ())]}
+
+    def _product(self, row: Any, parts: list[Recipe]) -> Recipe:
+        if np.ndim(row) != 1 or len(row) != len(parts) or any(flag not in (0, 1) for flag in row) or sum(row) < 2:
+            raise ValueError(
+                f"a row of tensor_array must have a 0 or 1 for each of the {len(parts)} libraries, and two 1 or more, got {row!r}"
+            )
+        first, *others = [part for part, flag in zip(parts, row, strict=True) if flag]
+        for other in others:
+            first = {"tensor": [first, other]}
+        return first
 
     def _labels(self, names: Names) -> dict[str, str]:
         return {formula: label for library in self.libraries for formula, label in library._labels(names).items()}
 
 
-def known(library: Any) -> FeatureLibrary:
-    """Refuses what is no library of ours."""
-    if isinstance(library, FeatureLibrary):
-        return library
-    raise NotImplementedError(
-        f"{library!r} is no feature library of sindyna; there are {', '.join(c.__name__ for c in FeatureLibrary.__subclasses__())}"
-    )
-
-
-def whole(name: str, value: Any, least: int) -> int:
-    """A whole number of at least so much."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < least:
-        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
-    return int(value.__index__())
+def _over(library: FeatureLibrary, chosen: list[int], names: Names) -> Recipe:
+    """The recipe of a library that sees some of the variables."""
+    own = library._recipe(names.only(chosen))
+    # Formulas name their variables.
+    return own if isinstance(own, dict) and "formulas" in own else {"of": {"inputs": chosen, "library": own}}

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ._libraries import whole
-from ._params import Parameters
+from ._params import Parameters, whole
 
 
 class Optimizer(Parameters):
@@ -78,6 +77,10 @@ class STLSQ(Optimizer):
         sparse_ind: None = None,
         unbias: bool = True,
     ) -> None:
+        # Refused here already, but kept as given: scikit-learn clones by what was given.
+        at_least_zero("threshold", threshold)
+        at_least_zero("alpha", alpha)
+        whole("max_iter", max_iter, 1)
         self.threshold = threshold
         self.alpha = alpha
         self.max_iter = max_iter

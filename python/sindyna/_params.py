@@ -80,3 +80,10 @@ class Parameters:
             if not is_default:
                 told.append(f"{name}={value!r}")
         return f"{type(self).__name__}({', '.join(told)})"
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """A whole number of at least so much."""
+    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < least:
+        raise ValueError(f"{name} must be a whole number of at least {least}, got {value!r}")
+    return int(value.__index__())

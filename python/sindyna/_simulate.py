@@ -31,10 +31,8 @@ def simulate(fitted: Fitted, intersample: str, x0: Any, t: Any, u: Any, rtol: fl
         if times.ndim != 1 or not len(times) or not np.isfinite(times).all() or (np.diff(times) <= 0).any():
             raise ValueError(f"t must be increasing, finite times (T,), got an array of shape {times.shape}")
     call = u if callable(u) else None
-    if k == 0 and u is not None:
-        raise ValueError("the model has no inputs, but u is given")
     if k and u is None:
-        raise ValueError(f"the model has {k} inputs ({', '.join(fitted.names.inputs)}); give them as u")
+        raise TypeError(f"the model has {k} inputs ({', '.join(fitted.names.inputs)}); give them as u")
     inputs = np.zeros((len(times), k))
     if call is None and u is not None:
         inputs = matrix("u", u)

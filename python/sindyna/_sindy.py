@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -14,13 +15,14 @@ from ._data import Array, columns, is_list, trajectories
 from ._differentiation import Differentiation
 from ._fit import Fitted, differentiated, fit
 from ._known import Formulas
-from ._libraries import FeatureLibrary
+from ._library import FeatureLibrary
 from ._optimizers import Optimizer
 from ._params import Parameters
 from ._simulate import simulate
 from ._sklearn import Manners
 
 Self = TypeVar("Self", bound="SINDy")
+Map = TypeVar("Map", bound="DiscreteSINDy")
 
 
 class SINDy(Account, Manners, Parameters):
@@ -38,8 +40,8 @@ class SINDy(Account, Manners, Parameters):
     feature_library : FeatureLibrary, optional
         Candidate terms. By default the estimator has its own: polynomials, sines and cosines of angles, friction, saturation and others; a
         regression has polynomials of degree 2.
-    differentiation_method : FiniteDifference or SmoothedFiniteDifference, optional
-        How derivatives are estimated. The estimator needs none.
+    differentiation_method : FiniteDifference, SmoothedFiniteDifference or callable, optional
+        How derivatives are estimated; a function of samples (T, n) and times (T,) gives derivatives (T, n). The estimator needs none.
     feature_names : list of str, optional
         Names of states, and of inputs after them, where `fit` is told none.
     t_default : float
@@ -87,7 +89,7 @@ class SINDy(Account, Manners, Parameters):
         self,
         optimizer: Optimizer | None = None,
         feature_library: FeatureLibrary | None = None,
-        differentiation_method: Differentiation | None = None,
+        differentiation_method: Differentiation | Callable[..., Any] | None = None,
         feature_names: Sequence[str] | None = None,
         t_default: float = 1.0,
         discrete_time: bool = False,
@@ -132,7 +134,7 @@ class SINDy(Account, Manners, Parameters):
             Sampling interval [s], or times [s], which need not be even. By default the index of a DataFrame if that is times, else
             ``t_default``. Where a few samples are missing from even ones, the trajectory is cut there.
         x_dot : array (T, n), or list of these, optional
-            Known derivatives; then they are regressed.
+            Known derivatives, next states of a map; then they are regressed.
         u : array (T, k) or (T - 1, k), DataFrame, or list of these, optional
             Inputs, at the times of the samples.
         feature_names : list of str, optional
@@ -153,6 +155,7 @@ class SINDy(Account, Manners, Parameters):
             and not isinstance(self.controls, list)
         ):
             raise ValueError(f"the columns of {name} are {known}, the model was fitted to {fitted.names.states}")
+        u = _needed(fitted, u)
         given = trajectories(
             x, 1.0, u, None, default_dt=1.0, controls=self.controls, n_inputs=len(fitted.names.inputs)
         )[0]
@@ -209,7 +212,16 @@ class SINDy(Account, Manners, Parameters):
         fitted = self._known_model()
         return fitted.model.step(*self._inputs(fitted, x, u, "x"))
 
-    def simulate(self, x0: Any, t: Any, u: Any = None, *, rtol: float = 1e-8, atol: float = 1e-10) -> Array:
+    def simulate(
+        self,
+        x0: Any,
+        t: Any,
+        u: Any = None,
+        *,
+        rtol: float = 1e-8,
+        atol: float = 1e-10,
+        stop_condition: Callable[[Array], Any] | None = None,
+    ) -> Array:
         """
         States from a start on. As many rows as times, also with inputs.
 
@@ -224,6 +236,8 @@ class SINDy(Account, Manners, Parameters):
             Inputs at these times, held or in straight lines between them (``intersample``); or a function of time that gives k numbers.
         rtol, atol : float
             Relative and absolute errors allowed in each step of the solver (continuous time only).
+        stop_condition : callable, optional
+            A function of a state (n,); the first state after the start for which it is true is the last one told.
 
         Returns
         -------
@@ -235,10 +249,14 @@ class SINDy(Account, Manners, Parameters):
         ArithmeticError
             If the states leave the finite numbers.
         """
-        return simulate(self._known_model(), self.intersample, x0, t, u, rtol, atol)
+        fitted = self._known_model()
+        states = simulate(fitted, self.intersample, x0, t, _needed(fitted, u), rtol, atol)
+        stops = (i for i in range(1, len(states)) if stop_condition is not None and stop_condition(states[i]))
+        return states[: next(stops, len(states)) + 1]
 
     def _judged(self, x: Any, t: Any, x_dot: Any, u: Any) -> tuple[Fitted, list[Any]]:
         fitted = self._known_model()
+        u = _needed(fitted, u)
         data = trajectories(
             x, t, u, x_dot, default_dt=fitted.model.dt, controls=self.controls, n_inputs=len(fitted.names.inputs)
         )
@@ -255,7 +273,7 @@ class SINDy(Account, Manners, Parameters):
         metric: Callable[[Array, Array], float] | None = None,
     ) -> float:
         """
-        How well `predict` explains derivatives: those given, or estimated from samples (``differentiation_method``, or finite differences).
+        How well `predict` explains derivatives, or next states of a map: those given, or estimated from samples (``differentiation_method``, or finite differences).
 
         Noise in the samples counts against the score, however good the equations are: see `compare` for a measure that is about trajectories.
 
@@ -275,7 +293,10 @@ class SINDy(Account, Manners, Parameters):
         true, predicted = [], []
         for one in data:
             if fitted.model.form == "discrete":
-                states, target, inputs = one.x[:-1], one.x[1:], one.u[: len(one.x) - 1]
+                known = one.x_dot is not None
+                states, target = (one.x, one.x_dot) if known else (one.x[:-1], one.x[1:])
+                states, target = states[: len(one.u)], target[: len(one.u)]
+                inputs = one.u[: len(states)]
             else:
                 moved = differentiated(self, one)
                 if moved.x_dot is None:
@@ -416,6 +437,14 @@ class SINDy(Account, Manners, Parameters):
         return model
 
 
+def _needed(fitted: Fitted, u: Any) -> Any:
+    """Inputs, where the model has any."""
+    if u is not None and not fitted.names.inputs:
+        warnings.warn("the model has no inputs: u is left out", UserWarning, stacklevel=3)
+        return None
+    return u
+
+
 def _r2(true: Array, predicted: Array) -> float:
     left = ((true - predicted) ** 2).sum(axis=0)
     total = ((true - true.mean(axis=0)) ** 2).sum(axis=0)
@@ -472,3 +501,47 @@ class DiscreteSINDy(SINDy):
             terms=terms,
             controls=controls,
         )
+
+    _ROUTED: ClassVar = {"fit": ("t", "u", "x_next", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_next")}
+
+    def fit(self: Map, x: Any, t: Any = None, x_next: Any = None, u: Any = None, feature_names: Any = None) -> Map:
+        """
+        Finds the map behind samples.
+
+        Parameters
+        ----------
+        x, t, u, feature_names
+            As in `SINDy.fit`.
+        x_next : array (T, n), or list of these, optional
+            The states after those of ``x``, with inputs of as many rows; the next samples by default.
+
+        Returns
+        -------
+        self
+        """
+        return super().fit(x, t, x_next, u, feature_names)
+
+    def score(
+        self,
+        x: Any,
+        t: Any = None,
+        x_next: Any = None,
+        u: Any = None,
+        metric: Callable[[Array, Array], float] | None = None,
+    ) -> float:
+        """
+        How well `predict` explains the next states.
+
+        Parameters
+        ----------
+        x, t, u, x_next
+            As in `fit`.
+        metric : callable, optional
+            A function of true and predicted states (N, n); the coefficient of determination, averaged over states, by default.
+
+        Returns
+        -------
+        float
+            1 is perfect.
+        """
+        return super().score(x, t, x_next, u, metric)

@@ -13,17 +13,20 @@ __all__ = [
     "Model",
     "Outcome",
     "Policy",
+    "Regression",
     "__version__",
     "builtin",
     "collect",
     "differentiate",
     "export",
     "feature_names",
+    "features",
     "identify",
     "learned",
     "learned_builtin",
     "paid",
     "regress",
+    "smoothed",
     "states",
     "train",
     "written",
@@ -35,10 +38,12 @@ def export(
     model: Model, policy: Policy | None, names: tuple[Sequence[str], Sequence[str], Sequence[str]], language: str
 ) -> str: ...
 def identify(recordings: Sequence[tuple[_Array, _Array, _Array]], settings: str) -> tuple[Model, str]: ...
-def regress(trajectories: Sequence[tuple[_Array, _Array, _Array | None]], settings: str) -> tuple[Model, str]: ...
-def differentiate(
-    x: _Array, dt: float, order: int, window: int | None = None, degree: int | None = None
-) -> tuple[_Array, _Array]: ...
+def regress(
+    trajectories: Sequence[tuple[_Array, _Array, _Array | None]], settings: str
+) -> tuple[Model, Regression]: ...
+def differentiate(x: _Array, dt: float, order: int) -> _Array: ...
+def smoothed(x: _Array, dt: float, window: int, degree: int) -> tuple[_Array, _Array]: ...
+def features(library: str, z: _Array, n_controls: int) -> _Array: ...
 def feature_names(library: str, n_states: int, n_controls: int) -> list[str]: ...
 
 @final
@@ -66,6 +71,14 @@ class Model:
     ) -> _Array: ...
     def ahead(self, x: _Array, u: _Array, dt: _Array, horizon: int | None = None) -> _Array: ...
     def jacobians(self, x: _Array, u: _Array) -> tuple[_Array, _Array]: ...
+
+@final
+class Regression:
+    @property
+    def empty(self) -> list[int]: ...
+    @property
+    def unsettled(self) -> list[int]: ...
+    def account(self) -> str: ...
 
 @final
 class Data:

@@ -8,16 +8,20 @@ from typing import Any, ClassVar, TypeVar
 Self = TypeVar("Self", bound="Manners")
 
 
-class Manners:
-    """Tags and metadata routing."""
-
-    #: Arguments of methods that scikit-learn may route.
-    _ROUTED: ClassVar = {"fit": ("t", "u", "x_dot", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_dot")}
+class Tagged:
+    """Tags."""
 
     def __sklearn_tags__(self) -> Any:
         from sklearn.utils import Tags, TargetTags
 
         return Tags(estimator_type=None, target_tags=TargetTags(required=False))
+
+
+class Manners(Tagged):
+    """Tags and metadata routing."""
+
+    #: Arguments of methods that scikit-learn may route.
+    _ROUTED: ClassVar = {"fit": ("t", "u", "x_dot", "feature_names"), "predict": ("u",), "score": ("t", "u", "x_dot")}
 
     def __sklearn_is_fitted__(self) -> bool:
         return getattr(self, "_fitted", None) is not None

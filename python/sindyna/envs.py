@@ -6,7 +6,7 @@ Importing this module makes the systems that come along known to Gymnasium, as `
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -15,9 +15,6 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from . import _sindyna
-
-if TYPE_CHECKING:
-    from ._controller import Controller
 
 #: Our systems by Gymnasium's names for ours.
 BUILTIN = {
@@ -121,23 +118,6 @@ class BatchVectorEnv(VectorEnv[Any, Any, Any]):
         )
         info = {"diverged": diverged} if diverged.any() else {}
         return self._spaces.observed(shown), rewards, terminated, truncated, info
-
-
-class LearnedEnv(BatchEnv):
-    """The equations of a controller with its task."""
-
-    def __init__(self, controller: Controller) -> None:
-        own = controller._document
-        super().__init__(controller._batch(1), own["first"], None if own["shape"] is None else tuple(own["shape"]))
-
-
-class LearnedVectorEnv(BatchVectorEnv):
-    """Copies of the equations of a controller with its task."""
-
-    def __init__(self, controller: Controller, num_envs: int) -> None:
-        own = controller._document
-        shape = None if own["shape"] is None else tuple(own["shape"])
-        super().__init__(controller._batch(num_envs), num_envs, own["first"], shape)
 
 
 class BuiltinEnv(BatchEnv):

@@ -32,6 +32,10 @@ def lorenz_model(**kwargs):
         (np.ones((50, 2)), {"t": np.arange(49.0)}, r"each of the 50 rows of x, got shape \(49,\)"),
         (np.ones((50, 2)), {"t": np.zeros(50)}, "must increase"),
         (np.ones((50, 2)), {"t": -0.1}, "finite and > 0 s"),
+        (np.ones((50, 2)), {"t": "1"}, "a number or times"),
+        (np.ones((50, 2)), {"t": np.r_[np.nan, np.arange(1.0, 50.0)]}, "t is nan in row 0"),
+        (np.ones((50, 2)), {"t": np.r_[np.arange(49.0), np.inf]}, "t is inf in row 49"),
+        ([np.ones((50, 2))] * 2, {"t": [None, 0.1]}, r"t\[0\] is None"),
         (np.ones((50, 2)), {"t": np.r_[np.arange(49.0), np.nan]}, "t is nan in row 49"),
         (np.ones((50, 2)), {"u": np.ones(30)}, "a row for each of the 50 rows of x"),
         (np.ones((50, 2)), {"u": np.full(50, np.nan)}, "u is nan"),
@@ -68,8 +72,8 @@ def test_bad_samples_are_refused(x, kwargs, match):
         ({"terms": ["w*abs(v)"]}, "named 'v'"),
         ({"intersample": "cubic"}, "'zoh'"),
         ({"optimizer": sindyna.BestSubset(max_size=0)}, "max_size"),
-        ({"optimizer": sindyna.STLSQ(threshold=-1.0)}, "threshold must be finite and at least 0"),
-        ({"optimizer": sindyna.STLSQ(max_iter=0)}, "max_iter"),
+        ({"optimizer": sindyna.STLSQ().set_params(threshold=-1.0)}, "threshold must be finite and at least 0"),
+        ({"optimizer": sindyna.STLSQ().set_params(max_iter=0)}, "max_iter"),
         ({"optimizer": sindyna.STLSQ(), "feature_library": sindyna.PolynomialLibrary(2.5)}, "degree"),
         ({"controls": 1}, "inputs are given twice"),
     ],
@@ -84,20 +88,21 @@ def test_calls_that_do_not_fit_the_model_are_refused():
     model, t, x = lorenz_model()
     with pytest.raises(ValueError, match="x must have 3 columns"):
         model.predict(x[:, :2])
-    with pytest.raises(ValueError, match="has 0 inputs, got 1"):
-        model.predict(x, u=np.ones(len(x)))
+    with pytest.warns(UserWarning, match="no inputs"):
+        assert np.array_equal(model.predict(x, u=np.ones(len(x))), model.predict(x))
     with pytest.raises(ValueError, match="x0 must be 3 finite numbers"):
         model.simulate([1.0], t)
-    with pytest.raises(ValueError, match="no inputs"):
-        model.simulate(x[0], t, u=np.ones(len(t)))
+    with pytest.warns(UserWarning, match="no inputs"):
+        assert np.array_equal(model.simulate(x[0], t, u=np.ones(len(t))), model.simulate(x[0], t))
     with pytest.raises(ValueError, match="increasing"):
         model.simulate(x[0], t[::-1])
     with pytest.raises(ValueError, match="horizon"):
         model.compare(x, t, horizon=0)
     t, x, u = pendulum(n=100)
     driven = sindyna.SINDy(angles=["x0"]).fit(x, t=t, u=u)
-    with pytest.raises(ValueError, match="give them as u"):
-        driven.simulate(x[0], t)
+    for without in (lambda: driven.simulate(x[0], t), lambda: driven.predict(x), lambda: driven.score(x, t)):
+        with pytest.raises(TypeError, match="give them as u"):
+            without()
     with pytest.raises(ValueError, match=r"u must have shape \(100, 1\)"):
         driven.simulate(x[0], t, u[:50])
     with pytest.raises(ZeroDivisionError):

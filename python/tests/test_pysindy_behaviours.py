@@ -56,7 +56,7 @@ def test_inputs_are_found_and_their_last_row_is_not_needed():
     assert np.abs(model.predict(x, u) - x_dot).max() < 1e-6
     with pytest.raises(ValueError, match="row"):
         ps.SINDy(ps.STLSQ()).fit(x, t=t, u=u[:-5])
-    with pytest.raises(ValueError, match="input"):
+    with pytest.raises(TypeError, match="input"):
         model.predict(x)
 
 
@@ -83,3 +83,89 @@ def test_the_logistic_map(forced):
     assert model.score(np.array(x)[:, None], u=u if forced else None) > 1 - 1e-12
     followed = model.simulate(np.array([0.5]), 20, u=u[:20] if forced else None)
     assert followed[:, 0] == pytest.approx(x[:20], abs=1e-9)
+
+
+def test_a_map_is_found_from_pairs_of_states_too():
+    x = np.random.default_rng(1).uniform(0.1, 0.9, size=(60, 1))
+    u = np.random.default_rng(2).uniform(-0.1, 0.1, size=(60, 1))
+    after = 3.6 * x * (1 - x) + u
+    model = ps.DiscreteSINDy(ps.STLSQ(threshold=0.05, alpha=1e-8)).fit(x, 1, after, u)
+    assert_found(model, [{"x0": 3.6, "x0^2": -3.6, "u0": 1}], 1e-9)
+    assert model.score(x, 1, after, u) > 1 - 1e-12
+    assert model.score(x, 1, 1 - after, u) < 0.9
+    with pytest.raises(ValueError, match="60 samples"):
+        ps.DiscreteSINDy(ps.STLSQ()).fit(x, 1, after, u[:-1])
+
+
+def test_a_simulation_ends_where_a_condition_holds():
+    t, x = lorenz(n=300)
+    model = ps.SINDy(ps.STLSQ()).fit(x, t=t)
+    whole = model.simulate(x[0], t)
+    some = model.simulate(x[0], t, stop_condition=lambda z: z[0] > 0)
+    assert 1 < len(some) < len(t)
+    assert np.array_equal(some, whole[: len(some)])
+    assert some[-1, 0] > 0
+    assert (some[1:-1, 0] <= 0).all()
+
+
+def test_thresholding_warns_of_what_it_came_to():
+    t, x = lorenz(n=100)
+    with pytest.warns(UserWarning, match="no term in the equation of x0, x1, x2"):
+        ps.SINDy(ps.STLSQ(threshold=1e4)).fit(x, t=t)
+    with pytest.warns(ps.ConvergenceWarning, match="max_iter"):
+        ps.SINDy(ps.STLSQ(max_iter=1)).fit(x, t=t)
+
+
+def test_derivatives_come_from_any_function_of_samples_and_times():
+    t, x = lorenz(n=400)
+    ours = ps.SINDy(ps.STLSQ()).fit(x, t=t)
+    theirs = ps.SINDy(ps.STLSQ(), differentiation_method=lambda x, t: np.gradient(x, t, axis=0, edge_order=2)).fit(
+        x, t=t
+    )
+    assert np.abs(ours.coefficients() - theirs.coefficients()).max() < 1e-8
+    assert np.abs(ps.FiniteDifference()(x, t) - np.gradient(x, t, axis=0, edge_order=2)).max() < 1e-9
+    with pytest.raises(ValueError, match="shape"):
+        ps.SINDy(ps.STLSQ(), differentiation_method=lambda x, t: x[:-1]).fit(x, t=t)
+
+
+def test_settings_that_mean_nothing_are_refused_when_they_are_made():
+    for made in (
+        lambda: ps.STLSQ(threshold=-1),
+        lambda: ps.STLSQ(max_iter=0),
+        lambda: ps.FourierLibrary(n_frequencies=2.2),
+        lambda: ps.FourierLibrary(include_sin=False, include_cos=False),
+        lambda: ps.FiniteDifference(order=0),
+        lambda: ps.CustomLibrary([np.sin, np.cos], [str]),
+    ):
+        with pytest.raises(ValueError):
+            made()
+
+
+def test_libraries_are_transformers():
+    x = np.random.default_rng(0).uniform(1, 2, size=(20, 3))
+    a, b, c = x.T
+    library = ps.PolynomialLibrary(2, interaction_only=True)
+    with pytest.raises(ps.NotFittedError):
+        library.transform(x)
+    assert np.abs(library.fit_transform(x) - np.column_stack([a**0, a, b, c, a * b, a * c, b * c])).max() < 1e-12
+    assert library.get_feature_names(["a", "b", "c"]) == ["1", "a", "b", "c", "a b", "a c", "b c"]
+    assert library.powers_.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1]]
+    with pytest.raises(ValueError, match="3 variables"):
+        library.transform(x[:, 1:])
+    cosines = ps.FourierLibrary(2, include_sin=False).fit(x)
+    assert np.abs(cosines.transform(x) - np.cos(np.hstack([x, 2 * x]))).max() < 1e-12
+    assert cosines.get_feature_names()[3:] == ["cos(2 x0)", "cos(2 x1)", "cos(2 x2)"]
+
+
+def test_products_of_libraries_over_some_variables():
+    x = np.random.default_rng(0).uniform(1, 2, size=(20, 3))
+    a, b, c = x.T
+    custom = ps.CustomLibrary([lambda s: 1 / s], [lambda s: f"1/{s}"])
+    library = ps.GeneralizedLibrary([ps.IdentityLibrary(), custom], [[1, 1]], [[1, 2], [0]]).fit(x)
+    assert np.abs(library.transform(x) - np.column_stack([b, c, 1 / a, b / a, c / a])).max() < 1e-12
+    assert library.n_output_features_ == 5
+    for row in ([1, 0], [1, 1, 1], [1, 2]):
+        with pytest.raises(ValueError, match="tensor_array"):
+            ps.GeneralizedLibrary([ps.IdentityLibrary(), custom], [row]).fit(x)
+    with pytest.raises(ValueError, match="number 3"):
+        ps.GeneralizedLibrary([ps.IdentityLibrary()], inputs_per_library=[[3]]).fit(x)

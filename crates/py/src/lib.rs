@@ -29,7 +29,7 @@ mod _sindyna {
     #[pymodule_export]
     use crate::model::Model;
     #[pymodule_export]
-    use crate::regress::{differentiate, feature_names, regress};
+    use crate::regress::{Regression, differentiate, feature_names, features, regress, smoothed};
 
     use pyo3::prelude::*;
 

@@ -4,7 +4,7 @@ use ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::{PyArithmeticError, PyValueError};
 use pyo3::prelude::*;
-use sindyna_core::{Dynamics as _, Scheme, Seed, VectorField as _};
+use sindyna_core::{Dynamics as _, Scheme, Seed};
 use sindyna_sindy::{AnalysisError, Form};
 
 use crate::integrate::{Failure, Input, Tolerance, follow};
@@ -102,11 +102,12 @@ impl Model {
         };
         let rows = |out: &mut Vec<f64>| -> PyResult<()> {
             let look = Look::new();
-            for (i, (x, out)) in states.chunks_exact(n.max(1)).zip(out.chunks_exact_mut(n.max(1))).enumerate() {
-                if i % LOOK == LOOK - 1 {
+            for (i, out) in out.chunks_mut(LOOK * n.max(1)).enumerate() {
+                if i > 0 {
                     look.check()?;
                 }
-                self.inner.eval(x, &inputs[i * k..(i + 1) * k], out);
+                let of = |width: usize| i * LOOK * width..(i * LOOK + out.len() / n.max(1)) * width;
+                self.inner.eval_rows(&states[of(n)], &inputs[of(k)], out);
             }
             Ok(())
         };

@@ -1,15 +1,15 @@
 //! One regression of known or differenced derivatives, as PySINDy makes it.
 
-use ndarray::{Array2, ArrayView2};
-use numpy::{IntoPyArray, PyReadonlyArray2};
+use ndarray::Array2;
+use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use serde::Deserialize;
 use serde_json::json;
 use sindyna_core::Scheme;
 use sindyna_sindy::{
-    BestSubset, Columns, Differentiator, Finish, FiniteDifference, Library, SavitzkyGolay, Sindy, SindyFit,
-    SolverChoice, Stlsq, Target, Trajectory, Watch,
+    BestSubset, Columns, Differentiator, Finish, FiniteDifference, Library, SavitzkyGolay, Selected, Sindy, SindyFit,
+    SolverChoice, Stlsq, Target, Trajectory, Triangle, Watch,
 };
 
 use crate::interrupt::apart;
@@ -69,7 +69,7 @@ type Rows<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, Option
 
 /// Regresses derivatives (T, n), or next states, on the terms of a library over states (T, n) and inputs (T, k).
 #[pyfunction]
-pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &str) -> PyResult<(Model, String)> {
+pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &str) -> PyResult<(Model, Regression)> {
     let settings: Settings = serde_json::from_str(settings).map_err(refused)?;
     let target = if settings.discrete {
         Target::Discrete
@@ -97,7 +97,10 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
             })
             .collect();
         let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(go_on));
-        fit.map(|fit| (account(&fit), fit.model))
+        fit.map(|fit| {
+            let SindyFit { names, targets, equations, triangle, model, .. } = fit;
+            (Regression { names, n_rows: targets.nrows(), equations, triangle }, model)
+        })
     };
     // Handing it to another thread would take longer than a small regression.
     let fit = if searches || n_values > FEW {
@@ -105,12 +108,46 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
     } else {
         py.detach(|| fit(&|| true))
     };
-    let (account, model) = fit.map_err(refused)?;
-    Ok((Model::new(model), account))
+    let (regression, model) = fit.map_err(refused)?;
+    Ok((Model::new(model), regression))
 }
 
-/// The account of a regression, in the form of that of an identification.
-fn account(fit: &SindyFit) -> String {
+/// What a regression found, from which standard errors and conditions are computed when somebody asks.
+#[pyclass(frozen, module = "sindyna._sindyna")]
+pub(crate) struct Regression {
+    names: Vec<String>,
+    n_rows: usize,
+    equations: Vec<Selected>,
+    triangle: Triangle,
+}
+
+#[pymethods]
+impl Regression {
+    /// Numbers of the states whose equations have no term.
+    #[getter]
+    fn empty(&self) -> Vec<usize> {
+        self.without(|e| !e.support.is_empty())
+    }
+
+    /// Numbers of the states for whose equations the solver came to no rest.
+    #[getter]
+    fn unsettled(&self) -> Vec<usize> {
+        self.without(|e| e.converged)
+    }
+
+    /// The account, in the form of that of an identification.
+    fn account(&self) -> String {
+        account(self)
+    }
+}
+
+impl Regression {
+    fn without(&self, good: impl Fn(&Selected) -> bool) -> Vec<usize> {
+        (0..self.equations.len()).filter(|&i| !good(&self.equations[i])).collect()
+    }
+}
+
+fn account(fit: &Regression) -> String {
     let n_features = fit.names.len();
     let equations: Vec<_> = fit
         .equations
@@ -137,7 +174,7 @@ fn account(fit: &SindyFit) -> String {
         .collect();
     let all: Vec<usize> = (0..n_features).collect();
     let report = json!({
-        "rows": fit.targets.nrows(),
+        "rows": fit.n_rows,
         "rows_at_limit": 0,
         "rows_astray": 0,
         "features": fit.names,
@@ -154,27 +191,46 @@ fn account(fit: &SindyFit) -> String {
     json!({ "certainty": "doubted", "doubts": doubts, "report": report }).to_string()
 }
 
-/// Samples (T, n) every `dt` \[s\] as a library is to see them, and their derivatives.
+/// Derivatives (T, n) of samples (T, n) every `dt` \[s\], by finite differences.
 #[pyfunction]
-#[pyo3(signature = (x, dt, order, window=None, degree=None))]
 pub(crate) fn differentiate<'py>(
     py: Python<'py>,
     x: PyReadonlyArray2<'py, f64>,
     dt: f64,
     order: usize,
-    window: Option<usize>,
-    degree: Option<usize>,
-) -> PyResult<Pair<'py>> {
-    let x: ArrayView2<'_, f64> = x.as_array();
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let finite = FiniteDifference::new(order).map_err(refused)?;
-    let smoothed: Array2<f64> = match (window, degree) {
-        (Some(window), Some(degree)) => {
-            SavitzkyGolay::new(window, degree).map_err(refused)?.smooth(x).map_err(refused)?
-        }
-        _ => x.to_owned(),
-    };
-    let x_dot = Differentiator::Finite(finite).differentiate(smoothed.view(), dt).map_err(refused)?.x_dot;
-    Ok((smoothed.into_pyarray(py), x_dot.into_pyarray(py)))
+    Ok(finite.differentiate(x.as_array(), dt).map_err(refused)?.into_pyarray(py))
+}
+
+/// Samples (T, n) every `dt` \[s\], smoothed, and their derivatives.
+#[pyfunction]
+pub(crate) fn smoothed<'py>(
+    py: Python<'py>,
+    x: PyReadonlyArray2<'py, f64>,
+    dt: f64,
+    window: usize,
+    degree: usize,
+) -> PyResult<Pair<'py>> {
+    let filter = SavitzkyGolay::new(window, degree).map_err(refused)?;
+    let found = Differentiator::Smoothed(filter).differentiate(x.as_array(), dt).map_err(refused)?;
+    Ok((found.x.into_pyarray(py), found.x_dot.into_pyarray(py)))
+}
+
+/// The terms (N, F) of a library at variables (N, m), states first, then `n_controls` inputs.
+#[pyfunction]
+pub(crate) fn features<'py>(
+    py: Python<'py>,
+    library: &str,
+    z: PyReadonlyArray2<'py, f64>,
+    n_controls: usize,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let recipe: Recipe = serde_json::from_str(library).map_err(refused)?;
+    let z = z.as_array();
+    let names = symbols(z.ncols().saturating_sub(n_controls), n_controls);
+    let terms = Library::from(recipe).terms(&names).map_err(refused)?;
+    Ok(Array2::from_shape_fn((z.nrows(), terms.len()), |(i, j)| terms[j].expr.eval(&z.row(i).to_vec()))
+        .into_pyarray(py))
 }
 
 /// Names of the terms of a library.

@@ -1,6 +1,6 @@
 //! Identification from plain arrays, with no task around: PySINDy's `SINDy` and `DiscreteSINDy`.
 
-use ndarray::{Array2, ArrayView2, Axis, concatenate, s};
+use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, concatenate, s};
 
 use crate::differentiate::TooShort;
 use crate::identify::{SolverChoice, Target};
@@ -9,6 +9,7 @@ use crate::model::{Model, ModelError};
 use crate::names::symbols;
 use crate::regression::{Space, design, model};
 use crate::solve::{Selected, Selection};
+use crate::triangle::all_finite;
 use crate::{Library, Triangle, Watch};
 
 /// One trajectory of uniform samples.
@@ -18,7 +19,7 @@ pub struct Trajectory<'a> {
     pub x: ArrayView2<'a, f64>,
     /// Controls (T, k); for differences between samples (T − 1, k) will do. `None` for a system without any.
     pub u: Option<ArrayView2<'a, f64>>,
-    /// Derivatives (T, n) where they are known; otherwise they are estimated.
+    /// Derivatives (T, n) where they are known, otherwise they are estimated; for maps the next states (T, n), otherwise those of the next samples.
     pub x_dot: Option<ArrayView2<'a, f64>>,
 }
 
@@ -176,13 +177,14 @@ impl Sindy {
         }
         let first = trajectories.first().ok_or(SindyError::Empty)?;
         let (n, k) = (first.x.ncols(), first.u.map_or(0, |u| u.ncols()));
-        let (mut z, mut targets) = (Array2::zeros((0, n + k)), Array2::zeros((0, n)));
+        let (mut z, mut targets) = (Vec::new(), Vec::new());
         for (index, trajectory) in trajectories.iter().enumerate() {
             check(index, trajectory, n, k, &self.target)?;
             let (rows, explained) = self.rows(index, trajectory, dt)?;
-            z.append(Axis(0), rows.view()).expect("widths were checked");
-            targets.append(Axis(0), explained.view()).expect("widths were checked");
+            z.push(rows);
+            targets.push(explained);
         }
+        let (z, targets) = (stacked(z), stacked(targets));
         if z.nrows() == 0 {
             return Err(SindyError::Empty);
         }
@@ -209,41 +211,51 @@ impl Sindy {
         let space = Space { states, controls, readings: None, kinematic: vec![false; n] };
         let model = model(space, &terms, &equations, self.target.form(), dt)?;
         let names = terms.into_iter().map(|t| t.name).collect();
-        Ok(SindyFit { names, coefficients, targets, equations, triangle, model })
+        Ok(SindyFit { names, coefficients, targets: targets.into_owned(), equations, triangle, model })
     }
 
     /// (z, targets) of one trajectory.
-    fn rows(
-        &self,
-        index: usize,
-        trajectory: &Trajectory<'_>,
-        dt: f64,
-    ) -> Result<(Array2<f64>, Array2<f64>), SindyError> {
+    fn rows<'a>(&self, index: usize, trajectory: &Trajectory<'a>, dt: f64) -> Result<(Rows<'a>, Rows<'a>), SindyError> {
         let x = trajectory.x;
         let t = x.nrows();
-        let (states, targets) = match (&self.target, trajectory.x_dot) {
-            (Target::Continuous { .. }, Some(x_dot)) => (x.to_owned(), x_dot.to_owned()),
+        let (states, targets): (Rows<'a>, Rows<'a>) = match (&self.target, trajectory.x_dot) {
+            (Target::Continuous { .. }, Some(x_dot)) => (x.into(), x_dot.into()),
             (Target::Continuous { differentiator, .. }, None) => {
                 let too_short = |source| SindyError::TooShort { trajectory: index, source };
                 let result = differentiator.differentiate(x, dt).map_err(too_short)?;
-                (result.x, result.x_dot)
+                (result.x.into(), result.x_dot.into())
             }
+            (Target::Discrete, Some(next)) => (x.into(), next.into()),
             (target, _) => {
                 let last = t.saturating_sub(1);
-                let (now, next) = (x.slice(s![..last, ..]), x.slice(s![t.min(1).., ..]));
+                let (now, next) = (x.slice_move(s![..last, ..]), x.slice_move(s![t.min(1).., ..]));
                 let targets = match target {
-                    Target::Discrete => next.to_owned(),
-                    _ => (&next - &now) / dt,
+                    Target::Discrete => next.into(),
+                    _ => ((&next - &now) / dt).into(),
                 };
-                (now.to_owned(), targets)
+                (now.into(), targets)
             }
         };
         let z = match trajectory.u {
-            Some(u) => concatenate![Axis(1), states, u.slice(s![..states.nrows(), ..])],
-            None => states,
+            Some(u) if u.ncols() > 0 => concatenate![Axis(1), states, u.slice(s![..states.nrows(), ..])].into(),
+            _ => states,
         };
         Ok((z, targets))
     }
+}
+
+/// Rows of data, copied only where they have to be.
+type Rows<'a> = CowArray<'a, f64, Ix2>;
+
+/// One below the other.
+fn stacked(mut parts: Vec<Rows<'_>>) -> Rows<'_> {
+    if parts.len() == 1
+        && let Some(only) = parts.pop()
+    {
+        return only;
+    }
+    let views: Vec<ArrayView2<'_, f64>> = parts.iter().map(|rows| rows.view()).collect();
+    concatenate(Axis(0), &views).expect("widths were checked").into()
 }
 
 impl SindyFit {
@@ -272,7 +284,8 @@ fn check(index: usize, trajectory: &Trajectory<'_>, n: usize, k: usize, target: 
     shape("states", n, trajectory.x.ncols())?;
     shape("controls", k, trajectory.u.map_or(0, |u| u.ncols()))?;
     if let Some(u) = trajectory.u {
-        let between = !matches!(target, Target::Continuous { .. }) && u.nrows() + 1 == t;
+        let to_next = !matches!(target, Target::Continuous { .. }) && trajectory.x_dot.is_none();
+        let between = to_next && u.nrows() + 1 == t;
         shape("rows of controls", t, if between { t } else { u.nrows() })?;
     }
     if let Some(x_dot) = trajectory.x_dot {
@@ -281,7 +294,9 @@ fn check(index: usize, trajectory: &Trajectory<'_>, n: usize, k: usize, target: 
     }
     let arrays = [("a state", Some(trajectory.x)), ("a control", trajectory.u), ("a derivative", trajectory.x_dot)];
     for (what, array) in arrays {
-        let bad = array.and_then(|a| a.indexed_iter().find(|(_, v)| !v.is_finite()).map(|(at, v)| (at, *v)));
+        let bad = array
+            .filter(|a| !all_finite(*a))
+            .and_then(|a| a.indexed_iter().find(|(_, v)| !v.is_finite()).map(|(at, v)| (at, *v)));
         if let Some(((row, column), value)) = bad {
             return Err(SindyError::NotFinite { trajectory: index, what, row, column, value });
         }

@@ -1,6 +1,6 @@
 //! From rows to a triangle, and from fits to a model.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{ArrayView2, ShapeBuilder as _, s};
 use serde::{Deserialize, Serialize};
 
 use crate::expr::Tape;
@@ -22,6 +22,9 @@ pub(crate) struct NotFinite {
 /// Rows evaluated at once.
 const BLOCK: usize = 512;
 
+/// Rows whose terms are computed side by side.
+const LANES: usize = 8;
+
 /// The triangle of [Θ(z) | targets]; z is (N, n + k), targets (N, any number).
 pub(crate) fn design(
     terms: &[Term],
@@ -29,24 +32,32 @@ pub(crate) fn design(
     targets: ArrayView2<'_, f64>,
 ) -> Result<Triangle, NotFinite> {
     let tape = Tape::new(z.ncols(), terms.iter().map(|t| &t.expr));
-    let mut registers = vec![0.0; tape.n_registers()];
+    let mut registers = vec![[0.0; LANES]; tape.n_registers()];
     let width = terms.len() + targets.ncols();
     let mut triangle = Triangle::new(width);
+    // Of a block, column by column.
+    let mut numbers = vec![0.0; BLOCK.min(z.nrows()) * width];
     for first in (0..z.nrows()).step_by(BLOCK) {
-        let mut block = Array2::zeros((BLOCK.min(z.nrows() - first), width));
-        for (i, mut row) in block.rows_mut().into_iter().enumerate() {
-            for (register, value) in registers.iter_mut().zip(z.row(first + i)) {
-                *register = *value;
+        let rows = BLOCK.min(z.nrows() - first);
+        let numbers = &mut numbers[..rows * width];
+        for start in (0..rows).step_by(LANES) {
+            let count = LANES.min(rows - start);
+            for l in 0..count {
+                for (register, value) in registers.iter_mut().zip(z.row(first + start + l)) {
+                    register[l] = *value;
+                }
             }
-            tape.run(&mut registers);
-            for (slot, &register) in row.iter_mut().zip(tape.outputs()) {
-                *slot = registers[register as usize];
-            }
-            for (slot, target) in row.iter_mut().skip(terms.len()).zip(targets.row(first + i)) {
-                *slot = *target;
+            tape.run_first(&mut registers, tape.n_ops());
+            for (column, &register) in numbers.chunks_exact_mut(rows).zip(tape.outputs()) {
+                column[start..start + count].copy_from_slice(&registers[register as usize][..count]);
             }
         }
-        triangle.push(block.view()).map_err(|e| match e {
+        let known = targets.slice(s![first..first + rows, ..]);
+        for (column, target) in numbers.chunks_exact_mut(rows).skip(terms.len()).zip(known.columns()) {
+            column.iter_mut().zip(target).for_each(|(slot, v)| *slot = *v);
+        }
+        let block = ArrayView2::from_shape((rows, width).f(), &*numbers).expect("there are as many numbers");
+        triangle.push(block).map_err(|e| match e {
             TriangleError::NotFinite { row, column, value } => {
                 let what =
                     terms.get(column).map_or_else(|| "a target".to_owned(), |t| format!("the term `{}`", t.name));

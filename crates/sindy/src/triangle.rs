@@ -86,12 +86,23 @@ impl Triangle {
         if rows.ncols() != self.n_columns {
             return Err(TriangleError::Width { expected: self.n_columns, got: rows.ncols() });
         }
-        if let Some(((row, column), value)) = rows.indexed_iter().find(|(_, v)| !v.is_finite()) {
+        if !all_finite(rows) {
+            let bad = rows.indexed_iter().find(|(_, v)| !v.is_finite());
+            let ((row, column), value) = bad.expect("one of them is not finite");
             return Err(TriangleError::NotFinite { row, column, value: *value });
         }
         for block in rows.axis_chunks_iter(Axis(0), BLOCK) {
-            let block = Mat::from_fn(block.nrows(), block.ncols(), |i, j| block[[i, j]]);
-            self.r = factor(self.r.as_ref(), block.as_ref());
+            let n = self.r.nrows();
+            let mut stacked = Mat::zeros(n + block.nrows(), self.n_columns);
+            for (j, column) in block.columns().into_iter().enumerate() {
+                let (above, below) = stacked.col_as_slice_mut(j).split_at_mut(n);
+                above.copy_from_slice(self.r.col_as_slice(j));
+                match column.as_slice() {
+                    Some(column) => below.copy_from_slice(column),
+                    None => below.iter_mut().zip(column).for_each(|(slot, v)| *slot = *v),
+                }
+            }
+            self.r = triangular(stacked.as_ref());
         }
         self.n_rows += rows.nrows();
         Ok(())
@@ -308,11 +319,25 @@ fn factor(above: MatRef<'_, f64>, below: MatRef<'_, f64>) -> Mat<f64> {
     let n = above.nrows();
     let stacked =
         Mat::from_fn(n + below.nrows(), above.ncols(), |i, j| if i < n { above[(i, j)] } else { below[(i - n, j)] });
-    let qr = stacked.qr();
+    triangular(stacked.as_ref())
+}
+
+/// The factor R of `rows`.
+fn triangular(rows: MatRef<'_, f64>) -> Mat<f64> {
+    let qr = rows.qr();
     let r = qr.thin_R();
     // A positive diagonal makes R unique.
     let sign = |i: usize| if r[(i, i)] < 0.0 { -1.0 } else { 1.0 };
     Mat::from_fn(r.nrows(), r.ncols(), |i, j| if i <= j { sign(i) * r[(i, j)] } else { 0.0 })
+}
+
+/// Whether every number is finite.
+pub(crate) fn all_finite(rows: ArrayView2<'_, f64>) -> bool {
+    match rows.as_slice_memory_order() {
+        // All of them are looked at, side by side.
+        Some(values) => values.iter().fold(true, |all, v| all & v.is_finite()),
+        None => rows.iter().all(|v| v.is_finite()),
+    }
 }
 
 pub(crate) fn norm(v: &[f64]) -> f64 {

@@ -64,16 +64,24 @@ impl FiniteDifference {
         }
         let before = (count - 1) / 2;
         let inside = weights(-(before as f64), count);
-        let mut x_dot = Array2::zeros((t, n));
-        for i in 0..t {
-            let first = i.saturating_sub(before).min(t - count);
-            let at_end = i - first != before;
-            let edge = at_end.then(|| weights(first as f64 - i as f64, count));
-            let weights = edge.as_ref().unwrap_or(&inside);
-            for j in 0..n {
-                let sum: f64 = weights.iter().enumerate().map(|(k, w)| w * x[[first + k, j]]).sum();
-                x_dot[[i, j]] = sum / dt;
+        let x = x.as_standard_layout();
+        let values = x.as_slice().expect("standard layout was made");
+        // The number that adding anything to leaves as it is.
+        let mut x_dot = Array2::from_elem((t, n), -0.0);
+        let out = x_dot.as_slice_mut().expect("it was made in standard layout");
+        // Samples that have the same weights lie one after the other: those at the start one by one, all between, those at the end one by one.
+        let last = t - (count - 1 - before);
+        let alone = (0..before).chain(last..t).map(|i| i..i + 1);
+        for rows in alone.chain(std::iter::once(before..last)) {
+            let first = rows.start.saturating_sub(before).min(t - count);
+            let at_end = rows.start - first != before;
+            let edge = at_end.then(|| weights(first as f64 - rows.start as f64, count));
+            let out = &mut out[rows.start * n..rows.end * n];
+            for (k, w) in edge.as_ref().unwrap_or(&inside).iter().enumerate() {
+                let values = &values[(first + k) * n..][..out.len()];
+                out.iter_mut().zip(values).for_each(|(slot, v)| *slot += w * v);
             }
+            out.iter_mut().for_each(|slot| *slot /= dt);
         }
         Ok(x_dot)
     }

@@ -184,6 +184,7 @@ impl Problem<'_> {
                 residual: best.fit.left[i],
                 reached_floor: doubts[i].is_none(),
                 proved: false,
+                converged: true,
                 path: regression.path(),
                 ties,
             });

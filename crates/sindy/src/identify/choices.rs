@@ -131,7 +131,8 @@ impl SolverChoice {
             Self::BestSubset(solver) => solver.solve_while(triangle, target, selection, go_on),
             Self::Stlsq(solver) => {
                 let fit = solver.solve(triangle, n_features, target);
-                Selected::dense(triangle, target, &fit.coefficients, selection.floor)
+                let found = Selected::dense(triangle, target, &fit.coefficients, selection.floor);
+                Selected { converged: fit.converged, ..found }
             }
             Self::LeastSquares { ridge } => {
                 let all: Vec<usize> = (0..n_features).collect();

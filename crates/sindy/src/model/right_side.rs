@@ -54,6 +54,26 @@ impl RightSide {
         Self { explicit: equations.iter().map(explicit).collect(), coupled, solved }
     }
 
+    /// Whether no derivative depends on another.
+    pub(super) fn is_explicit(&self) -> bool {
+        self.coupled.is_empty()
+    }
+
+    /// Writes ẋ of `L` places side by side, one after the other, of explicit equations.
+    pub(super) fn eval_explicit<const L: usize>(&self, registers: &[[f64; L]], x_dot: &mut [f64]) {
+        let n = self.explicit.len();
+        for (i, weights) in self.explicit.iter().enumerate() {
+            let mut sums = [-0.0; L];
+            for (c, register) in weights {
+                let values = &registers[*register as usize];
+                sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += c * v);
+            }
+            for (l, sum) in sums.into_iter().enumerate() {
+                x_dot[l * n + i] = sum;
+            }
+        }
+    }
+
     /// Writes ẋ; NaN where the implicit equations are as good as singular.
     pub(super) fn eval(&self, registers: &[f64], x_dot: &mut [f64]) {
         for (out, weights) in x_dot.iter_mut().zip(&self.explicit) {

@@ -8,6 +8,9 @@ use super::frame::back;
 use super::right_side::STACK;
 use super::{Form, Model};
 
+/// States whose right-hand sides are computed side by side.
+const LANES: usize = 8;
+
 /// Registers of a small model.
 const FEW: usize = 24;
 
@@ -29,6 +32,33 @@ impl Model {
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
         self.tape.run(registers);
         self.right.eval(registers, out);
+    }
+
+    /// Writes the right-hand sides (N, n), row by row, at model states (N, n) and controls (N, k); each is what [`VectorField::eval`] gives.
+    ///
+    /// # Panics
+    /// If the numbers of rows differ.
+    pub fn eval_rows(&self, states: &[f64], controls: &[f64], out: &mut [f64]) {
+        let (n, k) = (self.parts.states.len(), self.parts.controls.len());
+        let (mut z, mut u, mut out) = (states, controls, out);
+        let mut registers = vec![[0.0; LANES]; self.tape.n_registers()];
+        while self.right.is_explicit() && out.len() >= LANES * n && n > 0 {
+            let (these, rest) = out.split_at_mut(LANES * n);
+            for l in 0..LANES {
+                for (i, offset) in self.parts.offsets.iter().enumerate() {
+                    registers[i][l] = z[l * n + i] + offset;
+                }
+                for j in 0..k {
+                    registers[n + j][l] = u[l * k + j];
+                }
+            }
+            self.tape.run_first(&mut registers, self.tape.n_ops());
+            self.right.eval_explicit(&registers, these);
+            (z, u, out) = (&z[LANES * n..], &u[LANES * k..], rest);
+        }
+        for (i, out) in out.chunks_exact_mut(n.max(1)).enumerate() {
+            self.right_side(&z[i * n..(i + 1) * n], &u[i * k..(i + 1) * k], out);
+        }
     }
 
     /// One control interval in the model's own space.
@@ -133,5 +163,46 @@ impl VectorField for Own<'_> {
 impl VectorField for Model {
     fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
         self.right_side(x, u, x_dot);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sindyna_core::{Scheme, VectorField as _};
+
+    use super::super::{Entry, Form, Model, ModelParts};
+
+    fn model(coupled: bool) -> Model {
+        let second = Entry { term: 1, coefficient: 0.5, rate: coupled.then_some(0) };
+        let parts = ModelParts {
+            form: Form::Continuous(Scheme::Rk4 { substeps: 1 }),
+            dt: 0.1,
+            terms: vec!["x0*u0".into(), "sin(x1)".into(), "x0/x1".into()],
+            equations: vec![vec![Entry::new(0, -1.5), Entry::new(2, 0.7)], vec![second], Vec::new()],
+            n_features: 3,
+            states: ["x0", "x1", "x2"].map(String::from).to_vec(),
+            controls: vec!["u0".into()],
+            readings: None,
+            offsets: vec![0.25, 0.0, 0.0],
+            kinematic: vec![false; 3],
+        };
+        Model::new(parts).expect("a model")
+    }
+
+    #[test]
+    fn right_hand_sides_of_many_states_are_those_of_each_to_the_last_bit() {
+        for (model, rows) in
+            [(model(false), 0), (model(false), 7), (model(false), 8), (model(false), 45), (model(true), 45)]
+        {
+            let value = |i: usize| (i as f64 * 0.7).sin();
+            let (x, u): (Vec<f64>, Vec<f64>) = ((0..3 * rows).map(value).collect(), (0..rows).map(value).collect());
+            let mut found = vec![f64::NAN; 3 * rows];
+            model.eval_rows(&x, &u, &mut found);
+            for ((x, u), found) in x.chunks(3).zip(u.chunks(1)).zip(found.chunks(3)) {
+                let mut alone = [f64::NAN; 3];
+                model.eval(x, u, &mut alone);
+                assert_eq!(alone.map(f64::to_bits)[..], found.iter().map(|v| v.to_bits()).collect::<Vec<_>>()[..]);
+            }
+        }
     }
 }

@@ -214,6 +214,7 @@ fn kinematic(system: &System<'_>, rate: usize) -> Selected {
         residual: 0.0,
         reached_floor: true,
         proved: true,
+        converged: true,
         path: Vec::new(),
         ties: Vec::new(),
     }

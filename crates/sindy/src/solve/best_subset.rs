@@ -64,6 +64,8 @@ pub struct Selected {
     pub reached_floor: bool,
     /// Whether no subset of this size is better.
     pub proved: bool,
+    /// Whether the solver came to rest before its last round.
+    pub converged: bool,
     /// The best subset of each size tried, from no term on.
     pub path: Vec<SizeReport>,
     /// Other subsets that the data cannot tell from this one, best first, at most eight.
@@ -274,7 +276,7 @@ impl BestSubset {
             residual: found.first().map_or(f64::NAN, |c| rms(c.rss, rows, c.subset.len())),
             proved: *proved,
         });
-        Selected { support, coefficients, residual, reached_floor, proved, path: path.collect(), ties }
+        Selected { support, coefficients, residual, reached_floor, proved, converged: true, path: path.collect(), ties }
     }
 }
 
@@ -335,6 +337,15 @@ impl Selected {
         let rows = triangle.n_rows();
         let residual = rms(triangle.residual_norm(&support, &coefficients, target).powi(2), rows, support.len());
         let reached_floor = rows > support.len() && residual <= FLOOR_FACTOR * floor;
-        Self { support, coefficients, residual, reached_floor, proved: false, path: Vec::new(), ties: Vec::new() }
+        Self {
+            support,
+            coefficients,
+            residual,
+            reached_floor,
+            proved: false,
+            converged: true,
+            path: Vec::new(),
+            ties: Vec::new(),
+        }
     }
 }
