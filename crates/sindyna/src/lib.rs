@@ -30,7 +30,7 @@ pub mod problem {
     pub use sindyna_training::problem::{
         FormulaTask, Names, OwnSystem, OwnTask, Plant, PlantError, Problem, Start, TaskBuilder,
     };
-    pub use sindyna_training::problem::{named, names, ode, stepped};
+    pub use sindyna_training::problem::{named, names, ode, of_file, stepped};
 }
 
 /// Training a controller inside identified equations.

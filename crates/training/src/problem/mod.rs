@@ -20,7 +20,7 @@ pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub use pipe::PipeSource;
 pub use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
 pub use replay::{Played, Replayed};
-pub use source::{Source, system};
+pub use source::{Source, of_file, system};
 pub use source::{named, names};
 pub use starts::Start;
 pub use task_builder::{OwnTask, TaskBuilder};

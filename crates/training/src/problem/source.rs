@@ -29,6 +29,14 @@ pub fn named(name: &str) -> Result<Arc<dyn Problem>, Error> {
     system(name).map(Native::shared)
 }
 
+/// The problem that the task file at `path` describes, on its own simulator (a MuJoCo model or equations).
+///
+/// # Errors
+/// [`Error::TaskFile`] if it describes none, or has no simulator.
+pub fn of_file(path: &Path) -> Result<Arc<dyn Problem>, Error> {
+    Ok(Arc::new(TaskFile::with_simulator(path)?))
+}
+
 /// The system that comes along under `name`.
 pub fn system(name: &str) -> Result<System, Error> {
     sindyna_envs::find(name).ok_or_else(|| Error::UnknownName {
