@@ -1,17 +1,5 @@
-"""The job as one does it today in Python: Gymnasium rollout -> PySINDy -> SB3/SBX agent in the model -> real check.
+"""The job as one does it today in Python: Gymnasium rollout -> PySINDy -> SB3/SBX agent in the model -> real check."""
 
-Prints one JSON line per evaluation: wall seconds since the start (imports and evaluations left out), steps taken in the
-model, mean return of 10 episodes in the real environment; ends at the first evaluation at or above the threshold, after
---steps, or after --seconds.
-
-Usage: python pipeline.py {pendulum,mountain-car,inverted-pendulum,cart-pole} [--seed 0] [--backend sb3|sbx] [--steps N]
-cart-pole has numbered actions, for which neither library has SAC: there sb3 and sbx are their PPO, sb3-dqn and sbx-dqn
-their DQN, with the settings tuned for it in RL Baselines3 Zoo.
-The model gets --real-steps real steps (200 unless told), more than the paper needs, because PySINDy's STLSQ
-seldom finds a usable model of these systems from the paper's 20 to 50.
-"""
-import argparse
-import json
 import time
 import warnings
 
@@ -19,23 +7,25 @@ import gymnasium as gym
 import numpy as np
 import pysindy as ps
 
+from .shared import tell
+
 warnings.filterwarnings("ignore")
 
 TASKS = {
-    "pendulum": dict(env="Pendulum-v1", threshold=-180.0, every=250, sac=dict(learning_rate=1e-3)),
-    "mountain-car": dict(
-        env="MountainCarContinuous-v0", threshold=90.0, every=1000,
-        sac=dict(learning_rate=3e-4, buffer_size=50000, batch_size=512, ent_coef=0.1, train_freq=32, gradient_steps=32,
-                 gamma=0.9999, tau=0.01, learning_starts=0, use_sde=True,
-                 policy_kwargs=dict(log_std_init=-3.67, net_arch=[64, 64]))),
-    "inverted-pendulum": dict(env="InvertedPendulum-v5", threshold=950.0, every=500, sac=dict()),
-    "cart-pole": dict(
-        env="CartPole-v1", threshold=475.0, every=1000, copies=8,
-        ppo=dict(n_steps=32, batch_size=256, gae_lambda=0.8, gamma=0.98, n_epochs=20, ent_coef=0.0,
-                 learning_rate=lambda left: 0.001 * left, clip_range=lambda left: 0.2 * left),
-        dqn=dict(learning_rate=2.3e-3, batch_size=64, buffer_size=100000, learning_starts=1000, gamma=0.99,
-                 target_update_interval=10, train_freq=256, gradient_steps=128, exploration_fraction=0.16,
-                 exploration_final_eps=0.04, policy_kwargs=dict(net_arch=[256, 256]))),
+    "pendulum": {"env": "Pendulum-v1", "threshold": -180.0, "every": 250, "sac": {"learning_rate": 1e-3}},
+    "mountain-car": {
+        "env": "MountainCarContinuous-v0", "threshold": 90.0, "every": 1000,
+        "sac": {"learning_rate": 3e-4, "buffer_size": 50000, "batch_size": 512, "ent_coef": 0.1, "train_freq": 32, "gradient_steps": 32,
+                 "gamma": 0.9999, "tau": 0.01, "learning_starts": 0, "use_sde": True,
+                 "policy_kwargs": {"log_std_init": -3.67, "net_arch": [64, 64]}}},
+    "inverted-pendulum": {"env": "InvertedPendulum-v5", "threshold": 950.0, "every": 500, "sac": {}},
+    "cart-pole": {
+        "env": "CartPole-v1", "threshold": 475.0, "every": 1000, "copies": 8,
+        "ppo": {"n_steps": 32, "batch_size": 256, "gae_lambda": 0.8, "gamma": 0.98, "n_epochs": 20, "ent_coef": 0.0,
+                 "learning_rate": lambda left: 0.001 * left, "clip_range": lambda left: 0.2 * left},
+        "dqn": {"learning_rate": 2.3e-3, "batch_size": 64, "buffer_size": 100000, "learning_starts": 1000, "gamma": 0.99,
+                 "target_update_interval": 10, "train_freq": 256, "gradient_steps": 128, "exploration_fraction": 0.16,
+                 "exploration_final_eps": 0.04, "policy_kwargs": {"net_arch": [256, 256]}}},
 }
 POLYNOMIAL = ("inverted-pendulum", "cart-pole")
 
@@ -127,19 +117,25 @@ def collect(name, env, n, seed):
     return np.array(X), np.array(U), np.array(Y)
 
 
-def identify(name, X, U, Y):
+def library(name):
+    """Candidate terms."""
     if name in POLYNOMIAL:
-        lib = ps.PolynomialLibrary(3)
-    else:
-        lib = ps.PolynomialLibrary(2, include_interaction=False) + ps.FourierLibrary(n_frequencies=3)
-    Z = np.hstack([X, U])
+        return ps.PolynomialLibrary(3)
+    return ps.PolynomialLibrary(2, include_interaction=False) + ps.FourierLibrary(n_frequencies=3)
+
+
+def identify(name, X, U, Y):
+    """Coefficients by STLSQ, and the terms as a function."""
+    lib, Z = library(name), np.hstack([X, U])
     lib.fit(Z)
     theta = np.asarray(lib.transform(Z))
     opt = ps.STLSQ(threshold=0.0009, alpha=1e-8).fit(theta, Y)
     C = np.asarray(opt.coef_)
     if name in POLYNOMIAL:
         powers = np.asarray(lib.powers_)
-        features = lambda z: np.prod(z ** powers, axis=1)
+
+        def features(z):
+            return np.prod(z ** powers, axis=1)
     else:
         def features(z):
             parts = [[1.0], z, z ** 2]
@@ -150,59 +146,49 @@ def identify(name, X, U, Y):
     return C, features
 
 
-def main():
-    p = argparse.ArgumentParser()
-    p.add_argument("task", choices=TASKS)
-    p.add_argument("--seed", type=int, default=0)
-    p.add_argument("--backend", default="sb3", choices=["sb3", "sbx", "sb3-dqn", "sbx-dqn"])
-    p.add_argument("--steps", type=int, default=60000)
-    p.add_argument("--real-steps", type=int, default=200)
-    p.add_argument("--seconds", type=float, default=float("inf"), help="give up after so many, evaluations left out")
-    p.add_argument("--threads", type=int, default=1)
-    o = p.parse_args()
-    task = TASKS[o.task]
-    t0 = time.time()
-    library, _, algorithm = o.backend.partition("-")
-    algorithm = algorithm or ("sac" if "sac" in task else "ppo")
+def pipeline(task, seed=0, backend="sb3", steps=60000, real_steps=200, seconds=float("inf"), threads=1):
+    """The whole job by PySINDy and an agent of another library: one JSON line per evaluation.
+
+    Wall seconds are since the start, imports and evaluations left out; steps are those in the model, the return is the mean of 10 episodes
+    in the real environment. Ends at the first evaluation at or above the threshold, after so many steps or seconds. Backends: sb3, sbx;
+    cart-pole has numbered actions, for which neither has SAC: there they are their PPO, sb3-dqn and sbx-dqn their DQN, with the settings
+    tuned for it in RL Baselines3 Zoo. The model gets 200 real steps, more than the paper needs, because PySINDy's STLSQ seldom finds a
+    usable model of these systems from the paper's 20 to 50.
+    """
+    about, begun = TASKS[task], time.time()
+    library, _, algorithm = backend.partition("-")
+    algorithm = algorithm or ("sac" if "sac" in about else "ppo")
     if library == "sb3":
-        import torch
-        torch.set_num_threads(o.threads)
         import stable_baselines3 as agents
+        import torch
+        torch.set_num_threads(threads)
     else:
         import sbx as agents
-    make_agent = getattr(agents, algorithm.upper())
     from stable_baselines3.common.callbacks import BaseCallback
     from stable_baselines3.common.evaluation import evaluate_policy
     from stable_baselines3.common.monitor import Monitor
     from stable_baselines3.common.vec_env import DummyVecEnv
 
-    imports = time.time() - t0
-    t0 = time.time()
-    real = gym.make(task["env"])
-    X, U, Y = collect(o.task, real, o.real_steps, o.seed)
-    C, features = identify(o.task, X, U, Y)
-    fit = time.time() - t0
-    print(json.dumps(dict(imports=round(imports, 2), fit=round(fit, 3), nonzero=int((C != 0).sum()), parameters=int(C.size))), flush=True)
-    copies = task.get("copies", 1) if algorithm == "ppo" else 1
-    env = DummyVecEnv([lambda: Monitor(ModelEnv(o.task, gym.make(task["env"]), C, features, o.seed))] * copies)
-    check = gym.make(task["env"])
+    imports, begun = time.time() - begun, time.time()
+    real = gym.make(about["env"])
+    coefficients, features = identify(task, *collect(task, real, real_steps, seed))
+    tell(imports=round(imports, 2), fit=round(time.time() - begun, 3), nonzero=int((coefficients != 0).sum()), parameters=coefficients.size)
+    copies = about.get("copies", 1) if algorithm == "ppo" else 1
+    env = DummyVecEnv([lambda: Monitor(ModelEnv(task, gym.make(about["env"]), coefficients, features, seed))] * copies)
+    check = gym.make(about["env"])
 
     class Check(BaseCallback):
         spent = 0.0
 
         def _on_step(self):
-            if self.num_timesteps % task["every"]:
+            if self.num_timesteps % about["every"]:
                 return True
-            t = time.time()
-            check.reset(seed=10_000 + o.seed)
-            r, _ = evaluate_policy(self.model, check, 10, deterministic=True, warn=False)
-            self.spent += time.time() - t
-            print(json.dumps(dict(task=o.task, backend=o.backend, seed=o.seed, steps=self.num_timesteps,
-                                  mean_return=round(float(r), 2), solved=bool(r >= task["threshold"]), wall_s=round(time.time() - t0 - self.spent, 2))), flush=True)
-            return bool(r < task["threshold"]) and t - t0 - self.spent < o.seconds
+            now = time.time()
+            check.reset(seed=10_000 + seed)
+            mean, _ = evaluate_policy(self.model, check, 10, deterministic=True, warn=False)
+            self.spent += time.time() - now
+            tell(task=task, backend=backend, seed=seed, steps=self.num_timesteps, mean_return=round(float(mean), 2),
+                 solved=bool(mean >= about["threshold"]), wall_s=round(time.time() - begun - self.spent, 2))
+            return bool(mean < about["threshold"]) and now - begun - self.spent < seconds
 
-    make_agent("MlpPolicy", env, seed=o.seed, **task[algorithm]).learn(o.steps, callback=Check())
-
-
-if __name__ == "__main__":
-    main()
+    getattr(agents, algorithm.upper())("MlpPolicy", env, seed=seed, **about[algorithm]).learn(steps, callback=Check())

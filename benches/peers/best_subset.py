@@ -1,30 +1,20 @@
-#!/usr/bin/env python3
-"""Best subset against abess and STLSQ: how often each finds the true terms, and in what time.
-
-Draws the designs, gives the same rows to abess (Zhu et al. 2020, PNAS 117(52), from PyPI) and to the example
-`best_subset_cost`, and writes results/best-subset.json and docs/best-subset.md. Each solver is told the true number of
-terms k; STLSQ gets every threshold of two sweeps, on the columns as they are and scaled to unit length,
-and counts as right if any of them is. Times are medians of repeats in
-the same run, one thread each: best subset is the whole path of sizes 0..k with its proofs, abess its path of sizes 0..k,
-STLSQ the sum over the sweep.
-
-Usage: scripts/best_subset.py      (makes a virtual environment in target/venv-best-subset; about two minutes)
-"""
+"""Best subset against abess and STLSQ on designs drawn here."""
 
 import json
 import os
-import platform
 import statistics
 import subprocess
-import sys
 import tempfile
 import time
-import venv
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-VENV = ROOT / "target" / "venv-best-subset"
-PACKAGES = ["numpy", "abess"]
+from .shared import ONE_THREAD, build, write
+
+# NumPy reads this when it is imported.
+os.environ |= ONE_THREAD
+
+import numpy as np
+from abess import LinearRegression
+
 DATA_SETS = 10
 REPEATS = 3
 
@@ -42,19 +32,7 @@ DESIGNS = [
 ]
 
 
-def reexec_in_venv():
-    """Runs this script again with the Python that has the packages."""
-    python = VENV / "bin" / "python"
-    if Path(sys.prefix) == VENV:
-        return
-    if not python.exists():
-        venv.create(VENV, with_pip=True)
-        subprocess.run([python, "-m", "pip", "install", "--quiet", *PACKAGES], check=True)
-    threads = {name: "1" for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    os.execve(python, [str(python), __file__, *sys.argv[1:]], {**os.environ, **threads})
-
-
-def design(np, seed, n, p, k, rho, snr):
+def design(seed, n, p, k, rho, snr):
     """Columns with correlation rho^|i - j|, coefficients ±(0.5..1.5) on k columns drawn at random."""
     rng = np.random.default_rng(seed)
     x = rng.standard_normal((n, p))
@@ -68,7 +46,7 @@ def design(np, seed, n, p, k, rho, snr):
     return x, y, truth
 
 
-def lorenz(np, seed, n, ratio):
+def lorenz(seed, n, ratio):
     """All monomials of the Lorenz system's states up to degree 5; the target is ẏ = 28 x − x z − y with noise."""
     rng = np.random.default_rng(seed)
 
@@ -102,10 +80,8 @@ def median_time(run):
     return result, statistics.median(seconds)
 
 
-def run_abess(np, x, y, k):
+def run_abess(x, y, k):
     """Support of size k, the times of the path 0..k and of the one size."""
-    from abess import LinearRegression
-
     def fit(sizes):
         model = LinearRegression(support_size=sizes, fit_intercept=False, ic_type="ebic", thread=1)
         model.fit(x, y)
@@ -117,28 +93,29 @@ def run_abess(np, x, y, k):
 
 
 def run_example(tasks):
-    """What the example finds for the tasks."""
-    subprocess.run(["cargo", "build", "--release", "-p", "sindyna-sindy", "--example", "best_subset_cost"],
-                   cwd=ROOT, check=True)
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
-    program = target / "release" / "examples" / "best_subset_cost"
+    """What our solver finds for the tasks, and what its proofs cost."""
+    program = build("-p", "sindyna-sindy", "--example", "best_subset_cost") / "examples" / "best_subset_cost"
     with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
         json.dump(tasks, file)
         file.flush()
-        found = json.loads(subprocess.run([program, file.name], check=True, capture_output=True).stdout)
-    costs = json.loads(subprocess.run([program], check=True, capture_output=True).stdout)
+        found = json.loads(subprocess.check_output([program, file.name]))
+    costs = json.loads(subprocess.check_output([program]))
     return found, costs
 
 
-def main():
-    reexec_in_venv()
-    import abess
-    import numpy as np
+def best_subset():
+    """How often best subset, abess and STLSQ find the true terms, and in what time.
 
+    Draws the designs, gives the same rows to abess (Zhu et al. 2020, PNAS 117(52)) and to the example `best_subset_cost`, and writes
+    results/best-subset.json. Each solver is told the true number of terms k; STLSQ gets every threshold of two sweeps, on the columns as
+    they are and scaled to unit length, and counts as right if any of them is. Times are medians of repeats in the same run, one thread
+    each: best subset is the whole path of sizes 0..k with its proofs, abess its path of sizes 0..k, STLSQ the sum over the sweep. About
+    two minutes.
+    """
     tasks, truths, abess_found = [], [], []
-    for name, n, p, k, rho, snr in DESIGNS:
+    for _, n, p, k, rho, snr in DESIGNS:
         for seed in range(DATA_SETS):
-            x, y, truth = lorenz(np, seed, n, snr) if rho is None else design(np, seed, n, p, k, rho, snr)
+            x, y, truth = lorenz(seed, n, snr) if rho is None else design(seed, n, p, k, rho, snr)
             norms = np.linalg.norm(x, axis=0)
             xi = np.abs(np.linalg.lstsq(x / norms, y, rcond=None)[0])
             tasks.append({
@@ -149,10 +126,10 @@ def main():
                 "repeats": REPEATS,
             })
             truths.append(truth)
-            abess_found.append(run_abess(np, x, y, k))
+            abess_found.append(run_abess(x, y, k))
     found, costs = run_example(tasks)
     rows = []
-    for at, (name, n, p, k, rho, snr) in enumerate(DESIGNS):
+    for at, (name, n, p, k, *_) in enumerate(DESIGNS):
         of_design = range(at * DATA_SETS, (at + 1) * DATA_SETS)
         best = [found[i]["sizes"][-1] for i in of_design]
         ratio = [(found[i]["seconds"] + found[i]["factor_seconds"]) / abess_found[i][1] for i in of_design]
@@ -183,63 +160,4 @@ def main():
             "median_ratio_to_abess_path": statistics.median(ratio),
             "median_operations": statistics.median(sum(s["operations"] for s in found[i]["sizes"]) for i in of_design),
         })
-    commit = subprocess.run(["git", "rev-parse", "--short", "HEAD"], cwd=ROOT, capture_output=True, text=True)
-    result = {
-        "command": "scripts/best_subset.py",
-        "commit": commit.stdout.strip(),
-        "versions": {"abess": abess.__version__, "numpy": np.__version__, "python": platform.python_version()},
-        "data_sets": DATA_SETS,
-        "comparison": rows,
-        "costs": costs,
-    }
-    (ROOT / "results" / "best-subset.json").write_text(json.dumps(result, indent=1) + "\n")
-    (ROOT / "docs" / "best-subset.md").write_text(page(result))
-
-
-def page(result):
-    """The page of tables."""
-    lines = [
-        "# Best subset: recovery and cost",
-        "",
-        f"Written by `scripts/best_subset.py` from `results/best-subset.json` ({result['data_sets']} data sets per design,"
-        f" abess {result['versions']['abess']}). Every solver is told the true number of terms; STLSQ counts as right if"
-        " any of 80 thresholds is, half of them on columns of unit length. Times are medians for one thread; best subset is the whole path with its"
-        " proofs and the triangle, abess its path over the same sizes, which proves nothing.",
-        "",
-        "| design | rows × columns, terms | best subset | abess | STLSQ | abess misses the best | all sizes proved | median [ms] | slowest [ms] |"
-        " time / abess |",
-        "|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    for row in result["comparison"]:
-        recovered, seconds = row["recovered"], row["median_seconds"]
-        lines.append(
-            f"| {row['design']} | {row['rows']} × {row['columns']}, {row['terms']} | {recovered['best_subset']:.0%} |"
-            f" {recovered['abess']:.0%} | {recovered['stlsq']:.0%} | {row['abess_residual_is_larger']:.0%} |"
-            f" {row['proved']:.0%} |"
-            f" {1e3 * (seconds['best_subset_path'] + seconds['triangle']):.1f} | {1e3 * row['slowest_seconds']:.1f} |"
-            f" {row['median_ratio_to_abess_path']:.2g} |")
-    titles = {
-        "cases": "What a proof costs", "bounds": "What each bound gives", "growth": "How the cost grows",
-    }
-    for part, title in titles.items():
-        lines += ["", f"## {title}", "",
-                  "| case | rows × columns | sizes up to | bound | proved up to | operations | ratio | seconds |",
-                  "|---|---|---|---|---|---|---|---|"]
-        first = {}
-        for case in result["costs"][part]:
-            if "sizes" not in case:
-                lines.append(f"| {case['case']} | {case['rows']} × {case['features']} | {case['sizes_tried'] - 1} | all |"
-                             f" {case['proved_up_to']} | | | {case['seconds']:.4f} |")
-                continue
-            base = first.setdefault(case["case"], case["operations"])
-            lines.append(
-                f"| {case['case']} | {case['rows']} × {case['features']} | {case['terms']} | {case['bound']} |"
-                f" {case['proved_up_to']} | {case['operations']:.2e} | {case['operations'] / base:.3g} |"
-                f" {case['seconds']:.4f} |")
-    lines += ["", "Operations are pairs of columns looked at and their like; the ratio is to the first row of the same"
-              " name. Seconds are one machine's."]
-    return "\n".join(lines) + "\n"
-
-
-if __name__ == "__main__":
-    main()
+    write("best-subset", data_sets=DATA_SETS, comparison=rows, costs=costs)

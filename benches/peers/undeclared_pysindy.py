@@ -1,21 +1,5 @@
-"""PySINDy on the logs of scripts/undeclared.py: how often its terms are the true ones.
+"""PySINDy on logs whose noise nobody declares: how often its terms are the true ones."""
 
-The logs are written by `undeclared --set reported --export FOLDER` of crates/bench. For each, and for each equation that does not only say that
-a state is the rate of another (those rows are given), STLSQ and ensembles of STLSQ (bagging, 20 models, median) are fitted to
-smoothed finite differences (Savitzky–Golay, 11 samples, degree 3: PySINDy's default) of the smoothed states. Candidates: polynomials to
-degree 3 of states and inputs, in which an angle stands as sin and cos, and as itself too if it does not go round; squares of cosines are
-left out, being 1 less those of sines. An input in the middle of two samples of different values is their mean; first and last samples
-are not used. The threshold is one of 25, of coefficients as they are or of those of columns of unit length (normalize_columns): the one with the
-least corrected Akaike criterion (AICc), the one with the least Bayesian criterion (BIC), and, apart, whichever gives the true terms, which
-only who knows them can choose; for that, unsmoothed differences of order 4 are tried as well. Equations choose for themselves.
-
-Prints one JSON line per log, and writes the groups to results/undeclared-pysindy.json. Equations with a mass matrix cannot be said by these
-candidates and are never right.
-
-Usage: python benches/undeclared_pysindy.py FOLDER [--out results/undeclared-pysindy.json] [--skip-ensembles]
-Needs: pysindy==2.1.0 (scripts/peers_install).
-"""
-import argparse
 import itertools
 import json
 import os
@@ -24,13 +8,23 @@ import re
 import time
 import warnings
 
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ[variable] = "1"
-import numpy as np  # noqa: E402
-import pysindy as ps  # noqa: E402
+from .shared import ONE_THREAD, tell, write
+
+# NumPy reads this when it is imported.
+os.environ |= ONE_THREAD
+
+import numpy as np
+import pysindy as ps
 
 warnings.filterwarnings("ignore")
-ROOT = pathlib.Path(__file__).resolve().parent.parent
+ABOUT = """The logs are written by `undeclared --set reported --export FOLDER` of crates/bench. For each, and for each equation that does not only say that
+a state is the rate of another (those rows are given), STLSQ and ensembles of STLSQ (bagging, 20 models, median) are fitted to
+smoothed finite differences (Savitzky–Golay, 11 samples, degree 3: PySINDy's default) of the smoothed states. Candidates: polynomials to
+degree 3 of states and inputs, in which an angle stands as sin and cos, and as itself too if it does not go round; squares of cosines are
+left out, being 1 less those of sines. An input in the middle of two samples of different values is their mean; first and last samples
+are not used. The threshold is one of 25, of coefficients as they are or of those of columns of unit length (normalize_columns): the one with the
+least corrected Akaike criterion (AICc), the one with the least Bayesian criterion (BIC), and, apart, whichever gives the true terms, which
+only who knows them can choose; for that, unsmoothed differences of order 4 are tried as well. Equations choose for themselves."""
 THRESHOLDS = np.logspace(-4, 4, 25)
 RIDGE = 1e-8
 MODELS = 20
@@ -75,8 +69,7 @@ class Truth:
             return False
         x, _, rank, _ = np.linalg.lstsq(a / norms, target, rcond=1e-7)
         spread, left = target.std(), target - a / norms @ x
-        rms = lambda v: np.sqrt(np.mean(v**2))
-        return rank == len(terms) and rms(left) < 1e-9 * spread and np.all(np.abs(x) / np.sqrt(POINTS) > 1e-7 * spread)
+        return rank == len(terms) and np.sqrt(np.mean(left**2)) < 1e-9 * spread and np.all(np.abs(x) / np.sqrt(POINTS) > 1e-7 * spread)
 
 
 def recordings(path, about):
@@ -162,34 +155,28 @@ def measured(path, about, ensembles):
     return right | {"seconds": time.process_time() - start}
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--out", type=pathlib.Path, default=ROOT / "results" / "undeclared-pysindy.json")
-    parser.add_argument("--skip-ensembles", action="store_true")
-    args = parser.parse_args()
+def undeclared_pysindy(folder, out="undeclared-pysindy", skip_ensembles=False):
+    """PySINDy on the logs in a folder, one JSON line per log, and groups in results/OUT.json.
+
+    `cargo run --release -p sindyna-bench --bin undeclared -- --export FOLDER` writes the logs. Equations with a mass matrix cannot be said
+    by PySINDy's candidates and are never right.
+    """
     groups = {}
-    for csv in sorted(args.folder.glob("*.csv")):
+    for csv in sorted(pathlib.Path(folder).glob("*.csv")):
         about = json.loads(csv.with_suffix(".json").read_text())
         noise, samples, seed = csv.stem[len(about["system"]) + 1:].split("-")
         case = {"system": about["system"], "noise": float(noise), "samples": int(samples)}
-        row = measured(csv, about, not args.skip_ensembles)
-        print(json.dumps(case | {"seed": int(seed)} | row), flush=True)
+        row = measured(csv, about, not skip_ensembles)
+        tell(**case, seed=int(seed), **row)
         groups.setdefault(tuple(case.values()), []).append(case | row)
-    document = {
-        "about": "PySINDy 2.1.0, explicit equations. Right with the threshold that AICc chooses / that BIC chooses / with the best of all, of"
-                 " STLSQ; then of ensembles; median time for all thresholds. " + " ".join(__doc__.split("\n\n")[1].split()),
-        "pysindy": ps.__version__, "groups": [],
-    }
+    found = []
     for rows in groups.values():
         sums = {k: sum(r[k] for r in rows) for k in rows[0] if k.endswith(HOW)}
         seconds = float(f"{np.median([r['seconds'] for r in rows]):.3g}")
         of = [m for m in ("stlsq", "ensemble") if f"{m}_aic" in sums]
         cell = "; ".join("/".join(str(sums[f"{m}_{how}"]) for how in HOW) for m in of) + f", {seconds:g} s"
         keys = {k: rows[0][k] for k in ("system", "noise", "samples")}
-        document["groups"].append(keys | {"seeds": len(rows)} | sums | {"seconds": seconds, "cell": cell})
-    args.out.write_text(json.dumps(document, indent=1) + "\n")
-
-
-if __name__ == "__main__":
-    main()
+        found.append(keys | {"seeds": len(rows)} | sums | {"seconds": seconds, "cell": cell})
+    about = ("PySINDy 2.1.0, explicit equations. Right with the threshold that AICc chooses / that BIC chooses / with the best of all, of"
+             " STLSQ; then of ensembles; median time for all thresholds. " + " ".join(ABOUT.split()))
+    write(out, about=about, pysindy=ps.__version__, groups=found)
