@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 use sindyna_bench::study::{Result, Sindyna, each, kept, load, root};
 use sindyna_report::stats::{interval, mean, median};
 
-use crate::Peers;
+use crate::ask::Peers;
 
 /// Runs `sindyna compare --methods sac`, reads the settings it left, and trains Stable-Baselines3 with them under the same protocol: checks of a hundred episodes from new start
 /// states at the same intervals, solved at the first that reaches the threshold, a hundred episodes at the end. Steps do not depend on how busy the machine is. What is done is

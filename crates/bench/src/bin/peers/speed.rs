@@ -9,9 +9,9 @@ use anyhow::Context as _;
 use serde_json::{Value, json};
 use sindyna_bench::study::{Result, Sindyna, Spread, built};
 
-use crate::{Peers, number};
+use crate::ask::{Peers, number};
 
-/// Rounds of [`updates`] in which the products are measured.
+/// Rounds of `product_ceiling`.
 const WINDOWS: &str = "100";
 
 /// Hidden widths.
@@ -207,12 +207,17 @@ mod tests {
 
     #[test]
     fn rates_are_read_from_what_the_examples_print() -> Result {
-        assert!((before("64x64: 5021 updates/s (4876 over all), 3 µs", " over all")? - 4876.0).abs() < 1e-9);
-        assert!(
-            (before("janner: 35600 examples/s, 6.7 µs per imagined step", " µs per imagined step")? - 6.7).abs() < 1e-9
-        );
-        assert_eq!(ceiling("update, avx512   5140/s (best 5214)"), Some(("update, avx512", 5140.0, 5214.0)));
-        assert_eq!(ceiling("33.50 MFLOP"), None);
+        for (text, unit, rate) in [
+            ("64x64: 5021 updates/s (4876 over all), 3.10 µs per action", " over all", 4876.0),
+            ("janner: 35600 examples/s, 61 GFLOP/s in products, 862464 parameters, avx512", " examples/s", 35600.0),
+            ("janner: 6.7 µs per imagined step", " µs per imagined step", 6.7),
+            ("64x64, batch 256, 33.5 MFLOP per update", " MFLOP", 33.5),
+        ] {
+            assert!((before(text, unit)? - rate).abs() < 1e-12, "{text}");
+        }
+        let line = "update, avx512              5140/s (best    5214),  172 GFLOP/s,  101 % of the fastest products";
+        assert_eq!(ceiling(line), Some(("update, avx512", 5140.0, 5214.0)));
+        assert_eq!(ceiling("64x64, batch 256, 33.5 MFLOP per update"), None);
         Ok(())
     }
 }

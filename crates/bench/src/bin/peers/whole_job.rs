@@ -14,7 +14,7 @@ use sindyna_bench::study::{Result, Sindyna, Spread, count, kept, median, pinned}
 use sindyna_record::comparison::Seeds;
 use sindyna_record::run::{Summary, Timing};
 
-use crate::{Peers, number};
+use crate::ask::{Peers, number};
 
 const BACKENDS: [&str; 2] = ["sb3", "sbx"];
 

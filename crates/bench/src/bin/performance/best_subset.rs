@@ -2,7 +2,7 @@
 
 use anyhow::Context as _;
 use serde::Deserialize;
-use sindyna_bench::study::{Document, Page, Result, load};
+use sindyna_bench::study::{Document, Page, Result, load, short};
 use sindyna_core::number::significant;
 
 #[derive(Debug, Deserialize)]
@@ -72,7 +72,7 @@ pub(crate) fn page() -> Result<String> {
         let times = [
             format!("{:.1}", 1e3 * seconds),
             format!("{:.1}", 1e3 * d.slowest_seconds),
-            significant(d.median_ratio_to_abess_path, 2),
+            short(Some(d.median_ratio_to_abess_path)),
         ];
         let size = format!("{} × {}, {}", d.rows, d.columns, d.terms);
         [d.design.clone(), size].into_iter().chain(shares.map(percent)).chain(times).collect()
@@ -122,7 +122,7 @@ fn findings(comparison: &[Design]) -> Vec<String> {
     };
     let time = |d: &&Design| d.median_ratio_to_abess_path;
     let ratios = || comparison.iter().map(|d| time(&d));
-    let range = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)].map(|r| significant(r, 2));
+    let range = [ratios().fold(f64::INFINITY, f64::min), ratios().fold(0.0, f64::max)].map(|r| short(Some(r)));
     vec![
         format!("Best subset finds the true terms more often than abess {}.", better(|r| r.abess)),
         format!("It finds them more often than STLSQ with the best of 80 thresholds {}.", better(|r| r.stlsq)),

@@ -5,6 +5,7 @@
 mod best_subset;
 mod ours;
 mod peers;
+mod section;
 
 use sindyna_bench::study::{Page, Result, command, root};
 use sindyna_record::save;
@@ -34,21 +35,4 @@ fn main() -> Result {
     ));
     save(&root().join("docs/performance.md"), page.markdown().as_bytes())?;
     Ok(save(&root().join("docs/best-subset.md"), best_subset::page()?.as_bytes())?)
-}
-
-/// A part of the page, and what it says in a sentence or two.
-struct Section {
-    findings: Vec<String>,
-    body: Page,
-}
-
-impl Section {
-    fn new(title: &str, findings: impl IntoIterator<Item = String>) -> Self {
-        Self { findings: findings.into_iter().collect(), body: Page::default().section(title) }
-    }
-
-    /// The same with `more` on its page.
-    fn with(self, more: impl FnOnce(Page) -> Page) -> Self {
-        Self { body: more(self.body), ..self }
-    }
 }

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use sindyna_bench::study::{Document, Made, Result, Spread, load};
 use sindyna_core::number::{fixed, significant};
 
-use crate::Section;
+use crate::section::Section;
 
 /// Command, commit, day and machine.
 pub(crate) fn origin(made: &Made) -> String {
@@ -30,9 +30,12 @@ struct Shares {
 pub(crate) fn parts() -> Result<Option<Section>> {
     let Some(document) = load::<Document<Parts>>("parts")? else { return Ok(None) };
     let Parts { seeds, tasks } = &document.figures;
-    let names: Vec<&String> = tasks.first().map(|t| t.shares.keys().collect()).unwrap_or_default();
-    let head: Vec<&str> = ["task"].into_iter().chain(names.iter().map(|name| name.as_str())).collect();
     let share = |t: &Shares, name: &str| t.shares.get(name).and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    // The largest first.
+    let mut names: Vec<&String> = tasks.first().map(|t| t.shares.keys().collect()).unwrap_or_default();
+    let of_first = |name: &String| tasks.first().map_or(0.0, |t| share(t, name));
+    names.sort_by(|a, b| of_first(b).total_cmp(&of_first(a)));
+    let head: Vec<&str> = ["task"].into_iter().chain(names.iter().map(|name| name.as_str())).collect();
     let row = |t: &Shares| {
         let shares = names.iter().map(|name| format!("{:.1} %", 100.0 * share(t, name)));
         [t.task.clone()].into_iter().chain(shares).collect()
@@ -186,7 +189,10 @@ pub(crate) fn footprint() -> Result<Option<Section>> {
     let Some(document) = load::<Document<Footprint>>("footprint")? else { return Ok(None) };
     let found = &document.figures;
     let memory = found.peak_memory_mib.values().flat_map(BTreeMap::values).copied().fold(0.0, f64::max);
-    let finding = format!("`train` takes {memory:.0} MiB of memory; the binary has {:.1} MB.", found.binary_mb);
+    let finding = format!(
+        "At commit {} `train` took {memory:.0} MiB of memory, and the binary had {:.1} MB.",
+        document.made.commit, found.binary_mb
+    );
     let build = found.clean_build.as_ref().map(|b| {
         format!(
             "A build from clean with {} jobs: {:.0} s, {:.0} s of processor time; {} crates. The machine had other things to do, which the processor time leaves out.",
@@ -204,6 +210,6 @@ pub(crate) fn footprint() -> Result<Option<Section>> {
         page.list(points.into_iter().chain(build))
             .table(&["crate", "KiB in the binary"], sizes.into_iter().map(row))
             .table(&["crate", "seconds of the build"], seconds.into_iter().map(row))
-            .text(&format!("{}.", origin(&document.made)))
+            .text(&format!("{}. Names of crates are those of that commit.", origin(&document.made)))
     })))
 }

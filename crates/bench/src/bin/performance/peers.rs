@@ -6,7 +6,7 @@ use serde::Deserialize;
 use sindyna_bench::study::{Document, Result, Spread, load};
 use sindyna_core::number::significant;
 
-use crate::Section;
+use crate::section::Section;
 
 /// What was measured beside peers, and with which packages.
 #[derive(Debug, Deserialize)]
@@ -103,9 +103,9 @@ pub(crate) fn whole_job() -> Result<Option<Section>> {
         let own = [part("identify"), part("train"), part("evaluate"), whole(t.updates_of_ours.median), equal];
         [t.task.clone()].into_iter().chain(own).collect()
     };
-    let ratios: Vec<String> = tasks.iter().map(|t| format!("{} times on {}", t.ratio(&t.ratio), t.task)).collect();
+    let ratios: Vec<String> = tasks.iter().map(|t| format!("{} on {}", t.ratio(&t.ratio), t.task)).collect();
     let finding = format!(
-        "The whole job, from nothing to a policy that solves the task, against the better of two Python pipelines: {} faster.",
+        "From nothing to a policy that solves the task, the better of two pipelines in Python takes as many times as long as sindyna: {}.",
         ratios.join(", ")
     );
     let head =
@@ -165,9 +165,13 @@ pub(crate) fn updates() -> Result<Option<Section>> {
         for (name, rate) in &size.in_turn_in_one_process {
             let rate: Spread = serde_json::from_value(rate.clone())?;
             let speed = rate.median.unwrap_or(0.0) * size.mflop_per_update / 1e3;
-            detail.push(vec![format!("{0}×{0}", size.width), name.clone(), rate.shown(4), format!("{speed:.0}")]);
+            let row = vec![format!("{0}×{0}", size.width), name.clone(), rate.shown(4), format!("{speed:.0}")];
+            detail.push((size.width, speed, row));
         }
     }
+    // The fastest first.
+    detail.sort_by(|a, b| a.0.cmp(&b.0).then(b.1.total_cmp(&a.1)));
+    let detail = detail.into_iter().map(|(_, _, row)| row);
     let finding = |size: &Size| {
         let times = |spread: &Spread| spread.median.map_or_else(String::new, |v| significant(v, 3));
         format!(
