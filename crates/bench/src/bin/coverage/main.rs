@@ -106,7 +106,7 @@ fn page(document: &Document<Figures>) -> String {
     let covers = |g: &Group| shown(g.coverage.map(|c| 100.0 * c), 1);
     let finding = |g: &Group| {
         format!(
-            "{}: 95 % intervals hold {} % of {} coefficients; the error is {} times the smallest that the data allow.",
+            "{}: 95 % intervals hold {} % of {} coefficients; the RMS error is {} times the standard error.",
             g.system,
             covers(g),
             g.coefficients,
