@@ -1,7 +1,7 @@
 //! One identification, held against the truth.
 
 use cpu_time::ThreadTime;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sindyna_core::Dataset;
 use sindyna_sindy::{Identified, Identifier, Model};
 
@@ -10,13 +10,29 @@ use sindyna_truth::{Deviation, Structure, Truth, compare, structure};
 /// Relative accuracy to which true coefficients are computed from true rates: about 1e-13, and some room.
 const KNOWN: f64 = 1e-11;
 
+/// How far rates are from the truth; none where that is not finite, or where there is no model.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Off {
+    /// Largest difference on any point.
+    pub worst: Option<f64>,
+    /// Root of the mean of squared differences.
+    pub rms: Option<f64>,
+}
+
+impl From<Deviation> for Off {
+    fn from(deviation: Deviation) -> Self {
+        let finite = |value: f64| Some(value).filter(|v| v.is_finite());
+        Self { worst: finite(deviation.worst), rms: finite(deviation.rms) }
+    }
+}
+
 /// What an identification with the defaults is worth.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
     /// Processor time of the fit, which uses one thread \[s\].
     pub seconds: f64,
     /// How far the rates are from the truth over the box.
-    pub deviation: Deviation,
+    pub deviation: Off,
     /// Whether the report says of every equation that nothing is left to explain.
     pub explained: bool,
     /// Whether every equation has the true terms and no other.
@@ -58,7 +74,7 @@ pub fn measure(truth: &Truth, identifier: &Identifier, data: &Dataset) -> anyhow
     let true_terms = matches!(structure, Structure::True { .. });
     let measured = Measured {
         seconds,
-        deviation: truth.deviation(&found.model),
+        deviation: truth.deviation(&found.model).into(),
         explained: truth.judged().all(|(i, _)| found.report.equations[i].reached_floor),
         true_terms,
         true_terms_shown: true_terms || shown(truth, identifier, &found),

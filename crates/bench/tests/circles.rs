@@ -26,13 +26,16 @@ fn no_file_knows_one_that_knows_it() -> io::Result<()> {
     for package in fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))? {
         let source = package?.path().join("src");
         assert!(source.join("lib.rs").exists(), "no library in {}", source.display());
-        // Programs in `bin` are one file each.
-        for root in ["lib.rs", "main.rs"] {
-            let imports = imports(root, &|file| fs::read_to_string(source.join(file)).ok());
+        let programs = fs::read_dir(source.join("bin")).into_iter().flatten().flatten().map(|program| program.path());
+        for (folder, root) in [(source.clone(), "lib.rs"), (source.clone(), "main.rs")]
+            .into_iter()
+            .chain(programs.map(|folder| (folder, "main.rs")))
+        {
+            let imports = imports(root, &|file| fs::read_to_string(folder.join(file)).ok());
             for circle in circles(&imports) {
                 let within = imports.iter().filter(|((a, b), _)| circle.contains(a) && circle.contains(b));
                 let each = within.map(|((from, to), names)| format!("\n  {from} takes {names:?} from {to}"));
-                found += &each.fold(format!("\n{}:", source.display()), |all, one| all + &one);
+                found += &each.fold(format!("\n{}:", folder.display()), |all, one| all + &one);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Training examples per second of an ensemble, one thread, beside `benches/ensemble_torch.py`, and the time of a step:
+//! Training examples per second of an ensemble, one thread, beside `benches/peers/torch_ensemble.py`, and the time of a step:
 //! `cargo run --release -p sindyna-rl --example ensemble_speed [paper|janner] [isa]`.
 //!
 //! An example is a row of one batch, of which every member sees one of its own; what is timed is a whole fit but for its

@@ -1,7 +1,7 @@
 //! What found equations are worth.
 
 use anyhow::Context as _;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use sindyna_core::Seed;
 
 use super::generate::generate;
@@ -35,7 +35,7 @@ pub struct Judge {
 }
 
 /// One equation against the true one.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Judged {
     /// The state whose rate it is.
     pub state: String,
@@ -56,7 +56,7 @@ pub struct Judged {
 }
 
 /// All judged equations.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// Whether every equation is right.
     pub right: bool,

@@ -9,11 +9,13 @@ mod generate;
 mod inputs;
 mod judge;
 mod reported;
+mod run;
 mod system;
 
 pub use export::export;
 pub use generate::generate;
 pub use judge::{Judge, Judged, Verdict};
+pub use run::{Case, Run};
 pub use system::System;
 
 /// Which systems.

@@ -1,0 +1,1 @@
+"""sindyna beside its peers in Python: what it is measured against, and the measuring."""
