@@ -9,7 +9,7 @@ pub(crate) const NONE: &str = "–";
 
 /// `value` with two significant digits.
 pub(crate) fn rough(value: f64) -> String {
-    if value.abs() >= 10.0 { fixed(value, 0) } else { significant(value, 2).replace('-', "−") }
+    if value.abs() >= 10.0 { fixed(value, 0) } else { significant(value, 2) }
 }
 
 pub(crate) fn or_none(value: Option<String>) -> String {

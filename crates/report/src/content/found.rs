@@ -53,13 +53,13 @@ pub(super) fn equations(found: &[Equations]) -> Vec<Block> {
 fn coefficients(judged: &Judged, summands: &[Summand]) -> Block {
     let row = |summand: &Summand| {
         let state = &judged.model.states()[summand.equation];
-        let digits = |value: f64| significant(value, 9).replace('-', "−");
+        let digits = |value: f64| significant(value, 9);
         [
             format!("d{state}/dt"),
             summand.term.clone(),
             digits(summand.truth),
             digits(summand.found),
-            significant(summand.relative_error(), 2).replace('-', "−"),
+            significant(summand.relative_error(), 2),
         ]
     };
     let head = ["equation of", "term", "true coefficient", "identified", "relative error"];

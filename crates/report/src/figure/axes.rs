@@ -147,11 +147,9 @@ impl Axes {
     }
 }
 
-/// A number at an axis: with a true minus.
+/// A number at an axis.
 fn shown(value: f64) -> String {
-    let size = value.abs();
-    let text = if size == 0.0 || (1e-4..1e6).contains(&size) { value.to_string() } else { significant(value, 3) };
-    text.replace('-', "\u{2212}")
+    significant(value, 6)
 }
 
 /// Powers of ten between `low` and `high`, at most [`MOST_TICKS`].

@@ -1,6 +1,6 @@
 //! Equations as MathML.
 
-use sindyna_core::number::coefficient;
+use sindyna_core::number::{coefficient, decimals, significant};
 use sindyna_record::identification::{Account, Equation};
 use sindyna_sindy::{Entry, Expr, Form, Function, Model};
 
@@ -114,10 +114,9 @@ pub(super) fn rounded(value: f64, error: f64) -> (String, String) {
     let digits = 1 - error.log10().floor() as i32;
     if (0..=9).contains(&digits) && value.abs() < 1e6 {
         let digits = digits as usize;
-        return (format!("{value:.digits$}").replace('-', "−"), format!("{error:.digits$}"));
+        return (decimals(value, digits), decimals(error, digits));
     }
-    let two = sindyna_core::number::significant(error, 2).replace('-', "−");
-    (coefficient(value), two)
+    (coefficient(value), significant(error, 2))
 }
 
 /// What an expression is a part of.

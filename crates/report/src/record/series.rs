@@ -112,7 +112,7 @@ pub(super) fn coverages(table: &PredictionTable) -> Vec<Block> {
         pairs.iter().map(|&(a, b)| coverage((label(a), &column(a)), (label(b), &column(b)))).collect();
     let ranges = (0..n + k).take(MOST_ROWS).filter_map(|i| {
         let (low, high) = range(column(i).into_iter())?;
-        let shown = |v: f64| sindyna_core::number::significant(v, 4).replace('-', "−");
+        let shown = |v: f64| sindyna_core::number::significant(v, 4);
         Some([label(i).to_owned(), if i < n { "state" } else { "input" }.to_owned(), shown(low), shown(high)])
     });
     let mut blocks = vec![Block::Section("Coverage of the data".into())];

@@ -15,7 +15,7 @@ use sindyna_sindy::{Identifier, NoiseChoice, Watch};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
-use super::console::Console;
+use super::console::{Console, width};
 use super::identification::IdentificationOptions;
 use super::reading::{ReadingOptions, heading, pairs, source};
 use crate::cli::failure::Failure;
@@ -192,7 +192,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         files.insert(1, (pages::PAGE, page));
     }
     let written = write(args.out.as_deref(), &record, files);
-    let mut text = heading(&logs, &log) + "\n" + &sindyna_report::text::text(&account);
+    let mut text = heading(&logs, &log) + "\n" + &sindyna_report::text::text(&account, width());
     if account.explained == Some(false) {
         text += HELP;
     }

@@ -122,5 +122,5 @@ pub(super) fn table(groups: &[Group]) -> String {
             ),
         ]);
     }
-    sindyna_report::text::aligned(&lines)
+    sindyna_report::text::aligned(&lines, super::console::width())
 }
