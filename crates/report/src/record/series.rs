@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use sindyna_record::identification::{PredictionRow, PredictionTable};
+use sindyna_record::identification::{PredictionRow, PredictionTable, StateQuality};
 use sindyna_record::run::EpisodeTable;
 
 use super::most::{MOST_ROWS, MOST_STATES};
 use crate::document::Block;
 use crate::figure::plots::coverage;
 use crate::figure::series::{Line, Series, series};
-use crate::numbers::plural;
+use crate::numbers::{measures, plural};
 use crate::thin::{Point, range};
 
 /// Points of all lines of a kind of figure, which bounds the size of a page.
@@ -24,7 +24,7 @@ fn each(lines: usize) -> usize {
 }
 
 /// Measured samples against one-step predictions and the free run.
-pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
+pub(super) fn predictions(table: &PredictionTable, unmeasured: &[String]) -> Vec<Block> {
     let window = &table.rows[..table.window().min(table.rows.len())];
     if window.len() < 2 {
         return Vec::new();
@@ -63,8 +63,10 @@ pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
         Block::Section("Measured and predicted".into()),
         Block::text(
             "One-step prediction: each sample from the one before it. Free run: a simulation from the first sample of each \
-             trajectory under the recorded inputs.",
+             trajectory under the recorded inputs; that of a chaotic system leaves the measured one however exact the equations are. \
+             Fit percent: 100 (1 − NRMSE).",
         ),
+        quality(&table.quality(unmeasured)),
         Block::Figures(figures.collect()),
     ];
     if table.rows.len() > window.len() {
@@ -74,6 +76,25 @@ pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
         blocks.push(Block::text(format!("The first {drawn} of {} states are drawn.", table.states.len())));
     }
     blocks
+}
+
+/// RMSE, R² and fit percent of every state.
+fn quality(states: &[StateQuality]) -> Block {
+    let row = |state: &StateQuality| {
+        let [rmse, r2, fit] = measures(Some(&state.one_step));
+        let [free_rmse, free_r2, free_fit] = measures(state.free_run.as_ref());
+        [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
+    };
+    let head = [
+        "state",
+        "one step: RMSE",
+        "one step: R²",
+        "one step: fit [%]",
+        "free run: RMSE",
+        "free run: R²",
+        "free run: fit [%]",
+    ];
+    Block::table(1, head, states.iter().take(MOST_ROWS).map(row).collect())
 }
 
 /// Time of each row with trajectories one after another, and where they begin.

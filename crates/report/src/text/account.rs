@@ -3,9 +3,10 @@
 use std::fmt::Write as _;
 
 use sindyna_core::number::{fixed, significant};
-use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise};
+use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise, StateQuality};
 
 use super::aligned;
+use crate::numbers::measures as shown;
 
 /// What the residuals of equations are compared with where the noise was estimated.
 const ESTIMATED: &str = "the estimated noise";
@@ -30,6 +31,22 @@ fn held_out_lines(held_out: &HeldOut) -> String {
         let _ = write!(text, "\n  no more predictions: {failed}");
     }
     text
+}
+
+/// How well the samples are predicted that the equations were fitted to.
+fn quality(account: &Account, width: usize) -> String {
+    if account.quality.is_empty() {
+        return String::new();
+    }
+    let head =
+        ["prediction of", "RMSE, one step", "R²", "fit [%]", "RMSE, free run", "R²", "fit [%]"].map(String::from);
+    let row = |state: &StateQuality| {
+        let [rmse, r2, fit] = shown(Some(&state.one_step));
+        let [free_rmse, free_r2, free_fit] = shown(state.free_run.as_ref());
+        [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
+    };
+    let rows: Vec<[String; 7]> = std::iter::once(head).chain(account.quality.iter().map(row)).collect();
+    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n"
 }
 
 /// What is claimed of all equations together.
@@ -75,6 +92,7 @@ pub fn text(account: &Account, width: usize) -> String {
         let _ =
             write!(text, "\nnot measured: {}, whose values follow from the equations", account.unmeasured.join(", "));
     }
+    text += &quality(account, width);
     text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
     if !account.search_complete {
         text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
@@ -271,6 +289,7 @@ mod tests {
             unmeasured: vec![],
             search_complete: true,
             warnings: vec![],
+            quality: vec![],
             held_out: None,
         }
     }
