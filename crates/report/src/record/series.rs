@@ -137,6 +137,10 @@ pub(super) fn coverages(table: &PredictionTable) -> Vec<Block> {
         Some([label(i).to_owned(), if i < n { "state" } else { "input" }.to_owned(), shown(low), shown(high)])
     });
     let mut blocks = vec![Block::Section("Coverage of the data".into())];
+    blocks.push(Block::text(
+        "The range of each signal, and where the measured samples are: a dot for each, in the plane of two states (the phase plane, where one is the \
+         rate of the other) and of a state and an input. Equations are compared with data only there.",
+    ));
     blocks.push(Block::table(2, ["signal", "", "lowest", "highest"], ranges.collect()));
     if !figures.is_empty() {
         blocks.push(Block::Figures(figures));
