@@ -7,8 +7,8 @@ use crate::numbers::{fixed, plural};
 /// Planners and what they are.
 const PLANNERS: [(&str, &str); 3] = [
     ("lqr", "a linear-quadratic regulator (LQR)"),
-    ("ilqr", "an iterative linear-quadratic regulator (iLQR), which plans anew at each step"),
-    ("mppi", "model predictive path integral control (MPPI), which plans anew at each step"),
+    ("ilqr", "an iterative linear-quadratic regulator (iLQR)"),
+    ("mppi", "model predictive path integral control (MPPI)"),
 ];
 
 /// The controller in a few words.
@@ -17,7 +17,7 @@ pub(super) fn name(training: &Training) -> String {
         return format!("a network trained by {} in the learned model", training.algorithm);
     }
     let known = PLANNERS.iter().find(|(name, _)| *name == training.algorithm).map(|(_, what)| *what);
-    format!("{} of the learned model, without training", known.unwrap_or(&training.algorithm))
+    format!("{} in the learned model, which is not trained", known.unwrap_or(&training.algorithm))
 }
 
 /// How it came about.

@@ -161,7 +161,8 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     fits.retain(|updates| *updates > 0.0);
     fits.dedup();
     let mut figures = Vec::new();
-    if !trials.is_empty() {
+    // A planner has no updates to draw its return by.
+    if !trials.is_empty() && summary.training.planners.is_empty() {
         figures.push(plots::training(&trials, &fits, &real, summary.threshold));
     }
     let prediction = summary.training.prediction.as_ref();
