@@ -1,21 +1,51 @@
 //! Numbers as people read them: the one place where digits, signs and thousands are decided.
+//!
+//! The minus of a number is U+2212, as in equations; [`ascii`] is for text that programs read.
 
 /// `value` with `digits` significant digits and no trailing zeros; a scientific form where zeros would pile up.
 ///
 /// ```
 /// use sindyna_core::number::significant;
 /// assert_eq!(significant(0.1 + 0.2, 9), "0.3");
-/// assert_eq!(significant(1.26e-6, 2), "1.3e-6");
+/// assert_eq!(significant(-1.26e-6, 2), "−1.3e−6");
 /// ```
 #[must_use]
 pub fn significant(value: f64, digits: usize) -> String {
+    with_minus(&ascii(value, digits))
+}
+
+/// [`significant`] digits for programs and their languages, whose minus is a hyphen.
+///
+/// ```
+/// assert_eq!(sindyna_core::number::ascii(-1.26e-6, 2), "-1.3e-6");
+/// ```
+#[must_use]
+pub fn ascii(value: f64, digits: usize) -> String {
     rounded(value, digits, -4)
 }
 
-/// `value` as a coefficient of a printed equation: six significant digits, with a true minus.
+/// `value` as a coefficient of a printed equation: six significant digits.
 #[must_use]
 pub fn coefficient(value: f64) -> String {
-    rounded(value, 6, -5).replace('-', "−")
+    with_minus(&rounded(value, 6, -5))
+}
+
+/// `value` with so many digits behind the point.
+///
+/// ```
+/// assert_eq!(sindyna_core::number::decimals(-1234.56, 1), "−1234.6");
+/// ```
+#[must_use]
+pub fn decimals(value: f64, digits: usize) -> String {
+    let text = format!("{value:.digits$}");
+    // What is rounded to zero has no sign.
+    let zero = text.trim_start_matches('-').chars().all(|c| matches!(c, '0' | '.'));
+    with_minus(if zero { text.trim_start_matches('-') } else { &text })
+}
+
+/// `text` with U+2212 for every hyphen.
+fn with_minus(text: &str) -> String {
+    text.replace('-', "\u{2212}")
 }
 
 /// `value` with `digits` significant digits; below ten to the power `least` in scientific form.
@@ -38,10 +68,11 @@ fn rounded(value: f64, digits: usize, least: i32) -> String {
 #[must_use]
 pub fn shortest(value: f64) -> String {
     let narrow = value as f32;
-    if f64::from(narrow).to_bits() == value.to_bits() { narrow.to_string() } else { value.to_string() }
+    let is_narrow = f64::from(narrow).to_bits() == value.to_bits();
+    with_minus(&if is_narrow { narrow.to_string() } else { value.to_string() })
 }
 
-/// `value` with so many digits behind the point, thousands set apart and a true minus; ∞ for infinity.
+/// `value` with so many digits behind the point, thousands set apart; ∞ for infinity.
 ///
 /// ```
 /// assert_eq!(sindyna_core::number::fixed(-1234.56, 1), "−1,234.6");
@@ -51,11 +82,7 @@ pub fn fixed(value: f64, digits: usize) -> String {
     if value.is_infinite() {
         return if value > 0.0 { "∞".into() } else { "−∞".into() };
     }
-    let text = format!("{value:.digits$}");
-    // What is rounded to zero has no sign.
-    let bare = text.trim_start_matches('-');
-    let zero = bare.chars().all(|c| matches!(c, '0' | '.'));
-    grouped(if zero { bare } else { &text })
+    grouped(&decimals(value, digits))
 }
 
 /// `count` and `what`, with an s unless there is one of it.
@@ -69,10 +96,10 @@ pub fn plural(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Thousands set apart, and a true minus.
+/// Thousands set apart.
 fn grouped(text: &str) -> String {
     let (whole, rest) = text.split_once('.').map_or((text, String::new()), |(whole, rest)| (whole, format!(".{rest}")));
-    let (sign, digits) = whole.strip_prefix('-').map_or(("", whole), |digits| ("−", digits));
+    let (sign, digits) = whole.strip_prefix('−').map_or(("", whole), |digits| ("−", digits));
     let mut found = String::new();
     for (i, digit) in digits.chars().enumerate() {
         if i > 0 && (digits.len() - i).is_multiple_of(3) {
@@ -92,8 +119,8 @@ mod tests {
         for (value, digits, text) in [
             (15.0, 9, "15"),
             (0.1 + 0.2, 9, "0.3"),
-            (-0.002_512_345, 3, "-0.00251"),
-            (1.26e-6, 2, "1.3e-6"),
+            (-0.002_512_345, 3, "−0.00251"),
+            (1.26e-6, 2, "1.3e−6"),
             (131_000.0, 2, "1.3e5"),
             (0.0, 2, "0"),
             (99.9, 2, "1e2"),
@@ -101,6 +128,13 @@ mod tests {
         ] {
             assert_eq!(significant(value, digits), text);
         }
+    }
+
+    #[test]
+    fn every_printer_has_one_minus() {
+        let shown = [significant(-2.5e-7, 3), coefficient(-2.5e-7), decimals(-2.5, 1), shortest(-2.5), fixed(-2.5, 1)];
+        assert_eq!(shown, ["−2.5e−7", "−2.5e−7", "−2.5", "−2.5", "−2.5"]);
+        assert_eq!((decimals(-0.04, 1), ascii(-2.5e-7, 3)), ("0.0".into(), "-2.5e-7".into()));
     }
 
     #[test]
@@ -121,7 +155,7 @@ mod tests {
 
     #[test]
     fn widened_float32_is_shown_as_it_was_written() {
-        for (value, text) in [(f64::from(-1.2_f32), "-1.2"), (-1.2, "-1.2"), (8.0, "8"), (f64::from(0.07_f32), "0.07")]
+        for (value, text) in [(f64::from(-1.2_f32), "−1.2"), (-1.2, "−1.2"), (8.0, "8"), (f64::from(0.07_f32), "0.07")]
         {
             assert_eq!(shortest(value), text);
         }

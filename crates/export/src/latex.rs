@@ -1,6 +1,6 @@
 //! Formulas for LaTeX with amsmath.
 
-use sindyna_core::number::significant;
+use sindyna_core::number::ascii;
 use sindyna_sindy::export::{Stepping, System};
 use sindyna_sindy::{Entry, Expr, Function};
 
@@ -60,7 +60,7 @@ fn sum(system: &System, row: &[Entry], names: &[String]) -> String {
             (false, false) => " + ",
             (false, true) => " - ",
         };
-        let size = significant(entry.coefficient.abs(), DIGITS);
+        let size = ascii(entry.coefficient.abs(), DIGITS);
         let term = &system.terms[entry.term];
         let rate = entry.rate.map(|i| left(system, &names[i]));
         let factors: Vec<String> =
@@ -86,8 +86,8 @@ fn power_of_ten(number: &str) -> String {
 fn formula(expr: &Expr, names: &[String], tight: bool) -> String {
     let part = |e: &Expr, tight| formula(e, names, tight);
     let text = match expr {
-        Expr::Constant(c) if *c < 0.0 => format!("\\left(-{}\\right)", power_of_ten(&significant(-c, DIGITS))),
-        Expr::Constant(c) => power_of_ten(&significant(*c, DIGITS)),
+        Expr::Constant(c) if *c < 0.0 => format!("\\left(-{}\\right)", power_of_ten(&ascii(-c, DIGITS))),
+        Expr::Constant(c) => power_of_ten(&ascii(*c, DIGITS)),
         Expr::Variable(i) => names[*i].clone(),
         Expr::Neg(a) => format!("-{}", part(a, true)),
         Expr::Add(a, b) => format!("{} + {}", part(a, false), part(b, true)),

@@ -1,5 +1,6 @@
 //! What is known of tasks and methods besides the records of their runs.
 
+use sindyna_core::Policy;
 use sindyna_envs::System;
 use sindyna_record::comparison::{Digest, Names, base};
 use sindyna_report::{Catalog, Published};
@@ -63,6 +64,10 @@ impl Catalog for Known {
 
     fn applies(&self, method: &str, task: &str) -> bool {
         Method::of_run(method).is_some_and(|method| method.fits(base(task)))
+    }
+
+    fn expert(&self, task: &str) -> Option<Box<dyn Policy>> {
+        sindyna_control::ByHand::new(base(task)).map(|expert| Box::new(expert) as Box<dyn Policy>)
     }
 
     fn published(&self, task: &str) -> Option<&Published> {

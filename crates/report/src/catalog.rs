@@ -1,5 +1,6 @@
 //! What is known of tasks and methods besides their records.
 
+use sindyna_core::Policy;
 use sindyna_envs::System;
 
 /// Facts about the tasks and methods of a comparison that no record holds. Whoever runs methods knows them.
@@ -21,6 +22,11 @@ pub trait Catalog {
 
     /// Whether `method` can be used on `task`.
     fn applies(&self, method: &str, task: &str) -> bool;
+
+    /// A controller for `task`, written by hand, whose closed loops are drawn; `None` where there is none.
+    fn expert(&self, _task: &str) -> Option<Box<dyn Policy>> {
+        None
+    }
 
     /// What a publication reports of `task`, to stand beside what is found here.
     fn published(&self, task: &str) -> Option<&Published>;

@@ -28,11 +28,19 @@ pub(crate) enum Block {
     },
     Figures(Vec<Figure>),
     Code(String),
-    /// Code that few want to see.
-    Folded {
-        summary: String,
-        code: String,
-    },
+    /// Sentences, each for itself.
+    List(Vec<String>),
+    /// A file beside the page.
+    File(File),
+}
+
+/// A file beside a page, of which the page has a link.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct File {
+    pub(crate) name: String,
+    /// What stands before the link.
+    pub(crate) text: String,
+    pub(crate) contents: String,
 }
 
 impl Block {
@@ -44,6 +52,14 @@ impl Block {
         let rows = rows.into_iter().map(|row| row.to_vec()).collect();
         Self::Table { words, head: head.map(String::from).to_vec(), rows }
     }
+}
+
+/// All files beside a report.
+pub(crate) fn files(blocks: &[Block]) -> impl Iterator<Item = &File> {
+    blocks.iter().filter_map(|block| match block {
+        Block::File(file) => Some(file),
+        _ => None,
+    })
 }
 
 /// All figures of a report.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::document::Block;
+use super::document::{Block, File};
 use super::figure::page_style;
 use crate::escape::escaped;
 
@@ -47,10 +47,13 @@ pub(crate) fn page(title: &str, blocks: &[Block]) -> String {
                 }
                 text += "</div>\n";
             }
-            Block::Folded { summary, code } => {
-                let (summary, code) = (escaped(summary), escaped(code.trim_end()));
-                text +=
-                    &format!("<details><summary>{summary}</summary>\n<pre tabindex=\"0\">{code}</pre>\n</details>\n");
+            Block::List(lines) => {
+                let items = lines.iter().map(|line| format!("<li>{}</li>\n", with_code(&escaped(line))));
+                text += &format!("<ul>\n{}</ul>\n", items.collect::<String>());
+            }
+            Block::File(File { name, text: before, .. }) => {
+                let (name, before) = (escaped(name), escaped(before));
+                text += &format!("<p>{before}<a href=\"{name}\">{name}</a>.</p>\n");
             }
             Block::Code(code) => text += &format!("<pre tabindex=\"0\">{}</pre>\n", escaped(code.trim_end())),
         }
@@ -95,7 +98,7 @@ main { max-width: 66rem; margin: 0 auto; padding: 1rem; }
 h1 { font-size: 1.6rem; line-height: 1.25; } h2 { font-size: 1.25rem; margin: 2.5rem 0 .5rem; } h3 { font-size: 1rem; margin: 1.5rem 0 .3rem; }
 p { max-width: 44rem; overflow-wrap: anywhere; }
 .figures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 24rem), 1fr)); gap: 1.5rem 2rem; margin: 1rem 0; }
-figure { margin: 0; max-width: 34rem; } figure svg { display: block; width: 100%; height: auto; }
+figure { margin: 0; max-width: 34rem; } figure > svg { display: block; width: 100%; height: auto; }
 figcaption { color: var(--soft); font-size: .85rem; }
 @media (max-width: 30rem) { svg text { font-size: 14.5px; } }
 .scroll { overflow-x: auto; }
@@ -104,7 +107,7 @@ th, td { padding: .25rem 0 .25rem 1.1rem; text-align: right; border-bottom: 1px 
 th { color: var(--soft); font-weight: 400; vertical-align: bottom; white-space: normal; min-width: 4rem; }
 .word { text-align: left; } th:first-child, td:first-child { padding-left: 0; min-width: 0; }
 tr.next td { border-top: 2px solid var(--soft); }
-summary { cursor: pointer; }
+li { max-width: 44rem; margin: .3rem 0; overflow-wrap: anywhere; } a { color: var(--c0); }
 .verdict { font-size: 1.1rem; font-weight: 600; padding-left: .8rem; border-left: .35rem solid var(--soft); }
 .verdict.good { border-color: var(--c2); } .verdict.bad { border-color: var(--c4); }
 .equation { max-width: none; margin: .4rem 0; overflow-wrap: normal; font-size: 1.15rem; line-height: 2.2; padding-left: 2rem; text-indent: -2rem; }

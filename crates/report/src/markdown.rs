@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::document::Block;
+use super::document::{Block, File};
 
 /// The report called `title`; `folder` is where its figures lie, as seen from the file.
 pub(crate) fn markdown(title: &str, blocks: &[Block], folder: &str) -> String {
@@ -23,9 +23,9 @@ pub(crate) fn markdown(title: &str, blocks: &[Block], folder: &str) -> String {
                     let _ = writeln!(text, "![{}]({folder}/{}.svg)", figure.alternative, figure.name);
                 }
             }
-            Block::Folded { summary, code } => {
-                let code = code.trim_end();
-                text += &format!("<details>\n<summary>{summary}</summary>\n\n```text\n{code}\n```\n\n</details>\n");
+            Block::List(lines) => lines.iter().for_each(|line| text += &format!("- {line}\n")),
+            Block::File(File { name, text: before, .. }) => {
+                let _ = writeln!(text, "{before}[{name}]({}/{name}).", folder.replace(' ', "%20"));
             }
             Block::Code(code) => text += &format!("```text\n{}\n```\n", code.trim_end()),
         }

@@ -2,6 +2,8 @@
 
 pub(crate) use sindyna_core::number::{fixed, plural, significant};
 
+use sindyna_record::identification::Quality;
+
 use crate::stats::Interval;
 
 /// What there is not.
@@ -9,7 +11,17 @@ pub(crate) const NONE: &str = "–";
 
 /// `value` with two significant digits.
 pub(crate) fn rough(value: f64) -> String {
-    if value.abs() >= 10.0 { fixed(value, 0) } else { significant(value, 2).replace('-', "−") }
+    if value.abs() >= 10.0 { fixed(value, 0) } else { significant(value, 2) }
+}
+
+/// RMSE, R² and fit percent of predictions.
+pub(crate) fn measures(quality: Option<&Quality>) -> [String; 3] {
+    let part = |of: &dyn Fn(&Quality) -> Option<String>| or_none(quality.and_then(of));
+    [
+        part(&|q| Some(significant(q.rmse, 3))),
+        part(&|q| q.r2.map(|r2| fixed(r2, 4))),
+        part(&|q| q.fit_percent.map(|fit| fixed(fit, 1))),
+    ]
 }
 
 pub(crate) fn or_none(value: Option<String>) -> String {

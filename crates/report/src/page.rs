@@ -1,6 +1,6 @@
 //! A page of a report, in whatever form it is wanted.
 
-use crate::document::{Block, figures};
+use crate::document::{Block, figures, files};
 use crate::{Figure, html, markdown};
 
 /// Text, tables and figures under a title.
@@ -11,10 +11,10 @@ pub struct Page {
 }
 
 impl Page {
-    /// The same with a paragraph before everything else.
+    /// The same with a paragraph at the end.
     #[must_use]
-    pub fn with_preface(mut self, text: impl Into<String>) -> Self {
-        self.blocks.insert(0, Block::text(text));
+    pub fn with_closing(mut self, text: impl Into<String>) -> Self {
+        self.blocks.push(Block::text(text));
         self
     }
 
@@ -34,6 +34,11 @@ impl Page {
     #[must_use]
     pub fn html(&self) -> String {
         html::page(&self.title, &self.blocks)
+    }
+
+    /// Names and contents of the files that the page has links to: they lie beside [HTML](Self::html), and in the folder of [Markdown](Self::markdown).
+    pub fn files(&self) -> impl Iterator<Item = (&str, &str)> {
+        files(&self.blocks).map(|file| (&*file.name, &*file.contents))
     }
 
     /// All figures.

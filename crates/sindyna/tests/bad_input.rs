@@ -107,7 +107,7 @@ fn bounds_are_shown_as_they_were_declared() {
     let temp = tempfile::tempdir().unwrap();
     let (code, stdout, _) = parts(&sindyna(temp.path(), &["tasks", "mountain-car"]));
     assert_eq!(code, 0);
-    assert!(stdout.contains("-1.2 to 0.6") && !stdout.contains("000000"), "{stdout}");
+    assert!(stdout.contains("−1.2 to 0.6") && !stdout.contains("000000"), "{stdout}");
 }
 
 #[test]

@@ -66,18 +66,18 @@ fn logs_without_equations_say_what_is_odd_about_them() {
         &["--states", "th,w,z", "--inputs", "u"],
         &["no equations in log.csv", "`z` is 0 in every row"],
     );
-    refuses(&of(1e-150, "0"), &COLUMNS, &["`w` reaches", "e-150: give it in other units"]);
+    refuses(&of(1e-150, "0"), &COLUMNS, &["`w` reaches", "e−150: give it in other units"]);
     refuses(
         &example(),
         &[&COLUMNS[..], &["--dt", "1e-300"]].concat(),
-        &["a sampling interval of 1e-300 s was given, but samples are 0.05", "--time-column none"],
+        &["a sampling interval of 1e−300 s was given, but samples are 0.05", "--time-column none"],
     );
     refuses(&example(), &[&COLUMNS[..], &["--dt", "0.1"]].concat(), &["a sampling interval of 0.1 s was given"]);
     refuses(&example(), &[&COLUMNS[..], &["--dt", "0.0503"]].concat(), &["a sampling interval of 0.0503 s was given"]);
     refuses(
         &example(),
         &[&COLUMNS[..], &["--dt", "1e-300", "--time-column", "none"]].concat(),
-        &["a step every 1e-300 s"],
+        &["a step every 1e−300 s"],
     );
     refuses(&example(), &[&COLUMNS[..], &["--limits", "th=100:101"]].concat(), &["the --limits of `th`"]);
     let many: Vec<String> = (0..2_500).map(|i| format!("--term=sin({i}.5*th)")).collect();

@@ -37,11 +37,13 @@ fn a_page_has_all_its_sections_and_looks_well_in_a_browser() {
         "<h2>Phase portraits</h2>",
         "<h2>Table 1 of the paper</h2>",
         "<h2>Models and costs</h2>",
-        "<h2>Settings</h2>",
+        "<h2>Findings</h2>",
+        "<a href=\"settings.toml\">",
+        "the expert acts",
         "2 of 2",
         "ω\u{307} = 15 sin θ + 3 u",
         "lqr is not for pendulum",
-        "# sindy on cart-pole",
+        "<h2>Real steps and wall-clock time</h2>",
     ] {
         assert!(text.contains(wanted), "{wanted} is missing");
     }

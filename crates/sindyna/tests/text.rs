@@ -18,7 +18,8 @@ fn sindyna(directory: &Path, args: &[&str]) -> (i32, String, String) {
 
 /// `text` without the lines that have times in them, and with what rounding leaves as one and the same: it differs from processor to processor.
 fn timeless(text: &str) -> String {
-    let is_rounding = |word: &str| word.parse::<f64>().is_ok_and(|value| value != 0.0 && value.abs() < 1e-13);
+    let is_rounding =
+        |word: &str| word.replace('−', "-").parse::<f64>().is_ok_and(|value| value != 0.0 && value.abs() < 1e-13);
     let shown = |line: &str| {
         let words = line.split(' ').map(|word| if is_rounding(word) { "<rounding>" } else { word });
         words.collect::<Vec<_>>().join(" ") + "\n"

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use sindyna_core::{Channel, Spec};
 use sindyna_sindy::{Form, Identified, Noise};
 
-use super::{Equation, HeldOut, Stepping};
+use super::{Equation, HeldOut, PredictionTable, StateQuality, Stepping};
 use crate::{RecordError, format};
 
 /// What was identified and how far to believe it.
@@ -45,6 +45,9 @@ pub struct Account {
     /// What the data do not show.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<String>,
+    /// How well the model predicts the samples it was fitted to, one step and in a free run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub quality: Vec<StateQuality>,
     /// How well the model predicts a part of the data that it was not fitted to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_out: Option<HeldOut>,
@@ -146,8 +149,16 @@ impl Account {
             unmeasured: report.unmeasured.iter().filter_map(|&i| model.states().get(i).cloned()).collect(),
             search_complete: report.search_complete,
             warnings: report.warnings.clone(),
+            quality: Vec::new(),
             held_out: None,
         }
+    }
+
+    /// The same, with how well the model predicts the samples that `predicted` has, if it has any.
+    #[must_use]
+    pub fn with_predictions(self, predicted: Option<&PredictionTable>) -> Self {
+        let quality = predicted.map_or_else(Vec::new, |table| table.quality(&self.unmeasured));
+        Self { quality, ..self }
     }
 
     /// Reads an `identify.json`; fields of the log it was made of are left aside.

@@ -5,6 +5,7 @@ mod equation;
 mod held_out;
 mod model;
 mod prediction;
+mod quality;
 mod stepping;
 
 pub use account::{Account, NoiseSource, Offset, StateNoise};
@@ -12,4 +13,5 @@ pub use equation::{Equation, InsideTerm, SubsetOfSize, Summand};
 pub use held_out::{FreeRun, HeldOut};
 pub use model::{ModelFileError, read_model};
 pub use prediction::{PredictionRow, PredictionTable};
+pub use quality::{Quality, StateQuality};
 pub use stepping::Stepping;

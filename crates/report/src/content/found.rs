@@ -1,12 +1,12 @@
 //! The equations found, and what they are worth.
 
-use crate::Comparison;
 use crate::document::Block;
 use crate::equations::{Equations, Judged, Summand};
 use crate::figure;
 use crate::numbers::{NONE, or_none, plural, rough, significant};
-use crate::portrait::portrait;
+use crate::portrait::{Portrait, closed_loop, portrait};
 use crate::stats::median;
+use crate::{Comparison, Figure};
 
 pub(super) fn equations(found: &[Equations]) -> Vec<Block> {
     let mut blocks = vec![
@@ -53,40 +53,48 @@ pub(super) fn equations(found: &[Equations]) -> Vec<Block> {
 fn coefficients(judged: &Judged, summands: &[Summand]) -> Block {
     let row = |summand: &Summand| {
         let state = &judged.model.states()[summand.equation];
-        let digits = |value: f64| significant(value, 9).replace('-', "−");
+        let digits = |value: f64| significant(value, 9);
         [
             format!("d{state}/dt"),
             summand.term.clone(),
             digits(summand.truth),
             digits(summand.found),
-            significant(summand.relative_error(), 2).replace('-', "−"),
+            significant(summand.relative_error(), 2),
         ]
     };
     let head = ["equation of", "term", "true coefficient", "identified", "relative error"];
     Block::table(2, head, summands.iter().map(row).collect())
 }
 
-pub(super) fn portraits(found: &[Equations]) -> Vec<Block> {
-    let figure = |found: &Equations| {
-        let judged = found.judged.first()?;
-        let (spec, portrait) = (found.system.spec(), portrait(&found.system, &judged.model));
-        let apart = significant(portrait.distance(spec), 2);
-        let caption = format!(
-            "{}: apart by at most {apart} of a state's scale within {}",
-            found.task,
-            plural(portrait.steps(), "step")
-        );
-        Some(figure::portraits((&found.task, spec), &portrait, caption))
+pub(super) fn portraits(comparison: &Comparison<'_>, found: &[Equations]) -> Vec<Block> {
+    let figures = |found: &Equations| -> Vec<Figure> {
+        let Some(model) = found.judged.first().map(|judged| &judged.model) else { return Vec::new() };
+        let free = drawn(found, "portrait", "no input", &portrait(&found.system, model));
+        let closed = comparison.catalog.expert(&found.task).map(|expert| {
+            let portrait = closed_loop(&found.system, model, &*expert);
+            drawn(found, "closed-loop", "the expert acts", &portrait)
+        });
+        [free].into_iter().chain(closed).collect()
     };
     vec![
         Block::Section("Phase portraits".into()),
         Block::text(
-            "The true system, broad and pale, and upon it the model of the first seed, both without any input, from the same ten start \
-             states (dots). A path ends where a limit might act, which is no part of the equations: at a wall, at the largest speed, \
+            "The true system, broad and pale, and upon it the model that sindy identified with the first seed, from the same ten start \
+             states (dots): without any input, and in closed loop with the expert, which acts on each by what it observes of it. \
+             Records have no policies, so the trained ones are not drawn. A path ends where a limit might act, which is no part of the equations: at a wall, at the largest speed, \
              or where a pole has fallen by a quarter turn.",
         ),
-        Block::Figures(found.iter().filter_map(figure).collect()),
+        Block::Figures(found.iter().flat_map(figures).collect()),
     ]
+}
+
+/// One portrait, of a kind called `kind`; `how` says what acts.
+fn drawn(found: &Equations, kind: &str, how: &str, portrait: &Portrait) -> Figure {
+    let spec = found.system.spec();
+    let apart = significant(portrait.distance(spec), 2);
+    let steps = plural(portrait.steps(), "step");
+    let caption = format!("{}, {how}: apart by at most {apart} of a state's scale within {steps}", found.task);
+    figure::portraits((kind, &found.task, how), spec, portrait, caption)
 }
 
 /// Table 1 of the paper with the same numbers of ours.
@@ -135,7 +143,7 @@ pub(super) fn table_of_the_paper(comparison: &Comparison<'_>, found: &[Equations
         Block::table(2, head, rows.collect()),
         Block::text(format!(
             "Nₑ: real rollouts (ours end where an episode does, so the same real steps may take several); real steps: R of the paper in \
-             all of them together; N: imagined rollouts for each real one; P: size of Ξ, states times candidate terms; P′: coefficients that are not zero, in \
+             all of them together; N: rollouts in the model for each real one; P: size of Ξ, states times candidate terms; P′: coefficients that are not zero, in \
              the paper's counting. Ours are medians over seeds; dynamics are exact if the equations have the true terms, and generalise \
              if the policy solves the task. Of mountain-car the text of the paper says 100 real steps, its table 50. The MBPO of the paper has {} parameters.",
             catalog.published_network_parameters()

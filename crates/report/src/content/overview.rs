@@ -3,9 +3,10 @@
 use sindyna_record::comparison::{Digest, base};
 
 use super::steps::speed_ups;
-use super::{costs, found, returns, steps};
+use super::{costs, findings, found, returns, settings, steps};
 use crate::document::Block;
 use crate::equations::equations;
+use crate::names::method_name;
 use crate::numbers::plural;
 use crate::scores::scales;
 use crate::{Catalog, Comparison, Page};
@@ -39,26 +40,22 @@ fn blocks(comparison: &Comparison<'_>) -> Vec<Block> {
     let Comparison { digest, catalog, .. } = *comparison;
     let found = equations(digest, catalog);
     let scales = scales(digest);
-    let mut blocks = vec![Block::text(overview(digest))];
+    let mut blocks = findings::findings(comparison, &found, &scales);
+    blocks.push(Block::Section("Records".into()));
+    blocks.push(Block::text(overview(digest)));
+    blocks.extend(settings::origin(&digest.settings).map(Block::Text));
     blocks.extend(gaps(digest, catalog).map(Block::Text));
+    blocks.push(settings::block(&digest.settings));
     blocks.extend(steps::curves(comparison));
+    blocks.extend(costs::against_time(comparison));
     blocks.push(Block::Section("Real steps until solved".into()));
     blocks.extend(speed_ups(comparison));
     blocks.extend(returns::returns(comparison));
     blocks.extend(returns::one_scale(comparison, &scales));
     blocks.extend(found::equations(&found));
-    blocks.extend(found::portraits(&found));
+    blocks.extend(found::portraits(comparison, &found));
     blocks.extend(found::table_of_the_paper(comparison, &found));
     blocks.extend(costs::costs(comparison));
-    blocks.push(Block::Section("Settings".into()));
-    let (common, methods) = digest.settings.split_once("\n\n").unwrap_or((&digest.settings, ""));
-    blocks.push(Block::text(
-        "Version, commit and instructions of all runs; what is not set below is as the program has it at that commit.",
-    ));
-    blocks.push(Block::Code(common.into()));
-    if !methods.is_empty() {
-        blocks.push(Block::Folded { summary: "Settings of every method on every task".into(), code: methods.into() });
-    }
     blocks
 }
 
@@ -74,9 +71,8 @@ fn overview(digest: &Digest) -> String {
         ""
     };
     format!(
-        "{} of {} on {}, {}: every run there was in the directory of the comparison, whichever command made it, all of them with the same \
-         settings. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds (percentile, 10,000 samples, each task and method drawn from \
-         itself).{noise}",
+        "{} of {} on {}, {}: all that were in the directory of the comparison. Numbers in brackets are 95\u{a0}% bootstrap intervals over seeds \
+         (percentile, 10,000 samples, each task and method drawn from itself).{noise}",
         plural(digest.runs.len(), "run"),
         plural(methods.len(), "method"),
         plural(tasks.len(), "task"),
@@ -103,15 +99,15 @@ pub(crate) fn gaps(digest: &Digest, catalog: &dyn Catalog) -> Option<String> {
     let pairs = || tasks.iter().flat_map(|task| methods.iter().map(move |method| (*task, *method)));
     let most = pairs().map(|(task, method)| count(task, method)).max().unwrap_or(0);
     let gap = |(task, method): (&str, &str)| {
-        let few = count(task, method);
+        let (few, name) = (count(task, method), method_name(method));
         match asked(task, method) {
             Some(all) if few < all => {
-                Some(format!("{method} on {task} has {few} of the {} asked for", plural(all, "run")))
+                Some(format!("{name} on {task} has {few} of the {} asked for", plural(all, "run")))
             }
             _ if few == 0 && catalog.methods().contains(&method) && !catalog.applies(method, task) => {
-                Some(format!("{method} is not for {task}"))
+                Some(format!("{name} is not for {task}"))
             }
-            _ if few < most => Some(format!("{method} on {task} has {} of {most}", plural(few, "run"))),
+            _ if few < most => Some(format!("{name} on {task} has {} of {most}", plural(few, "run"))),
             _ => None,
         }
     };
@@ -158,6 +154,8 @@ mod tests {
             .filter_map(|block| if let Block::Section(name) = block { Some(name.as_str()) } else { None })
             .collect();
         let expected = [
+            "Findings",
+            "Records",
             "Learning curves",
             "Real steps until solved",
             "Returns at the end",
@@ -166,7 +164,6 @@ mod tests {
             "Phase portraits",
             "Table 1 of the paper",
             "Models and costs",
-            "Settings",
         ];
         assert_eq!(sections, expected);
     }

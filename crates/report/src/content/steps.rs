@@ -1,22 +1,32 @@
 //! How many real steps it takes.
 
+use super::settings::check_episodes;
 use crate::Comparison;
 use crate::document::Block;
 use crate::figure;
 use crate::groups::Ratio;
+use crate::names::method_name;
 use crate::numbers::{NONE, fixed, or_none, rough, with_interval};
+
+/// What a check is, as far as the records say.
+fn check(comparison: &Comparison<'_>) -> String {
+    let episodes = check_episodes(&comparison.digest.settings).unwrap_or_else(|| "its episodes".into());
+    format!("{episodes} without exploration, from start states drawn anew")
+}
 
 pub(super) fn curves(comparison: &Comparison<'_>) -> Vec<Block> {
     let tasks = comparison.digest.tasks();
-    let figures = tasks.into_iter().map(|task| figure::curves(comparison, task)).collect();
+    let figures = tasks.into_iter().flat_map(|task| figure::curves(comparison, task)).collect();
     vec![
         Block::Section("Learning curves".into()),
-        Block::text(
-            "At fixed numbers of real steps every seed's policy plays 100 episodes without exploration, from start states drawn anew for every check; \
-             lines are the mean over the seeds that came to one, bands its 95\u{a0}% interval. The curves of sindy and of other models in its loop begin where their real steps end, because the policy \
-             that is handed over is judged then. A run that has ended keeps its last score to the right. Dashed: methods whose \
-             real steps say nothing (they know the equations, or learn nothing), with their return at the end. Dotted: the return that solves the task.",
-        ),
+        Block::text(format!(
+            "At fixed numbers of real steps the policy of each seed is checked: {}. \
+             Lines: mean over seeds; bands: its 95\u{a0}% interval. The first figure of a task has all returns, the second the returns from the threshold up, \
+             on an axis of its own, where methods that solve the task can be told apart. The curves of sindy, least-squares and ensemble begin where their real steps end: \
+             their policy is evaluated once. A run that has ended keeps its last return to the right. Dashed: methods without real steps of their own (oracle, expert, random), \
+             with their return at the end. Dotted: the threshold.",
+            check(comparison)
+        )),
         Block::Figures(figures),
     ]
 }
@@ -29,7 +39,7 @@ pub(crate) fn speed_ups(comparison: &Comparison<'_>) -> Vec<Block> {
         let theirs = comparison.catalog.published(&group.task).and_then(|row| row.speed_up(&group.method));
         Some([
             group.task.clone(),
-            group.method.clone(),
+            method_name(&group.method),
             format!("{} of {}", group.solved, group.runs),
             with_interval(steps.median, steps.interval, |v| fixed(v, 0)),
             or_none(range),
@@ -50,13 +60,14 @@ pub(crate) fn speed_ups(comparison: &Comparison<'_>) -> Vec<Block> {
     ];
     vec![
         Block::table(2, head, rows.collect()),
-        Block::text(
-            "Solved: the mean return of 100 episodes from start states drawn anew reaches the task's threshold, for every method alike. Methods that learn on the system are judged so at \
-             every check, and the first that reaches it counts; the others have one such check, at their end. First check: the real steps before which nothing can be solved, because the policy \
-             has learned nothing or is not looked at. A run that never solves its task counts as infinitely long; \
-             where that makes the ratio of a method with a budget infinite, “at least” says what it would be if all of those had solved it when that was spent. The paper does not say how many updates a \
+        Block::text(format!(
+            "Solved: the mean return of a check ({}) reaches the threshold of the task. Methods that learn on the system are checked at intervals, \
+             and the first check that reaches the threshold counts; the others are checked once, at their end. First check: the real steps before which a method cannot solve a task, \
+             because its policy has learned nothing or is not checked. A run that never solves its task counts as infinitely long. \
+             “At least” is the ratio if all of these had solved it when their budget was spent. The paper does not say how many updates a \
              step its SAC makes, nor when it counts a task as solved; its one number for SAC stands beside both of ours.",
-        ),
+            check(comparison)
+        )),
     ]
 }
 

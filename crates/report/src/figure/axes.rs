@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 
 use crate::escape::escaped;
 use crate::numbers::significant;
+use crate::thin::simplified;
 
-/// Numbers at a logarithmic axis.
-const MOST_TICKS: i32 = 6;
+/// How far a line may pass from a point that is left out, in units of the drawing.
+const TOLERANCE: f64 = 0.15;
 
 /// How numbers are spread over an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,12 +38,12 @@ impl Axis {
     }
 
     pub(super) fn logarithmic(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic, parts: 5.0, whole: false }
+        Self { label: label.into(), low, high, spacing: Spacing::Logarithmic, parts: 6.0, whole: false }
     }
 
-    /// The same with few numbers, for a low panel.
+    /// The same with few numbers, for a small panel.
     pub(super) fn few(self) -> Self {
-        Self { parts: 2.0, ..self }
+        Self { parts: if self.spacing == Spacing::Logarithmic { 4.0 } else { 2.0 }, ..self }
     }
 
     /// The same for counts: only whole numbers stand at it.
@@ -56,10 +57,14 @@ impl Axis {
         ((place(value) - place(self.low)) / (place(self.high) - place(self.low))).clamp(0.0, 1.0)
     }
 
+    fn shown(&self, tick: f64) -> String {
+        if self.spacing == Spacing::Logarithmic { power(tick) } else { shown(tick) }
+    }
+
     fn ticks(&self) -> Vec<f64> {
         let mut ticks = match self.spacing {
             Spacing::Even => round_numbers(self.low, self.high, self.parts),
-            Spacing::Logarithmic => powers_of_ten(self.low, self.high),
+            Spacing::Logarithmic => powers_of_ten(self.low, self.high, self.parts),
         };
         ticks.retain(|tick| !self.whole || tick.fract() == 0.0);
         ticks
@@ -78,6 +83,14 @@ pub(super) struct Axes {
 }
 
 impl Axes {
+    /// The same scale of values across a longer axis upwards, from `low` to `high`, that leaves the rectangle.
+    pub(super) fn beyond(&self, (low, high): (f64, f64)) -> Self {
+        let unit = (self.bottom - self.top) / (self.y.high - self.y.low);
+        let y = Axis { low, high, ..self.y.clone() };
+        let (top, bottom) = (self.top - (high - self.y.high) * unit, self.bottom + (self.y.low - low) * unit);
+        Self { x: self.x.clone(), y, top, bottom, ..*self }
+    }
+
     pub(super) fn x(&self, value: f64) -> f64 {
         self.left + self.x.share(value) * (self.right - self.left)
     }
@@ -93,18 +106,34 @@ impl Axes {
 
     /// Grid, numbers and names of both axes.
     pub(super) fn draw(&self, text: &mut String) {
+        self.draw_across(text);
+        let Self { left, right, top, .. } = *self;
+        for tick in self.y.ticks() {
+            let y = self.y(tick);
+            let _ = writeln!(text, r#"<line class="grid" x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}"/>"#);
+            let _ = writeln!(
+                text,
+                r#"<text class="end" x="{:.1}" y="{:.1}">{}</text>"#,
+                left - 6.0,
+                y + 4.5,
+                self.y.shown(tick)
+            );
+        }
+        let _ = writeln!(text, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, left, top - 8.0, escaped(&self.y.label));
+    }
+
+    /// The same of the axis across alone.
+    pub(super) fn draw_across(&self, text: &mut String) {
         let Self { left, right, top, bottom, .. } = *self;
         for tick in self.x.ticks() {
             let x = self.x(tick);
             let _ = writeln!(text, r#"<line class="grid" x1="{x:.1}" x2="{x:.1}" y1="{top}" y2="{bottom}"/>"#);
-            let _ =
-                writeln!(text, r#"<text class="middle" x="{x:.1}" y="{:.1}">{}</text>"#, bottom + 17.0, shown(tick));
-        }
-        for tick in self.y.ticks() {
-            let y = self.y(tick);
-            let _ = writeln!(text, r#"<line class="grid" x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}"/>"#);
-            let _ =
-                writeln!(text, r#"<text class="end" x="{:.1}" y="{:.1}">{}</text>"#, left - 6.0, y + 4.5, shown(tick));
+            let _ = writeln!(
+                text,
+                r#"<text class="middle" x="{x:.1}" y="{:.1}">{}</text>"#,
+                bottom + 17.0,
+                self.x.shown(tick)
+            );
         }
         let middle = 0.5 * (left + right);
         let _ = writeln!(
@@ -113,7 +142,6 @@ impl Axes {
             bottom + 35.0,
             escaped(&self.x.label)
         );
-        let _ = writeln!(text, r#"<text x="{:.1}" y="{:.1}">{}</text>"#, left, top - 8.0, escaped(&self.y.label));
     }
 
     /// A level all across.
@@ -122,9 +150,11 @@ impl Axes {
         let _ = writeln!(text, r#"<line class="{class}" x1="{left}" x2="{right}" y1="{y:.1}" y2="{y:.1}"/>"#);
     }
 
-    /// Straight lines from point to point.
+    /// Straight lines from point to point; points are left out that nobody would miss.
     pub(super) fn line(&self, text: &mut String, class: &str, points: &[(f64, f64)]) {
-        let points: Vec<String> = points.iter().map(|p| self.point(*p)).collect();
+        let places: Vec<(f64, f64)> = points.iter().map(|&(x, y)| (self.x(x), self.y(y))).collect();
+        let shown = |(x, y): &(f64, f64)| format!("{x:.1},{y:.1}");
+        let points: Vec<String> = simplified(&places, TOLERANCE).iter().map(shown).collect();
         let _ = writeln!(text, r#"<polyline class="{class}" points="{}"/>"#, points.join(" "));
     }
 
@@ -147,17 +177,29 @@ impl Axes {
     }
 }
 
-/// A number at an axis: with a true minus.
+/// A number at an axis.
 fn shown(value: f64) -> String {
-    let size = value.abs();
-    let text = if size == 0.0 || (1e-4..1e6).contains(&size) { value.to_string() } else { significant(value, 3) };
-    text.replace('-', "\u{2212}")
+    significant(value, 6)
 }
 
-/// Powers of ten between `low` and `high`, at most [`MOST_TICKS`].
-fn powers_of_ten(low: f64, high: f64) -> Vec<f64> {
+/// A power of ten, such as 10⁻³.
+fn power(value: f64) -> String {
+    let digit = |c: char| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32(u32::from('⁰') + u32::from(c) - u32::from('0')).unwrap_or(c),
+        _ => c,
+    };
+    let exponent = value.log10().round() as i32;
+    "10".to_owned() + &exponent.to_string().chars().map(digit).collect::<String>()
+}
+
+/// Powers of ten between `low` and `high`, about `most` at most.
+fn powers_of_ten(low: f64, high: f64, most: f64) -> Vec<f64> {
     let (first, last) = (low.log10().ceil() as i32, high.log10().floor() as i32);
-    let step = ((last - first) / MOST_TICKS + 1).max(1);
+    let step = ((last - first) / most as i32 + 1).max(1);
     (first..=last).filter(|exponent| exponent.rem_euclid(step) == 0).map(|exponent| 10_f64.powi(exponent)).collect()
 }
 
@@ -187,9 +229,10 @@ mod tests {
         assert_eq!(round_numbers(-1200.0, -140.0, 5.0), [-1000.0, -500.0]);
         assert_eq!(round_numbers(0.0, 100.0, 5.0), [0.0, 20.0, 40.0, 60.0, 80.0, 100.0]);
         assert_eq!(round_numbers(0.0, 1.0, 5.0), [0.0, 0.2, 0.4, 0.6, 0.8, 1.0]);
-        assert_eq!(powers_of_ten(5.0, 20_000.0), [10.0, 100.0, 1_000.0, 10_000.0]);
-        assert_eq!(powers_of_ten(1e-14, 1e13).len(), 5, "27 decades have no 27 numbers");
+        assert_eq!(powers_of_ten(5.0, 20_000.0, 6.0), [10.0, 100.0, 1_000.0, 10_000.0]);
+        assert_eq!(powers_of_ten(1e-14, 1e13, 6.0).len(), 5, "27 decades have no 27 numbers");
         assert_eq!((shown(-0.5), shown(2e-13), shown(1e6)), ("−0.5".into(), "2e−13".into(), "1e6".into()));
+        assert_eq!([1.0, 10.0, 1e-3, 1e14].map(power), ["10⁰", "10¹", "10⁻³", "10¹⁴"]);
     }
 
     #[test]

@@ -10,14 +10,16 @@ use super::style::colour;
 use crate::Comparison;
 use crate::curve::{Point, curve};
 use crate::groups::Group;
+use crate::names::method_name;
 use crate::numbers::fixed;
+use crate::thin::range;
 
 /// Real steps the axis goes to at least.
 const LEAST_STEPS: usize = 1_000;
 
 /// One method in the drawing.
-struct Line<'a> {
-    method: &'a str,
+struct Line {
+    method: String,
     /// Class of its colour.
     class: String,
     /// Scores on the way; the last is carried on to the right.
@@ -26,43 +28,59 @@ struct Line<'a> {
     level: Option<f64>,
 }
 
-/// The learning curves of all methods on `task`.
-pub(crate) fn curves(comparison: &Comparison<'_>, task: &str) -> Figure {
+/// The learning curves of all methods on `task`: all returns, and those from the threshold up, where good methods differ.
+pub(crate) fn curves(comparison: &Comparison<'_>, task: &str) -> Vec<Figure> {
     let Comparison { digest, catalog, groups } = comparison;
     let of_task: Vec<&Group> = groups.iter().filter(|group| group.task == task).collect();
-    let lines: Vec<Line<'_>> = of_task
+    let lines: Vec<Line> = of_task
         .iter()
         .map(|group| {
             let points =
                 if catalog.is_reference(&group.method) { Vec::new() } else { curve(digest, task, &group.method) };
             let level = if points.is_empty() { group.returns.as_ref().map(|returns| returns.mean) } else { None };
-            Line { method: &group.method, class: colour(*catalog, &group.method), points, level }
+            Line { method: method_name(&group.method), class: colour(*catalog, &group.method), points, level }
         })
         .collect();
     let mark = catalog.system(task).and_then(|system| system.protocol().solved_at);
-    Figure {
-        name: format!("curves-{task}"),
-        alternative: format!("Learning curves on {task}: return against real steps"),
-        caption: mark.map_or_else(|| task.to_owned(), |mark| format!("{task}: solved at {}", fixed(mark, 0))),
-        elements: drawing(task, &lines, mark),
+    let (low, high) = range(lines.iter().flat_map(Line::scores).chain(mark)).unwrap_or((0.0, 1.0));
+    let room = 0.04 * (high - low);
+    let figure = |name: &str, what: &str, caption: String, from: f64, to: f64| Figure {
+        name: format!("curves-{task}{name}"),
+        alternative: format!("Learning curves on {task}: return against real steps{what}"),
+        caption,
+        elements: drawing(task, &lines, mark, (from, to)),
+    };
+    let solved = mark.map_or_else(String::new, |mark| format!(", solved at {}", fixed(mark, 0)));
+    let whole = figure("", "", format!("{task}: all returns{solved}"), low - room, high + room);
+    // What lies above the threshold can only be seen where something does.
+    let above = mark.filter(|mark| lines.iter().any(|line| line.end().is_some_and(|end| end > *mark)));
+    let top = above.map(|mark| {
+        let room = 0.04 * (high - mark);
+        let caption = format!("{task}: the same from the threshold, {}, up", fixed(mark, 0));
+        figure("-solved", ", from the threshold up", caption, mark - room, high + room)
+    });
+    [Some(whole), top].into_iter().flatten().collect()
+}
+
+impl Line {
+    /// Every return that is drawn.
+    fn scores(&self) -> impl Iterator<Item = f64> {
+        self.points.iter().flat_map(|point| [point.interval.low, point.interval.high]).chain(self.level)
+    }
+
+    /// Where it ends on the right.
+    fn end(&self) -> Option<f64> {
+        self.points.last().map(|point| point.mean).or(self.level)
     }
 }
 
-fn drawing<'l>(task: &str, lines: &'l [Line<'l>], mark: Option<f64>) -> String {
-    let of_line = |line: &Line<'_>| {
-        let ends = line.points.iter().flat_map(|point| [point.interval.low, point.interval.high]);
-        ends.chain(line.level).collect::<Vec<_>>()
-    };
-    let scores: Vec<f64> = lines.iter().flat_map(of_line).chain(mark).collect();
-    let low = scores.iter().copied().fold(f64::INFINITY, f64::min);
-    let high = scores.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-    let room = 0.04 * (high - low);
+/// The lines on an axis of returns from `from` to `to`; what lies beyond is cut off.
+fn drawing(task: &str, lines: &[Line], mark: Option<f64>, (from, to): (f64, f64)) -> String {
     let most = lines.iter().flat_map(|line| line.points.iter().map(|point| point.real_steps));
     let most = most.max().unwrap_or(0).max(LEAST_STEPS) as f64;
     let axes = Axes {
         x: Axis::logarithmic("real steps", 5.0, most),
-        y: Axis::even(&format!("return, {task}"), low - room, high + room),
+        y: Axis::even(&format!("return, {task}"), from, to),
         left: LEFT,
         right: NAMES_AT,
         top: TOP,
@@ -74,17 +92,29 @@ fn drawing<'l>(task: &str, lines: &'l [Line<'l>], mark: Option<f64>) -> String {
         axes.level(&mut text, "mark", mark);
     }
     for line in lines {
-        if let Some(level) = line.level {
+        if let Some(level) = line.level.filter(|level| (from..=to).contains(level)) {
             axes.level(&mut text, &format!("{} level", line.class), level);
         }
     }
+    let all =
+        range(lines.iter().flat_map(Line::scores)).map_or((from, to), |(low, high)| (low.min(from), high.max(to)));
+    let (beyond, (left, right)) = (axes.beyond(all), (axes.left, axes.right));
+    let (width, height) = (right - left, BOTTOM - TOP);
+    // A drawing in the drawing shows nothing outside its frame.
+    let _ = writeln!(
+        text,
+        r#"<svg x="{left}" y="{TOP}" width="{width}" height="{height}" viewBox="{left} {TOP} {width} {height}">"#
+    );
     // The first method lies on top.
     for line in lines.iter().rev() {
-        draw(&mut text, &axes, &line.class, &line.points, most);
+        draw(&mut text, &beyond, &line.class, &line.points, most);
     }
-    let end = |line: &Line<'_>| line.points.last().map(|point| point.mean).or(line.level);
-    let name = |line: &'l Line<'l>| Some(Name { y: axes.y(end(line)?), class: line.class.clone(), text: line.method });
-    let ends: Vec<Name<'_>> = lines.iter().filter_map(name).collect();
+    text += "</svg>\n";
+    let ends = lines.iter().filter_map(|line| {
+        let end = line.end().filter(|end| (from..=to).contains(end))?;
+        Some(Name { y: axes.y(end), class: line.class.clone(), text: &line.method })
+    });
+    let ends: Vec<Name<'_>> = ends.collect();
     names::draw(&mut text, ends, NAMES_AT, (TOP, BOTTOM));
     text
 }
@@ -110,9 +140,9 @@ mod tests {
     #[test]
     fn a_curve_ends_at_the_right_border_and_falls_where_scores_fall() {
         let point = |real_steps, v: f64| Point { real_steps, mean: v, interval: Interval { low: v, high: v } };
-        let line =
-            Line { method: "sac", class: "c0".into(), points: vec![point(100, 0.0), point(1000, 10.0)], level: None };
-        let drawing = drawing("any", &[line], Some(10.0));
+        let points = vec![point(100, 0.0), point(1000, 10.0)];
+        let line = Line { method: "sac".into(), class: "c0".into(), points, level: None };
+        let drawing = drawing("any", &[line], Some(10.0), (-0.4, 10.4));
         let curve = drawing.lines().find(|line| line.contains("curve")).expect("there is a curve");
         let numbers: Vec<f64> = curve.split(['"', ' ', ',']).filter_map(|word| word.parse().ok()).collect();
         assert_eq!(numbers[numbers.len() - 2], NAMES_AT, "{curve}");
@@ -120,7 +150,31 @@ mod tests {
     }
 
     #[test]
+    fn above_the_threshold_lines_are_where_their_returns_are_and_the_rest_is_cut_off() {
+        let point = |real_steps, v: f64| Point { real_steps, mean: v, interval: Interval { low: v, high: v } };
+        let line = |name: &str, ends: [f64; 2]| Line {
+            method: name.into(),
+            class: "c0".into(),
+            points: vec![point(100, ends[0]), point(1000, ends[1])],
+            level: None,
+        };
+        let lines = [line("good", [0.0, 100.0]), line("bad", [0.0, 50.0])];
+        let text = drawing("any", &lines, Some(90.0), (90.0, 100.0));
+        let curves: Vec<&str> = text.lines().filter(|line| line.contains("curve")).collect();
+        let heights = |line: &str| -> Vec<f64> {
+            let points = line.split('"').nth(3).expect("it has points");
+            points.split(' ').filter_map(|p| p.split_once(',')?.1.parse().ok()).collect()
+        };
+        // From 90 to 100 is the height of the panel, so 50 lies four panels below its bottom, and 0 nine.
+        let panel = BOTTOM - TOP;
+        let expected = [BOTTOM + 9.0 * panel, BOTTOM + 4.0 * panel];
+        assert_eq!(heights(curves[0]), expected, "bad is drawn first");
+        assert_eq!(heights(curves[1]), [BOTTOM + 9.0 * panel, TOP]);
+        assert!(text.contains("good") && !text.contains("bad"), "only what ends in the panel has a name: {text}");
+    }
+
+    #[test]
     fn a_task_without_any_score_is_still_drawn() {
-        assert!(drawing("any", &[], None).contains("real steps"));
+        assert!(drawing("any", &[], None, (0.0, 1.0)).contains("real steps"));
     }
 }

@@ -1,6 +1,7 @@
 //! Drawings as SVG whose colours are classes: a page has its own colours, light or dark, for all of them.
 
 mod axes;
+mod costs;
 mod curves;
 mod drawing;
 mod frame;
@@ -13,6 +14,7 @@ mod profile;
 pub(crate) mod series;
 mod style;
 
+pub(crate) use costs::{CostRow, costs};
 pub(crate) use curves::curves;
 pub use drawing::Figure;
 #[cfg(feature = "png")]
@@ -20,4 +22,4 @@ pub use png::PngError;
 pub(crate) use portraits::portraits;
 pub(crate) use profile::profiles;
 pub use style::METHOD_COLOURS;
-pub(crate) use style::page_style;
+pub(crate) use style::{colour, page_style};

@@ -44,10 +44,10 @@ pub(super) fn legend(text: &mut String, entries: &[(String, &str)], x: f64, top:
         let _ = writeln!(
             text,
             r#"<polyline class="{class} curve" points="{:.1},{y:.1} {:.1},{y:.1}"/>"#,
-            x + 6.0,
-            x + 16.0
+            x + 2.0,
+            x + 12.0
         );
-        let _ = writeln!(text, r#"<text class="{class} name" x="{:.1}" y="{:.1}">{name}</text>"#, x + 20.0, y + 4.5);
+        let _ = writeln!(text, r#"<text class="{class} name" x="{:.1}" y="{:.1}">{name}</text>"#, x + 15.0, y + 4.5);
     }
 }
 

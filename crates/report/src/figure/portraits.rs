@@ -13,7 +13,13 @@ use crate::portrait::{Path, Portrait};
 const GAP: f64 = 46.0;
 
 /// The portrait of a model of the system `spec`, identified for `task`: the truth broad and pale, the model thin upon it.
-pub(crate) fn portraits((task, spec): (&str, &Spec), portrait: &Portrait, caption: String) -> Figure {
+/// The file of a portrait of a kind called `kind` is named after it; `how` says what acts.
+pub(crate) fn portraits(
+    (kind, task, how): (&str, &str, &str),
+    spec: &Spec,
+    portrait: &Portrait,
+    caption: String,
+) -> Figure {
     let count = portrait.panels.len().max(1) as f64;
     let width = (WIDTH - 14.0 - LEFT - GAP * (count - 1.0)) / count;
     let mut text = String::new();
@@ -34,8 +40,8 @@ pub(crate) fn portraits((task, spec): (&str, &Spec), portrait: &Portrait, captio
         }
     }
     Figure {
-        name: format!("portrait-{task}"),
-        alternative: format!("Phase portrait of {task}: the true system and the model found"),
+        name: format!("{kind}-{task}"),
+        alternative: format!("Phase portrait of {task}, {how}: the true system and the identified model"),
         caption,
         elements: text,
     }
@@ -101,7 +107,7 @@ mod tests {
     fn the_same_system_with_and_without_noise_has_two_pictures() {
         let system = sindyna_envs::find("pendulum").expect("it comes along");
         let portrait = Portrait { paths: Vec::new(), panels: Vec::new() };
-        let name = |task: &str| portraits((task, system.spec()), &portrait, String::new()).name;
+        let name = |task: &str| portraits(("portrait", task, ""), system.spec(), &portrait, String::new()).name;
         assert_ne!(name("pendulum"), name("pendulum+noise-0.01"));
     }
 }

@@ -13,20 +13,20 @@ const WHOLE: (f64, f64) = (0.0, 1.1);
 const TOP_SCORES: (f64, f64) = (0.9, 1.05);
 
 /// The profiles of methods, each with the scores of all its runs, as a whole and near the anchor.
-pub(crate) fn profiles(catalog: &dyn Catalog, methods: &[(&str, Vec<f64>)]) -> Vec<Figure> {
+pub(crate) fn profiles(catalog: &dyn Catalog, methods: &[(String, Vec<f64>)]) -> Vec<Figure> {
     let figure = |name: &str, caption: &str, range| Figure {
         name: name.into(),
-        alternative: format!("Performance profiles, share of runs against normalised score: {caption}"),
+        alternative: format!("Performance profiles, share of runs against normalised return: {caption}"),
         caption: caption.into(),
         elements: drawing(catalog, methods, range),
     };
-    vec![figure("profile", "all scores", WHOLE), figure("profile-top", "scores near the anchor", TOP_SCORES)]
+    vec![figure("profile", "all returns", WHOLE), figure("profile-top", "returns near 1", TOP_SCORES)]
 }
 
-fn drawing(catalog: &dyn Catalog, methods: &[(&str, Vec<f64>)], (from, to): (f64, f64)) -> String {
+fn drawing(catalog: &dyn Catalog, methods: &[(String, Vec<f64>)], (from, to): (f64, f64)) -> String {
     let axes = Axes {
-        x: Axis::even("normalised score τ", from, to),
-        y: Axis::even("share of runs with a score of at least τ", 0.0, 1.02),
+        x: Axis::even("normalised return τ", from, to),
+        y: Axis::even("share of runs with at least τ", 0.0, 1.02),
         left: LEFT,
         right: NAMES_AT,
         top: TOP,
@@ -38,7 +38,8 @@ fn drawing(catalog: &dyn Catalog, methods: &[(&str, Vec<f64>)], (from, to): (f64
     for (method, scores) in methods.iter().rev() {
         axes.line(&mut text, &format!("{} curve", colour(catalog, method)), &profile(scores, from, to));
     }
-    let entries: Vec<(String, &str)> = methods.iter().map(|(method, _)| (colour(catalog, method), *method)).collect();
+    let entries: Vec<(String, &str)> =
+        methods.iter().map(|(method, _)| (colour(catalog, method), method.as_str())).collect();
     names::legend(&mut text, &entries, NAMES_AT, TOP);
     text
 }

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::frame::{HEIGHT, WIDTH};
 use crate::Catalog;
 use crate::escape::escaped;
+use crate::names::method_name;
 
 /// Methods that have a colour of their own; variants take those of methods that are seldom beside them.
 pub const METHOD_COLOURS: usize = METHODS.len();
@@ -35,7 +36,7 @@ const INKS: [(&str, &str, &str); 4] = [
 ];
 
 /// Strokes and fills that do not depend on the method.
-const SHAPES: [(&str, &str); 11] = [
+const SHAPES: [(&str, &str); 15] = [
     (".grid", "stroke: VAR(faint); stroke-width: 1"),
     (".mark", "stroke: VAR(soft); stroke-width: 1.2; stroke-dasharray: 2 4"),
     (".curve", "fill: none; stroke-width: 2.2; stroke-linejoin: round"),
@@ -47,26 +48,28 @@ const SHAPES: [(&str, &str); 11] = [
     (".middle", "text-anchor: middle"),
     (".end", "text-anchor: end"),
     (".name", "stroke: none; font-weight: 600"),
+    (".ring", "fill: none; stroke-width: 2.4"),
+    ("circle.ring", "fill: none"),
+    (".tick", "stroke-width: 2"),
+    (".seeds", "fill: none; stroke-width: 5; stroke-linecap: round"),
 ];
 
 /// Those of figures that are only on pages.
-const PAGE_SHAPES: [(&str, &str); 7] = [
+const PAGE_SHAPES: [(&str, &str); 5] = [
     (
         ".measured",
         "fill: none; stroke: VAR(soft); opacity: .4; stroke-width: 5; stroke-linejoin: round; stroke-linecap: round",
     ),
     (".dots", "fill: none; stroke-width: 3; stroke-linecap: round; opacity: .65"),
     (".bar", "stroke: none; opacity: .5"),
-    (".ring", "fill: none; stroke-width: 2.4"),
-    ("circle.ring", "fill: none"),
     ("rect.ring", "fill: none"),
     (".solid", "fill: none; stroke: VAR(ink); stroke-width: 3; stroke-linecap: round; stroke-linejoin: round"),
 ];
 
 /// The class whose colour is that of the method called `name`, in every drawing.
 pub(crate) fn colour(catalog: &dyn Catalog, name: &str) -> String {
-    let last = METHOD_COLOURS - 1;
-    let place = catalog.methods().iter().position(|method| *method == name).unwrap_or(last);
+    let (last, name) = (METHOD_COLOURS - 1, method_name(name));
+    let place = catalog.methods().iter().position(|method| method_name(method) == name).unwrap_or(last);
     format!("c{}", place.checked_sub(METHOD_COLOURS).map_or(place, |variant| 1 + variant % (last - 1)))
 }
 

@@ -131,7 +131,7 @@ pub(super) fn sizes(account: &Account) -> Vec<Block> {
                 equation.state.clone(),
                 mark.into(),
                 size.terms.len().to_string(),
-                significant(size.residual, 3).replace('-', "−"),
+                significant(size.residual, 3),
                 or_none(size.aic.map(|v| crate::numbers::fixed(v, 1))),
                 or_none(size.bic.map(|v| crate::numbers::fixed(v, 1))),
             ]);

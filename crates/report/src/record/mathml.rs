@@ -1,7 +1,7 @@
 //! Equations as MathML.
 
-use sindyna_core::number::coefficient;
-use sindyna_record::identification::{Account, Equation};
+use sindyna_core::number::{coefficient, decimals, significant};
+use sindyna_record::identification::{Account, Equation, InsideTerm};
 use sindyna_sindy::{Entry, Expr, Form, Function, Model};
 
 use crate::escape::escaped;
@@ -82,8 +82,9 @@ fn summand(first: bool, entry: &Entry, term: &Expr, names: &[String], equation: 
     let error = equation.and_then(|e| e.terms.iter().find(|t| near(t.coefficient))?.standard_error);
     let (size, exact) = with_error(c.abs(), error);
     let rate = entry.rate.and_then(|l| names.get(l)).map(|name| rate(name));
+    let with = Inside { names, parameters: equation.map_or(&[], |e| &e.parameters) };
     let factors: Vec<String> =
-        (!term.is_one()).then(|| math(term, names, Needs::Factor)).into_iter().chain(rate).collect();
+        (!term.is_one()).then(|| math(term, with, Needs::Factor)).into_iter().chain(rate).collect();
     let product = factors.join(TIMES);
     match (product.is_empty(), exact && size == "<mn>1</mn>") {
         (true, _) => format!("{sign}{size}"),
@@ -114,10 +115,9 @@ pub(super) fn rounded(value: f64, error: f64) -> (String, String) {
     let digits = 1 - error.log10().floor() as i32;
     if (0..=9).contains(&digits) && value.abs() < 1e6 {
         let digits = digits as usize;
-        return (format!("{value:.digits$}").replace('-', "−"), format!("{error:.digits$}"));
+        return (decimals(value, digits), decimals(error, digits));
     }
-    let two = sindyna_core::number::significant(error, 2).replace('-', "−");
-    (coefficient(value), two)
+    (coefficient(value), significant(error, 2))
 }
 
 /// What an expression is a part of.
@@ -132,14 +132,29 @@ fn parenthesised(inner: &str) -> String {
     format!("<mrow><mo stretchy=\"false\">(</mo>{inner}<mo stretchy=\"false\">)</mo></mrow>")
 }
 
-fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
-    let of = |e: &Expr| math(e, names, Needs::Nothing);
-    let factor = |e: &Expr| math(e, names, Needs::Factor);
+/// Names of the variables of a term, and the parameters inside it with their standard errors.
+#[derive(Clone, Copy)]
+struct Inside<'a> {
+    names: &'a [String],
+    parameters: &'a [InsideTerm],
+}
+
+impl Inside<'_> {
+    /// A constant of the size `c`, with its standard error where it was fitted, and whether it stands alone.
+    fn constant(&self, c: f64) -> (String, bool) {
+        let fitted = self.parameters.iter().find(|p| (p.value.abs() - c).abs() <= 1e-9 * c);
+        with_error(c, fitted.and_then(|p| p.standard_error))
+    }
+}
+
+fn math(expr: &Expr, with: Inside<'_>, needs: Needs) -> String {
+    let of = |e: &Expr| math(e, with, Needs::Nothing);
+    let factor = |e: &Expr| math(e, with, Needs::Factor);
     let sum = |text: String| if needs == Needs::Factor { parenthesised(&text) } else { text };
     match expr {
-        Expr::Constant(c) if *c < 0.0 => sum(format!("<mo>\u{2212}</mo>{}", number(&coefficient(-c)))),
-        Expr::Constant(c) => number(&coefficient(*c)),
-        Expr::Variable(i) => names.get(*i).map_or_else(|| format!("<mi>z{i}</mi>"), |name| identifier(name)),
+        Expr::Constant(c) if *c < 0.0 => sum(format!("<mo>\u{2212}</mo>{}", with.constant(-c).0)),
+        Expr::Constant(c) => with.constant(*c).0,
+        Expr::Variable(i) => with.names.get(*i).map_or_else(|| format!("<mi>z{i}</mi>"), |name| identifier(name)),
         Expr::Neg(a) => sum(format!("<mo>\u{2212}</mo>{}", factor(a))),
         Expr::Add(a, b) => sum(format!("{}<mo>+</mo>{}", of(a), of(b))),
         Expr::Sub(a, b) => sum(format!("{}<mo>\u{2212}</mo>{}", of(a), factor(b))),
@@ -150,7 +165,7 @@ fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
         Expr::Div(a, b) => fraction(&of(a), &of(b)),
         Expr::Power(a, n) => match &**a {
             Expr::Call(f, inner) if *n > 1 && has_name(*f) => {
-                format!("<msup><mi>{f}</mi><mn>{n}</mn></msup>{APPLY}{}", argument(inner, names))
+                format!("<msup><mi>{f}</mi><mn>{n}</mn></msup>{APPLY}{}", argument(inner, with))
             }
             Expr::Variable(_) => format!("<msup>{}<mn>{n}</mn></msup>", of(a)),
             _ => format!("<msup>{}<mn>{n}</mn></msup>", parenthesised(&of(a))),
@@ -164,7 +179,7 @@ fn math(expr: &Expr, names: &[String], needs: Needs) -> String {
         Expr::Call(f, a) => match expr.as_power() {
             Some((base @ Expr::Variable(_), c)) => format!("<msup>{}<mrow>{}</mrow></msup>", of(base), of(c)),
             Some((base, c)) => format!("<msup>{}<mrow>{}</mrow></msup>", parenthesised(&of(base)), of(c)),
-            None => format!("<mi>{f}</mi>{APPLY}{}", argument(a, names)),
+            None => format!("<mi>{f}</mi>{APPLY}{}", argument(a, with)),
         },
     }
 }
@@ -174,8 +189,8 @@ fn has_name(f: Function) -> bool {
     !matches!(f, Function::Abs | Function::Sqrt | Function::PositivePart)
 }
 
-fn argument(a: &Expr, names: &[String]) -> String {
-    let inner = math(a, names, Needs::Nothing);
+fn argument(a: &Expr, with: Inside<'_>) -> String {
+    let inner = math(a, with, Needs::Nothing);
     if matches!(a, Expr::Variable(_)) { format!("<mspace width=\"0.17em\"/>{inner}") } else { parenthesised(&inner) }
 }
 
@@ -189,7 +204,8 @@ mod tests {
         let names = ["<script>alert(1)</script>", "a\"]]>", "\u{202e}b"].map(String::from);
         let z = |i| Box::new(Expr::Variable(i));
         let term = Expr::Mul(Box::new(Expr::Power(Box::new(Expr::Call(Function::Sin, z(0))), 2)), z(1));
-        let text = math(&Expr::Div(Box::new(term), z(2)), &names, Needs::Nothing);
+        let with = Inside { names: &names, parameters: &[] };
+        let text = math(&Expr::Div(Box::new(term), z(2)), with, Needs::Nothing);
         let text = format!("<math>{text}</math>");
         let parsed = roxmltree::Document::parse(&text).unwrap_or_else(|e| panic!("{e}: {text}"));
         let found: Vec<_> = parsed.descendants().filter(|n| n.has_tag_name("mi")).filter_map(|n| n.text()).collect();
@@ -199,7 +215,9 @@ mod tests {
     #[test]
     fn terms_are_written_as_in_a_textbook() {
         let names = ["x".to_string(), "v".to_string()];
-        let of = |text: &str| math(&parse(text, &names).expect("it is a term"), &names, Needs::Nothing);
+        let of = |text: &str| {
+            math(&parse(text, &names).expect("it is a term"), Inside { names: &names, parameters: &[] }, Needs::Nothing)
+        };
         assert_eq!(
             of("v^2*sin(x)"),
             "<msup><mi>v</mi><mn>2</mn></msup><mo>⋅</mo><mi>sin</mi><mo>\u{2061}</mo><mspace width=\"0.17em\"/><mi>x</mi>"
@@ -207,6 +225,19 @@ mod tests {
         assert_eq!(of("v/x"), "<mfrac><mrow><mi>v</mi></mrow><mrow><mi>x</mi></mrow></mfrac>");
         assert!(of("v*abs(v)").contains("<mo>|</mo><mi>v</mi><mo>|</mo>"));
         assert_eq!(of("v^0.7"), "<msup><mi>v</mi><mrow><mn>0.7</mn></mrow></msup>");
+    }
+
+    #[test]
+    fn a_parameter_inside_a_term_has_its_error() {
+        let names = ["v".to_string()];
+        let inside = |error| InsideTerm { term: "tanh(v/0.3)".into(), value: 0.3, standard_error: error };
+        let of = |error| {
+            let parameters = [inside(error)];
+            let term = parse("tanh(v/0.3)", &names).expect("it is a term");
+            math(&term, Inside { names: &names, parameters: &parameters }, Needs::Nothing)
+        };
+        assert!(of(Some(0.012)).contains("<mn>0.300</mn><mo>±</mo><mn>0.012</mn>"), "{}", of(Some(0.012)));
+        assert!(of(None).contains("<mn>0.3</mn>") && !of(None).contains('±'));
     }
 
     #[test]

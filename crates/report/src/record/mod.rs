@@ -1,6 +1,7 @@
 //! The page of one record: an identification, or a run.
 
 mod animation;
+mod controller;
 mod equations;
 mod mathml;
 mod most;
@@ -84,7 +85,7 @@ fn identified(record: &ModelRecord, system: Option<&System>) -> Vec<Block> {
         blocks.extend(equations::equations(model, Some(account)));
     }
     let predicted = record.prediction.as_ref();
-    blocks.extend(predicted.map_or_else(Vec::new, series::predictions));
+    blocks.extend(predicted.map_or_else(Vec::new, |table| series::predictions(table, &account.unmeasured)));
     if let Some(model) = &record.model {
         blocks.extend(equations::coefficients(Some(account), model, system));
     }
@@ -131,7 +132,10 @@ fn result(summary: &Summary) -> Vec<Block> {
     let mut blocks = vec![Block::Verdict { good: summary.solved, text }];
     let steps = plural(summary.real_steps, "step");
     let episodes = plural(summary.real_episodes, "episode");
-    blocks.push(Block::text(format!("Data: {steps} on the system in {episodes}.")));
+    blocks.push(Block::text(format!(
+        "Data: {steps} on the system in {episodes}. Controller: {}.",
+        controller::name(&summary.training)
+    )));
     if let Some(failure) = &summary.training.refit_failure {
         blocks
             .push(Block::text(format!("All {steps} together gave no model ({failure}): the equations are in doubt.")));
@@ -157,7 +161,8 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     fits.retain(|updates| *updates > 0.0);
     fits.dedup();
     let mut figures = Vec::new();
-    if !trials.is_empty() {
+    // A planner has no updates to draw its return by.
+    if !trials.is_empty() && summary.training.planners.is_empty() {
         figures.push(plots::training(&trials, &fits, &real, summary.threshold));
     }
     let prediction = summary.training.prediction.as_ref();
@@ -167,11 +172,7 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     }
     let mut blocks = vec![Block::Section("Training and evaluation".into())];
     let of = &summary.training;
-    blocks.push(Block::text(format!(
-        "{} updates, {} in the model.",
-        of.updates,
-        plural(of.model_steps as usize, "step")
-    )));
+    blocks.push(Block::text(controller::told(of)));
     if let Some(p) = prediction {
         let level = 100.0 * p.level;
         blocks.push(Block::text(format!(

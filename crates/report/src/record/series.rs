@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use sindyna_record::identification::{PredictionRow, PredictionTable};
+use sindyna_record::identification::{PredictionRow, PredictionTable, StateQuality};
 use sindyna_record::run::EpisodeTable;
 
 use super::most::{MOST_ROWS, MOST_STATES};
 use crate::document::Block;
 use crate::figure::plots::coverage;
 use crate::figure::series::{Line, Series, series};
-use crate::numbers::plural;
+use crate::numbers::{measures, plural};
 use crate::thin::{Point, range};
 
 /// Points of all lines of a kind of figure, which bounds the size of a page.
@@ -24,7 +24,7 @@ fn each(lines: usize) -> usize {
 }
 
 /// Measured samples against one-step predictions and the free run.
-pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
+pub(super) fn predictions(table: &PredictionTable, unmeasured: &[String]) -> Vec<Block> {
     let window = &table.rows[..table.window().min(table.rows.len())];
     if window.len() < 2 {
         return Vec::new();
@@ -63,8 +63,10 @@ pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
         Block::Section("Measured and predicted".into()),
         Block::text(
             "One-step prediction: each sample from the one before it. Free run: a simulation from the first sample of each \
-             trajectory under the recorded inputs.",
+             trajectory under the recorded inputs; that of a chaotic system leaves the measured one however exact the equations are. \
+             Fit percent: 100 (1 − NRMSE).",
         ),
+        quality(&table.quality(unmeasured)),
         Block::Figures(figures.collect()),
     ];
     if table.rows.len() > window.len() {
@@ -74,6 +76,25 @@ pub(super) fn predictions(table: &PredictionTable) -> Vec<Block> {
         blocks.push(Block::text(format!("The first {drawn} of {} states are drawn.", table.states.len())));
     }
     blocks
+}
+
+/// RMSE, R² and fit percent of every state.
+fn quality(states: &[StateQuality]) -> Block {
+    let row = |state: &StateQuality| {
+        let [rmse, r2, fit] = measures(Some(&state.one_step));
+        let [free_rmse, free_r2, free_fit] = measures(state.free_run.as_ref());
+        [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
+    };
+    let head = [
+        "state",
+        "one step: RMSE",
+        "one step: R²",
+        "one step: fit [%]",
+        "free run: RMSE",
+        "free run: R²",
+        "free run: fit [%]",
+    ];
+    Block::table(1, head, states.iter().take(MOST_ROWS).map(row).collect())
 }
 
 /// Time of each row with trajectories one after another, and where they begin.
@@ -112,10 +133,14 @@ pub(super) fn coverages(table: &PredictionTable) -> Vec<Block> {
         pairs.iter().map(|&(a, b)| coverage((label(a), &column(a)), (label(b), &column(b)))).collect();
     let ranges = (0..n + k).take(MOST_ROWS).filter_map(|i| {
         let (low, high) = range(column(i).into_iter())?;
-        let shown = |v: f64| sindyna_core::number::significant(v, 4).replace('-', "−");
+        let shown = |v: f64| sindyna_core::number::significant(v, 4);
         Some([label(i).to_owned(), if i < n { "state" } else { "input" }.to_owned(), shown(low), shown(high)])
     });
     let mut blocks = vec![Block::Section("Coverage of the data".into())];
+    blocks.push(Block::text(
+        "The range of each signal, and where the measured samples are: a dot for each, in the plane of two states (the phase plane, where one is the \
+         rate of the other) and of a state and an input. Equations are compared with data only there.",
+    ));
     blocks.push(Block::table(2, ["signal", "", "lowest", "highest"], ranges.collect()));
     if !figures.is_empty() {
         blocks.push(Block::Figures(figures));

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use sindyna_core::number::significant;
-use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise};
+use sindyna_core::number::{fixed, significant};
+use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise, StateQuality};
 
 use super::aligned;
+use crate::numbers::measures as shown;
 
 /// What the residuals of equations are compared with where the noise was estimated.
 const ESTIMATED: &str = "the estimated noise";
@@ -20,7 +21,7 @@ fn held_out_lines(held_out: &HeldOut) -> String {
             None => "from the first sample".to_owned(),
         };
         let fit = |(state, fit): &(String, Option<f64>)| match fit {
-            Some(fit) => format!("{state} {fit:.1} %"),
+            Some(fit) => format!("{state} {} %", fixed(*fit, 1)),
             None => format!("{state} —"),
         };
         let all: Vec<String> = prediction.fit_percent.iter().map(fit).collect();
@@ -32,6 +33,22 @@ fn held_out_lines(held_out: &HeldOut) -> String {
     text
 }
 
+/// How well the samples are predicted that the equations were fitted to.
+fn quality(account: &Account, width: usize) -> String {
+    if account.quality.is_empty() {
+        return String::new();
+    }
+    let head =
+        ["prediction of", "RMSE, one step", "R²", "fit [%]", "RMSE, free run", "R²", "fit [%]"].map(String::from);
+    let row = |state: &StateQuality| {
+        let [rmse, r2, fit] = shown(Some(&state.one_step));
+        let [free_rmse, free_r2, free_fit] = shown(state.free_run.as_ref());
+        [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
+    };
+    let rows: Vec<[String; 7]> = std::iter::once(head).chain(account.quality.iter().map(row)).collect();
+    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n"
+}
+
 /// What is claimed of all equations together.
 fn claim(account: &Account) -> &'static str {
     match (account.explained, account.noise) {
@@ -41,9 +58,9 @@ fn claim(account: &Account) -> &'static str {
     }
 }
 
-/// The equations, each with its terms, and what speaks for them.
+/// The equations, each with its terms, and what speaks for them; tables take `width` columns at most.
 #[must_use]
-pub fn text(account: &Account) -> String {
+pub fn text(account: &Account, width: usize) -> String {
     let mut text = format!("equations: {}{}\n", claim(account), account.stepping);
     for equation in &account.equations {
         let _ = writeln!(text, "  {}", equation.equation);
@@ -54,7 +71,7 @@ pub fn text(account: &Account) -> String {
     }
     for equation in &account.equations {
         text.push('\n');
-        text.push_str(&table(account, equation));
+        text.push_str(&table(account, equation, width));
     }
     let _ = write!(text, "\nsteps used: {}", steps(account));
     let condition = match account.condition {
@@ -66,7 +83,7 @@ pub fn text(account: &Account) -> String {
             let grows = if d.growing > 0.0 { ", growing with it" } else { "" };
             let sigma = format!("{} {} {}", d.state, significant(d.sigma, 2), d.unit);
             let sigma = sigma.trim_end().to_owned() + grows;
-            d.fit_percent.map_or_else(|| sigma.clone(), |fit| format!("{sigma} (fit {fit:.1} %)"))
+            d.fit_percent.map_or_else(|| sigma.clone(), |fit| format!("{sigma} (fit {} %)", fixed(fit, 1)))
         };
         let all: Vec<String> = account.noise_deviations.iter().map(sigma).collect();
         let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
@@ -75,6 +92,7 @@ pub fn text(account: &Account) -> String {
         let _ =
             write!(text, "\nnot measured: {}, whose values follow from the equations", account.unmeasured.join(", "));
     }
+    text += &quality(account, width);
     text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
     if !account.search_complete {
         text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
@@ -135,10 +153,10 @@ fn sensors(account: &Account) -> &'static str {
 }
 
 /// Coefficients with their errors, and the residual, which is compared with what the sensors explain.
-fn table(account: &Account, equation: &Equation) -> String {
+fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let sensors = sensors(account);
     let Some(residual) = equation.residual else { return declaration(equation) };
-    let mut text = coefficients(equation);
+    let mut text = coefficients(equation, width);
     let residual = quantity(equation, residual);
     let verdict = match (equation.reached_floor, equation.floor > 0.0) {
         (true, _) if sensors == ESTIMATED => "white noise".into(),
@@ -218,7 +236,7 @@ fn declaration(equation: &Equation) -> String {
     format!("  {}   is {rate} by declaration\n", left(equation))
 }
 
-fn coefficients(equation: &Equation) -> String {
+fn coefficients(equation: &Equation, width: usize) -> String {
     let lines = equation.terms.iter().map(|summand| {
         let error = match summand.standard_error {
             Some(error) => significant(error, 2),
@@ -239,7 +257,7 @@ fn coefficients(equation: &Equation) -> String {
     let lines = lines.chain(inside);
     let heading = [left(equation).to_owned(), "coefficient".into(), "standard error".into()];
     let lines: Vec<[String; 3]> = std::iter::once(heading).chain(lines).collect();
-    aligned(&lines).lines().map(|line| format!("  {line}\n")).collect()
+    aligned(&lines, width.saturating_sub(2)).lines().map(|line| format!("  {line}\n")).collect()
 }
 
 /// Significant digits of `value` that go as far as two digits of its error.
@@ -251,6 +269,7 @@ fn digits(value: f64, standard_error: Option<f64>) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text::WIDTH;
     use sindyna_record::identification::{Stepping, SubsetOfSize, Summand};
 
     fn account(rows: usize) -> Account {
@@ -270,6 +289,7 @@ mod tests {
             unmeasured: vec![],
             search_complete: true,
             warnings: vec![],
+            quality: vec![],
             held_out: None,
         }
     }
@@ -302,17 +322,17 @@ mod tests {
     fn a_table_lines_up_and_says_what_speaks_for_it() {
         let expected = "\
 \u{20} w\u{307}        coefficient   standard error
-\u{20} sin th   15.00000021   1.2e-7
-\u{20} w        -0.1          not known
-\u{20} residual 1.3e-6 rad/s² RMS: at the level of rounding (2e-6); not every subset of this size was tried
+\u{20} sin th   15.00000021   1.2e−7
+\u{20} w        −0.1          not known
+\u{20} residual 1.3e−6 rad/s² RMS: at the level of rounding (2e−6); not every subset of this size was tried
 ";
-        assert_eq!(table(&account(100), &equation()), expected);
+        assert_eq!(table(&account(100), &equation(), WIDTH), expected);
     }
 
     #[test]
     fn ties_are_told() {
         let ties = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
-        let table = super::table(&account(100), &Equation { ties, ..equation() });
+        let table = super::table(&account(100), &Equation { ties, ..equation() }, WIDTH);
         assert!(table.ends_with("  equally good sets of terms: th, w; or sin 2 th\n"), "{table}");
     }
 
@@ -320,13 +340,16 @@ mod tests {
     fn what_is_left_over_is_told_with_its_unit() {
         let missed = Equation { residual: Some(0.12), reached_floor: false, ..equation() };
         assert_eq!(missed.is_explained(), Some(false));
-        let says = "the residual of the equation of w is 0.12 rad/s² RMS, above the level of rounding (2e-6)";
+        let says = "the residual of the equation of w is 0.12 rad/s² RMS, above the level of rounding (2e−6)";
         assert_eq!(excess(&account(100), &missed).as_deref(), Some(says));
-        assert!(table(&account(100), &missed).contains("above the level of rounding (2e-6): noise, or a missing term"));
+        assert!(
+            table(&account(100), &missed, WIDTH)
+                .contains("above the level of rounding (2e−6): noise, or a missing term")
+        );
         let doubt = Some("but other halves want other coefficients".into());
         let small = Equation { reached_floor: false, doubt, ..equation() };
-        let says = "at the level of rounding (2e-6), but other halves want other coefficients";
-        assert!(table(&account(100), &small).contains(says));
+        let says = "at the level of rounding (2e−6), but other halves want other coefficients";
+        assert!(table(&account(100), &small, WIDTH).contains(says));
         assert!(excess(&account(100), &small).is_some_and(|text| text.ends_with(says)));
         let says = "the equation of w has 2 terms for 2 steps: no degrees of freedom are left to test it";
         assert_eq!(excess(&account(2), &missed).as_deref(), Some(says));

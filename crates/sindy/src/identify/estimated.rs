@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
-use sindyna_core::FitError;
+use sindyna_core::{FitError, number::significant};
 
 use super::Identifier;
 use super::NoiseChoice;
@@ -131,10 +131,11 @@ impl Identifier {
             let largest = segments.iter().flat_map(|s| s.x.column(i).to_vec()).fold(0.0, |m: f64, v| m.max(v.abs()));
             let shortest = segments.iter().flat_map(|s| s.dt.iter().copied()).fold(f64::INFINITY, f64::min);
             if largest > 0.0 && !(MAGNITUDES.contains(&largest) && MAGNITUDES.contains(&(largest / shortest))) {
-                let (low, high) = (MAGNITUDES.start(), MAGNITUDES.end());
+                let [low, high, largest, shortest] =
+                    [*MAGNITUDES.start(), *MAGNITUDES.end(), largest, shortest].map(|v| significant(v, 3));
                 let name = &channel.name;
                 let reason = format!(
-                    "the state `{name}` reaches {largest:e} in steps of {shortest:e} s; it and its rate must be between {low:e} and {high:e}"
+                    "the state `{name}` reaches {largest} in steps of {shortest} s; it and its rate must be between {low} and {high}"
                 );
                 return Err(FitError::Regression { reason });
             }

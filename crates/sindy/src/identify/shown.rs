@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use sindyna_core::number::{coefficient, decimals, significant};
+
 use super::report::Identified;
 
 impl fmt::Display for Identified {
@@ -19,16 +21,21 @@ impl fmt::Display for Identified {
             }
             writeln!(f, "\n{}", equation.state)?;
             let rows = equation.support.iter().zip(&equation.coefficients).zip(&equation.standard_errors);
-            for (at, ((&term, coefficient), error)) in rows.enumerate() {
+            for (at, ((&term, &value), error)) in rows.enumerate() {
                 let name = &self.report.features[term];
                 match at + equation.n_known < equation.support.len() {
-                    true => writeln!(f, "  {name:<24} {coefficient:>14.6e} ± {error:.1e}")?,
-                    false => writeln!(f, "  {name:<24} {coefficient:>14.6e}, as given")?,
+                    true => writeln!(f, "  {name:<24} {:>12} ± {}", coefficient(value), significant(*error, 2))?,
+                    false => writeln!(f, "  {name:<24} {:>12}, as given", coefficient(value))?,
                 }
             }
             for parameter in &equation.parameters {
                 let name = format!("in {}", self.report.features[parameter.term]);
-                writeln!(f, "  {name:<24} {:>14.6e} ± {:.1e}", parameter.value, parameter.standard_error)?;
+                writeln!(
+                    f,
+                    "  {name:<24} {:>12} ± {}",
+                    coefficient(parameter.value),
+                    significant(parameter.standard_error, 2)
+                )?;
             }
             match equation.doubt {
                 None if equation.reached_floor => writeln!(f, "  adequate")?,
@@ -44,7 +51,7 @@ impl fmt::Display for Identified {
         for (i, (name, (sigma, fit))) in self.model.states().iter().zip(noise).enumerate() {
             match self.report.unmeasured.contains(&i) {
                 true => writeln!(f, "{name}: not measured")?,
-                false => writeln!(f, "{name}: noise {sigma:.2e}, fit {:.1} %", 100.0 * fit)?,
+                false => writeln!(f, "{name}: noise {}, fit {} %", significant(*sigma, 3), decimals(100.0 * fit, 1))?,
             }
         }
         Ok(())

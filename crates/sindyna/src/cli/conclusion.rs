@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
-use sindyna_core::number::{plural, significant};
+use sindyna_core::number::{fixed, plural, significant};
 use sindyna_record::identification::Account;
 use sindyna_record::run::{
     Collect, Confirmation, Coverage, PlannerReturn, Prediction, Span, StateRange, Summary, Timing,
 };
 use sindyna_report::text;
 
+use super::console::width;
 use super::evaluate::report;
 use super::pages;
 
@@ -32,7 +33,7 @@ impl Conclusion<'_> {
         let found = identification.as_ref().map_or(&[][..], |i| &i.equations);
         let mut text = match found {
             [] => "no equations were identified\n".into(),
-            found => text::beside(("identified", found), ("ground truth", self.truth)),
+            found => text::beside(("identified", found), ("ground truth", self.truth), width()),
         };
         if let Some(account) = self.account {
             text += &text::verdict(account);
@@ -50,7 +51,7 @@ impl Conclusion<'_> {
         }
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
-                text += &format!("return in the model: {model_return:.1} after {} updates", training.updates);
+                text += &format!("return in the model: {} after {} updates", fixed(model_return, 1), training.updates);
                 text += if training.converged { "\n" } else { " (not converged)\n" };
             } else {
                 text += &planned(&training.planners, &training.algorithm);
@@ -105,7 +106,7 @@ impl Conclusion<'_> {
 
 /// What planners earned in the model, and which was kept.
 fn planned(planners: &[PlannerReturn], kept: &str) -> String {
-    let each = planners.iter().map(|planner| format!("{} {:.1}", planner.name, planner.model_return));
+    let each = planners.iter().map(|planner| format!("{} {}", planner.name, fixed(planner.model_return, 1)));
     let each = each.collect::<Vec<_>>().join(", ");
     let why = if planners.len() > 1 { format!("; {kept} was kept: no other earns 1 % more") } else { String::new() };
     format!("return in the model: {each}{why}\n")
@@ -153,7 +154,10 @@ fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
 fn confirmed(confirmation: &Confirmation) -> String {
     let Confirmation { real, promised, spread, kept, .. } = confirmation;
     let mut text = format!(
-        "real episode before the evaluation: return {real:.1}, the models expected {promised:.1} ± {spread:.1}\n"
+        "real episode before the evaluation: return {}, the models expected {} ± {}\n",
+        fixed(*real, 1),
+        fixed(*promised, 1),
+        fixed(*spread, 1)
     );
     if !kept {
         text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";

@@ -58,7 +58,7 @@ impl Console {
     /// Says what `answer`, that of the command called `name`, comes to. A failure to say it is one of the command.
     pub(crate) fn say(self, name: &str, mut answer: Answer) -> u8 {
         if !self.json {
-            if let Err(failure) = write_out(&answer.text.shown()) {
+            if let Err(failure) = write_out(&answer.text.shown(terminal_width())) {
                 answer.failure = answer.failure.or(Some(failure));
             }
             if let Some(failure) = &answer.failure {
@@ -76,6 +76,16 @@ impl Console {
             }
         }
     }
+}
+
+/// Columns of the terminal that stdout is; `None` if it is none.
+fn terminal_width() -> Option<usize> {
+    terminal_size::terminal_size_of(std::io::stdout()).map(|(width, _)| usize::from(width.0))
+}
+
+/// Columns of text for stdout.
+pub(super) fn width() -> usize {
+    terminal_width().unwrap_or(sindyna_report::text::WIDTH)
 }
 
 /// Writes `text` to stdout as it is; a reader that has gone away (`| head`) is not an error.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use serde::Serialize;
+use sindyna_core::number::{fixed, shortest};
 use sindyna_core::{Policy, Seed, Space, Spec};
 use sindyna_record::run::{Evaluation, Summary};
 use sindyna_rl::SavedPolicy;
@@ -185,12 +186,12 @@ fn fits(policy: &SavedPolicy, spec: &Spec) -> Result<(), Failure> {
 pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool) -> String {
     let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
     let judgement = match threshold {
-        Some(mark) if *mean_return >= mark => format!(": solved (≥ {mark})"),
-        Some(mark) => format!(": not solved (< {mark})"),
+        Some(mark) if *mean_return >= mark => format!(": solved (≥ {})", shortest(mark)),
+        Some(mark) => format!(": not solved (< {})", shortest(mark)),
         None => String::new(),
     };
-    let mut text =
-        format!("return on the system: {mean_return:.1} ± {std_return:.1} over {episodes} episodes{judgement}\n");
+    let (mean, deviation) = (fixed(*mean_return, 1), fixed(*std_return, 1));
+    let mut text = format!("return on the system: {mean} ± {deviation} over {episodes} episodes{judgement}\n");
     if each {
         text.extend(returns.iter().map(|r| format!("{r}\n")));
     }

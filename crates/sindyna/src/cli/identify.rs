@@ -19,7 +19,7 @@ use sindyna_training::{identified_bytes, predictions, timed};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
-use super::console::Console;
+use super::console::{Console, width};
 use super::identification::IdentificationOptions;
 use super::reading::{ReadingOptions, heading, pairs, source};
 use crate::cli::failure::Failure;
@@ -168,7 +168,8 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     };
     let (samples, held_out) = split(&log, args.holdout)?;
     let Samples { data, times } = &samples;
-    let mut account = Account::new(&found, &log.spec);
+    let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
+    let mut account = Account::new(&found, &log.spec).with_predictions(predicted.as_ref());
     if let Some(Samples { data, times }) = &held_out {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
         account.held_out = Some(HeldOut::of(&found.model, &recordings, &account.unmeasured));
@@ -177,7 +178,6 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     // What was found is told even if it cannot be written down.
     let record = Record::new(&logs, (&log.spec, &log.notes), settings);
     let document = Document { record: &record, account: &account };
-    let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
     let predicted = predicted.map(|table| table.to_csv()).transpose()?;
     let mut files = vec![
         ("config.toml", Some(toml::to_string(&record)?.into_bytes())),
@@ -192,7 +192,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         files.insert(1, (pages::PAGE, page));
     }
     let written = write(args.out.as_deref(), &record, files);
-    let mut text = heading(&logs, &log) + "\n" + &sindyna_report::text::text(&account);
+    let mut text = heading(&logs, &log) + "\n" + &sindyna_report::text::text(&account, width());
     if account.explained == Some(false) {
         text += HELP;
     }

@@ -10,6 +10,7 @@ use sindyna_record::save;
 use sindyna_report::{Signal as Drawn, log_page, text::aligned};
 
 use super::answer::{Answer, Verdict};
+use super::console::width;
 use super::reading::{ReadingOptions, heading, source};
 use crate::cli::failure::Failure;
 
@@ -83,7 +84,8 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let seen = log.inspect();
     let lines = lines(&seen);
     let rows: Vec<[String; 6]> = seen.signals.iter().map(row).collect();
-    let mut text = heading(&logs, &log) + "\n" + &aligned(&[&[HEAD.map(String::from)], &rows[..]].concat()) + "\n";
+    let mut text =
+        heading(&logs, &log) + "\n" + &aligned(&[&[HEAD.map(String::from)], &rows[..]].concat(), width()) + "\n";
     lines.iter().for_each(|line| text += &format!("{line}\n"));
     let mut written = Ok(());
     if let Some(file) = &args.report {

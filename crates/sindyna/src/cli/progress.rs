@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 use sindyna_core::Event;
-use sindyna_core::number::plural;
+use sindyna_core::number::{fixed, plural};
 use sindyna_sindy::Stage;
 
 use super::console::Console;
@@ -72,15 +72,18 @@ impl Progress {
                 }
             }
             Event::Imagined { updates, mean_return, best_return } => {
-                let returns = format!("return in the model {mean_return:.1}, best {best_return:.1}");
+                let returns =
+                    format!("return in the model {}, best {}", fixed(*mean_return, 1), fixed(*best_return, 1));
                 match self.bar(TRAINING) {
                     Some(bar) => bar.set_message(returns),
                     None => self.say(&format!("training: {updates} updates, {returns}")),
                 }
             }
-            Event::Confirmed { real, promised } => {
-                self.say(&format!("real episode of the policy: return {real:.1}, {promised:.1} expected by the model"))
-            }
+            Event::Confirmed { real, promised } => self.say(&format!(
+                "real episode of the policy: return {}, {} expected by the model",
+                fixed(*real, 1),
+                fixed(*promised, 1)
+            )),
             Event::Collected { data } => self.say(&format!(
                 "collected: {} real steps in {}",
                 data.n_steps(),

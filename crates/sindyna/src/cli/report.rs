@@ -111,7 +111,7 @@ pub(super) fn table(groups: &[Group]) -> String {
         let (steps, returns) = (group.steps.as_ref(), group.returns.as_ref());
         lines.push([
             group.task.clone(),
-            group.method.clone(),
+            sindyna_report::method_name(&group.method),
             format!("{} of {}", group.solved, group.runs),
             number(steps.map(|steps| steps.median), 0),
             number(steps.and_then(|steps| steps.over_sindy.as_ref()).map(|ratio| ratio.value), 0),
@@ -122,5 +122,5 @@ pub(super) fn table(groups: &[Group]) -> String {
             ),
         ]);
     }
-    sindyna_report::text::aligned(&lines)
+    sindyna_report::text::aligned(&lines, super::console::width())
 }

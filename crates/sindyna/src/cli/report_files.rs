@@ -18,6 +18,7 @@ pub(crate) fn write(comparison: &Comparison<'_>, directory: &Path) -> Result<(),
     save(&directory.join("summary.json"), &json(&comparison.groups())?)?;
     save(&directory.join("table.md"), comparison.steps_table().markdown("figures").as_bytes())?;
     draw(&page, &directory.join("figures"), Pixels::Too)?;
+    beside(&page, directory)?;
     Ok(save(&directory.join("report.html"), page.html().as_bytes())?)
 }
 
@@ -34,8 +35,9 @@ pub(crate) fn write_markdown(comparison: &Comparison<'_>, source: &Path, path: &
             .hint("name another file with --markdown"));
     }
     draw(&page, &folder, Pixels::No)?;
+    beside(&page, &folder)?;
     let command = format!("Made by `sindyna report {} --markdown {}`.", quoted(source), quoted(path));
-    own.save(page.with_preface(command).markdown(name).as_bytes()).map_err(refused)
+    own.save(page.with_closing(command).markdown(name).as_bytes()).map_err(refused)
 }
 
 /// A path as a shell takes it.
@@ -49,6 +51,11 @@ fn quoted(path: &Path) -> String {
 enum Pixels {
     Too,
     No,
+}
+
+/// Writes the files that `page` has links to into `folder`.
+fn beside(page: &Page, folder: &Path) -> Result<(), Failure> {
+    Ok(page.files().try_for_each(|(name, contents)| save(&folder.join(name), contents.as_bytes()))?)
 }
 
 /// Writes every figure of `page` into `folder`.

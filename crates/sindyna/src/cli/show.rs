@@ -14,6 +14,7 @@ use sindyna_report::{Comparison, Group, text};
 
 use super::answer::{Answer, Verdict};
 use super::conclusion::Conclusion;
+use super::console::width;
 use super::{pages, report};
 use crate::cli::failure::Failure;
 
@@ -54,7 +55,11 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     }
     if let Some(record) = ModelRecord::read(path)? {
         let identification = &record.account;
-        return Answer::new(Verdict::Done, text::text(identification), &Shown::Identification { identification });
+        return Answer::new(
+            Verdict::Done,
+            text::text(identification, width()),
+            &Shown::Identification { identification },
+        );
     }
     if path.join("config.toml").is_file() {
         return Err(Failure::new(format!("{} holds no results yet", path.display()))

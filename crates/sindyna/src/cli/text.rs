@@ -1,5 +1,7 @@
 //! Text for standard output.
 
+use sindyna_report::text::fitted;
+
 use super::plain::plain;
 
 /// Text for standard output.
@@ -12,9 +14,13 @@ pub(crate) enum Text {
 }
 
 impl Text {
-    pub(super) fn shown(&self) -> std::borrow::Cow<'_, str> {
+    /// What is written, on a terminal of `width` columns if it is one.
+    pub(super) fn shown(&self, width: Option<usize>) -> std::borrow::Cow<'_, str> {
         match self {
-            Self::People(text) => plain(text),
+            Self::People(text) => match width {
+                Some(width) => fitted(&plain(text), width).into(),
+                None => plain(text),
+            },
             Self::Programs(text) => text.into(),
         }
     }

@@ -353,7 +353,7 @@ impl Run<'_> {
         let acted = learned.policy.as_ref().zip(first);
         let acted = acted.and_then(|(policy, data)| episode(self.problem, &identifier, model, &**policy, data));
         Ok([
-            Some(json(&Account::new(&fitted.0, spec))?),
+            Some(json(&Account::new(&fitted.0, spec).with_predictions(predicted.as_ref()))?),
             predicted.map(|table| table.to_csv()).transpose()?,
             acted.map(|table| table.to_csv()).transpose()?,
         ])
