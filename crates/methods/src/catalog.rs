@@ -9,25 +9,35 @@ use super::{Method, first_check, paper};
 
 /// The methods and tasks that can be compared, and the variants of a comparison.
 pub struct Known {
-    variants: Vec<String>,
+    /// The methods in the order of [`Method::ALL`], by the names their runs have, then variants.
+    methods: Vec<String>,
 }
 
-/// Names of all methods, in the order of [`Method::ALL`].
-static METHODS: [&str; Method::ALL.len()] = {
-    let mut names = [""; Method::ALL.len()];
+/// Names that runs may have: those of all methods, and old ones.
+static NAMES: [&str; Method::ALL.len() + 2] = {
+    let mut names = [""; Method::ALL.len() + 2];
     let mut i = 0;
-    while i < names.len() {
+    while i < Method::ALL.len() {
         names[i] = Method::ALL[i].name();
         i += 1;
     }
+    (names[i], names[i + 1]) = ("truth", "hand");
     names
 };
 
 impl Known {
     /// What is known besides `digest`, which may have variants.
     pub fn of(digest: &Digest) -> Self {
-        let variants = digest.methods().into_iter().filter(|method| !METHODS.contains(method));
-        Self { variants: variants.map(String::from).collect() }
+        let there = digest.methods();
+        let recorded =
+            |method: Method| there.iter().find(|name| NAMES.contains(name) && Method::of_run(name) == Some(method));
+        let mut methods: Vec<String> = Method::ALL
+            .map(|method| recorded(method).map_or_else(|| method.name().into(), |name| (*name).into()))
+            .into();
+        let variants: Vec<String> =
+            there.iter().filter(|name| methods.iter().all(|m| m != *name)).map(|name| (*name).into()).collect();
+        methods.extend(variants);
+        Self { methods }
     }
 
     /// Names of the tasks.
@@ -37,13 +47,13 @@ impl Known {
 
     /// The names that a comparison of these `tasks` may have.
     pub fn names<'a>(tasks: &'a [&'a str]) -> Names<'a> {
-        Names { tasks, methods: &METHODS }
+        Names { tasks, methods: &NAMES }
     }
 }
 
 impl Catalog for Known {
     fn methods(&self) -> Vec<&str> {
-        METHODS.into_iter().chain(self.variants.iter().map(String::as_str)).collect()
+        self.methods.iter().map(String::as_str).collect()
     }
 
     fn system(&self, task: &str) -> Option<System> {
@@ -85,6 +95,6 @@ mod tests {
 
     #[test]
     fn every_method_has_a_colour() {
-        assert_eq!(METHODS.len(), sindyna_report::METHOD_COLOURS);
+        assert_eq!(Method::ALL.len(), sindyna_report::METHOD_COLOURS);
     }
 }

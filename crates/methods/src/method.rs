@@ -1,6 +1,7 @@
 //! The methods that are compared.
 
 use sindyna_record::comparison::base;
+use sindyna_report::method_name;
 use sindyna_training::Error;
 
 /// A way from nothing to a policy.
@@ -23,13 +24,13 @@ pub enum Method {
     /// MBPO with identified equations instead of the ensemble.
     SindyMbpo,
     /// Soft actor-critic inside the true equations, known beforehand: what the best of models could give.
-    Truth,
+    Oracle,
     /// A linear-quadratic regulator of a linear model, fitted by least squares to six times five steps of small random pushes.
     Lqr,
     /// A linear-quadratic regulator of the equations that `sindy` identifies from its first steps.
     SindyLqr,
     /// A controller that somebody wrote who knows the equations.
-    Hand,
+    Expert,
     /// Uniformly random actions.
     Random,
 }
@@ -45,10 +46,10 @@ impl Method {
         Self::MbpoPaper,
         Self::Sac,
         Self::Sac20,
-        Self::Truth,
+        Self::Oracle,
         Self::SindyLqr,
         Self::Lqr,
-        Self::Hand,
+        Self::Expert,
         Self::Random,
     ];
 
@@ -63,10 +64,10 @@ impl Method {
             Self::MbpoPaper => "mbpo-paper",
             Self::Sac => "sac",
             Self::Sac20 => "sac20",
-            Self::Truth => "truth",
+            Self::Oracle => "oracle",
             Self::SindyLqr => "sindy-lqr",
             Self::Lqr => "lqr",
-            Self::Hand => "hand",
+            Self::Expert => "expert",
             Self::Random => "random",
         }
     }
@@ -83,7 +84,8 @@ impl Method {
 
     /// The method of a run called `name`, which may be a variant.
     pub fn of_run(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|method| method.name() == base(name))
+        let name = method_name(base(name));
+        Self::ALL.into_iter().find(|method| method.name() == name)
     }
 
     /// Whether the method can be used on the task called `task`: a regulator needs something to balance, and not everybody
@@ -91,14 +93,14 @@ impl Method {
     pub fn fits(self, task: &str) -> bool {
         match self {
             Self::Lqr | Self::SindyLqr => ["cart-pole", "inverted-pendulum"].contains(&task),
-            Self::Hand => sindyna_control::ByHand::new(task).is_some(),
+            Self::Expert => sindyna_control::ByHand::new(task).is_some(),
             _ => true,
         }
     }
 
     /// Whether real steps say nothing of the method: it knows what others have to learn, or learns nothing.
     pub fn is_reference(self) -> bool {
-        matches!(self, Self::Truth | Self::Hand | Self::Random)
+        matches!(self, Self::Oracle | Self::Expert | Self::Random)
     }
 
     /// Whether the method goes on acting on the system until its budget is spent.

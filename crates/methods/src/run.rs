@@ -109,7 +109,7 @@ impl Job {
                 outcome.model_parameters = Some(learner.n_parameters());
                 self.inside(&learner, outcome, stop, |_, _| {})
             }
-            Method::Truth => {
+            Method::Oracle => {
                 let truth = self.system.dynamics().ok_or_else(|| MethodError::NoTruth { task: self.task() })?;
                 self.inside(&Known(truth), outcome, stop, |_, _| {})
             }
@@ -119,7 +119,7 @@ impl Job {
             }
             Method::Lqr => self.regulate_linear(outcome),
             Method::SindyLqr => self.regulate_identified(outcome),
-            Method::Hand => {
+            Method::Expert => {
                 let law = ByHand::new(&self.system.spec().name);
                 let law = law.ok_or_else(|| MethodError::NoExpert { task: self.task() })?;
                 self.judge(&law, outcome)?;
@@ -135,13 +135,13 @@ impl Job {
     /// The settings of the method on this task, as TOML, with seed 0 where a seed is one of them; none for those that have none.
     pub fn settings(&self) -> Result<Option<String>, MethodError> {
         Ok(match self.method() {
-            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Truth => {
+            Method::Sindy | Method::LeastSquares | Method::Ensemble | Method::Oracle => {
                 let model = match self.method() {
                     Method::LeastSquares => {
                         "# The model is linear, fitted by least squares, instead of what [identification] says.\n"
                     }
                     Method::Ensemble => "# The model is the ensemble of mbpo, instead of what [identification] says.\n",
-                    Method::Truth => "# The model is the true one, instead of what [identification] says.\n",
+                    Method::Oracle => "# The model is the true one, instead of what [identification] says.\n",
                     _ => "",
                 };
                 Some(

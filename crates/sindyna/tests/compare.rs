@@ -15,7 +15,7 @@ use common::{command, json, parts, sindyna};
 use rand::RngExt as _;
 use sindyna_core::Seed;
 
-const QUICK: [&str; 6] = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "lqr,hand,random", "--quiet"];
+const QUICK: [&str; 6] = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "lqr,expert,random", "--quiet"];
 
 fn compare(directory: &Path, more: &[&str]) -> (i32, String, String) {
     parts(&sindyna(directory, &[&QUICK[..], more].concat()))
@@ -53,12 +53,16 @@ fn a_comparison_goes_on_where_it_was_cut_off_with_the_same_bytes() {
     // all and from the threshold up, and two profiles, twice each.
     assert_eq!(whole.len(), 2 * 5 + 1 + 5 + 6 + 2 * 6, "{:?}", whole.keys());
     let summary = json(&temp.path().join("whole/summary.json"));
-    let hand = summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "hand").unwrap();
-    assert_eq!((&hand["solved"], &hand["runs"], &hand["steps"]), (&2.into(), &2.into(), &serde_json::Value::Null));
+    let expert =
+        summary.as_array().unwrap().iter().find(|g| g["task"] == "cart-pole" && g["method"] == "expert").unwrap();
+    assert_eq!(
+        (&expert["solved"], &expert["runs"], &expert["steps"]),
+        (&2.into(), &2.into(), &serde_json::Value::Null)
+    );
 
     let (code, _, stderr) = compare(temp.path(), &["--seeds", "2", "--out", "cut", "--threads", "1"]);
     assert_eq!(code, 0, "{stderr}");
-    fs::remove_file(temp.path().join("cut/runs/pendulum/hand/seed-1.json")).unwrap();
+    fs::remove_file(temp.path().join("cut/runs/pendulum/expert/seed-1.json")).unwrap();
     fs::write(temp.path().join("cut/runs/cart-pole/lqr/seed-0.json"), "{\"task\": ").unwrap();
     assert_eq!(compare(temp.path(), &["--seeds", "2", "--out", "cut"]).0, 0);
     assert_eq!(files(&temp.path().join("cut")), whole);
@@ -70,7 +74,7 @@ fn every_method_comes_to_an_end_on_every_task() {
     // Tasks, real steps, and how many of them come after the random ones of `sac` and of `mbpo`.
     let budgets = [("cart-pole,pendulum,inverted-pendulum", 260, 160, 10), ("mountain-car", 1_010, 10, 10)];
     let temp = tempfile::tempdir().unwrap();
-    let methods = "sindy,mbpo,mbpo-paper,sac,sac20,truth,lqr,hand,random";
+    let methods = "sindy,mbpo,mbpo-paper,sac,sac20,oracle,lqr,expert,random";
     for (tasks, budget, sac, mbpo) in budgets {
         let (out, steps) = (format!("to-{budget}"), budget.to_string());
         let args = ["compare", "--tasks", tasks, "--methods", methods, "--seeds", "1", "--quiet"];
@@ -98,7 +102,7 @@ fn every_method_comes_to_an_end_on_every_task() {
 #[test]
 fn a_comparison_killed_ten_times_leaves_the_same_bytes() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "sindy,lqr,hand,random", "--seeds", "2"];
+    let args = ["compare", "--tasks", "pendulum,cart-pole", "--methods", "sindy,lqr,expert,random", "--seeds", "2"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["--out", "whole"]].concat()));
     assert_eq!(code, 0, "{stdout}{stderr}");
     let broken = [&args[..], &["--out", "broken"]].concat();
@@ -132,7 +136,7 @@ fn tasks_with_and_without_noise_stand_side_by_side() {
     let earned = |groups: &[serde_json::Value], task: &str, method: &str| {
         groups.iter().find(|g| g["task"] == task && g["method"] == method).unwrap()["returns"].clone()
     };
-    for (task, method) in [("pendulum", "hand"), ("pendulum", "random")] {
+    for (task, method) in [("pendulum", "expert"), ("pendulum", "random")] {
         let noisy_task = format!("{task}+noise-0.2");
         let (without, with) = (earned(all, task, method), earned(all, &noisy_task, method));
         assert_eq!(without, earned(alone[0], task, method));
@@ -260,7 +264,7 @@ fn with_its_whole_budget_a_method_goes_on_after_it_has_solved_the_task() {
 #[test]
 fn a_task_or_method_named_twice_counts_once() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["compare", "--tasks", "pendulum,pendulum", "--methods", "hand,hand", "--seeds", "1", "--quiet"];
+    let args = ["compare", "--tasks", "pendulum,pendulum", "--methods", "expert,expert", "--seeds", "1", "--quiet"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert!(code == 0 && stdout.contains("1 of 1"), "{stdout}{stderr}");
 }

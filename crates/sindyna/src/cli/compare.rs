@@ -47,7 +47,7 @@ pub(crate) struct Args {
         value_name = "NAMES",
         value_delimiter = ',',
         value_parser = name,
-        default_value = "sindy,sac,lqr,hand,random"
+        default_value = "sindy,sac,lqr,expert,random"
     )]
     methods: Vec<String>,
     /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. May be given
@@ -84,10 +84,10 @@ Methods:
   sindy-mbpo     mbpo with identified equations instead of the ensemble
   sac            soft actor-critic on the system, one update a step
   sac20          the same with twenty updates a step
-  truth          soft actor-critic inside the true equations: what the best of models could give
+  oracle         soft actor-critic in the true equations: an upper bound for learned models
   lqr            a linear-quadratic regulator of a linear model of 30 real steps (tasks to balance)
   sindy-lqr      the same of the equations identified from ten real steps
-  hand           a controller written by somebody who knows the equations
+  expert         a controller written by hand with knowledge of the equations
   random         uniformly random actions";
 
 /// What `--json` says of a comparison that was run.
@@ -201,7 +201,7 @@ fn name(text: &str) -> Result<String, &'static str> {
 
 /// Whether `method` can be used on `system`.
 fn fits(method: Method, system: &dyn Problem) -> bool {
-    method.fits(&system.spec().name) && (method != Method::Truth || system.dynamics().is_some())
+    method.fits(&system.spec().name) && (method != Method::Oracle || system.dynamics().is_some())
 }
 
 impl Args {
@@ -270,8 +270,9 @@ impl Args {
         // What no variant can have is refused before the first file.
         jobs.iter().try_for_each(|job| job.settings().map(drop))?;
         if jobs.is_empty() {
-            return Err(Failure::new("none of these methods fits any of these tasks")
-                .hint("`lqr` and `sindy-lqr` are for tasks to balance, `hand` for those that somebody has written a controller for"));
+            return Err(Failure::new("none of these methods fits any of these tasks").hint(
+                "`lqr` and `sindy-lqr` are for tasks to balance, `expert` for those with a controller written by hand",
+            ));
         }
         Ok(jobs)
     }
