@@ -172,7 +172,7 @@ fn the_page_moves_as_equations_and_policy_do() {
     assert!(page.len() < 1 << 20 && !page.contains("{{") && !page.contains("http"), "{} bytes", page.len());
     let script = format!(
         "{}\nlet x = [3.0, 0.5];\nfor (let t = 0; t < 1000; t++) {{ x = next(x, [2 * Math.sin(0.37 * t)]); console.log(x.join(' ')); }}\n\
-         x = [3.0, 0.5];\nfor (let t = 0; t < 200; t++) {{ x = next(x, control(x)); console.log(x.join(' ')); }}\n",
+         x = [3.0, 0.5];\nfor (let t = 0; t < 200; t++) {{ x = next(x, chosen(x)); console.log(x.join(' ')); }}\n",
         model_of(&page)
     );
     fs::write(directory.join("main.js"), script).unwrap();

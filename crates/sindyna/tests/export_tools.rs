@@ -169,9 +169,17 @@ try:
     print(1)
 except Exception:
     print(0)
-from fmpy.util import compile_platform_binary
-compile_platform_binary('rk4.fmu', output_filename='again.fmu')
-fmu, _ = slave('again.fmu')
+import os
+from fmpy.build import build_platform_binary
+unzipped = extract('rk4.fmu')
+shutil.rmtree(os.path.join(unzipped, 'binaries'))
+os.environ['PATH'] = os.path.dirname(sys.executable) + os.pathsep + os.environ['PATH']
+printed = os.dup(1)
+os.dup2(2, 1)
+build_platform_binary(unzipped, all_warnings=True)
+os.dup2(printed, 1)
+fmu = FMU2Slave(guid=description.guid, unzipDirectory=unzipped, modelIdentifier='sindyna_model', instanceName='i')
+fmu.instantiate()
 print(*stepped(fmu, p, 0.2))
 ";
     let printed = numbers(&python_with(temp.path(), "fmpy", &script).unwrap());

@@ -82,7 +82,7 @@ pub(super) fn write(program: &Program, identifier: &str, guid: &str, variables: 
          </CoSimulation>\n  <DefaultExperiment startTime=\"0\" stepSize=\"{:?}\"/>\n  <ModelVariables>\n{listed}  </ModelVariables>\n  \
          <ModelStructure>\n    <Outputs>\n{}    </Outputs>\n  </ModelStructure>\n</fmiModelDescription>\n",
         escaped(name),
-        escaped(&program.comments().join(" ")),
+        escaped(&program.comments().join("; ")),
         PRODUCER,
         env!("CARGO_PKG_VERSION"),
         !only_whole(&system.stepping),
@@ -105,7 +105,36 @@ fn element(reference: usize, variable: &Variable) -> String {
     )
 }
 
-/// Text for an attribute.
+/// Text for an attribute; XML has no characters at the end of a plane.
 fn escaped(text: &str) -> String {
-    harmless(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+    harmless(text)
+        .replace(['\u{fffe}', '\u{ffff}'], "_")
+        .replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unlike_each_other_and_never_markup() {
+        let mut all: Vec<Variable> = Vec::new();
+        for (name, called) in [
+            ("θ", "θ"),
+            ("a-b", "a_b"),
+            ("a b", "a_b_"),
+            ("2x", "_2x"),
+            ("", "_"),
+            ("time", "time_"),
+            ("\"/><x y=\"&\n", "____x_y____"),
+        ] {
+            let name = unique(name, &all);
+            assert_eq!(name, called);
+            all.push(Variable { name, description: String::new(), role: Role::State, start: 0.0 });
+        }
+        assert_eq!(escaped("a<\"&\u{b}\u{ffff}>"), "a&lt;&quot;&amp;__&gt;");
+    }
 }
