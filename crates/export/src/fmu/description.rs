@@ -59,7 +59,7 @@ fn described(system: &System, i: usize, entry: &Entry) -> String {
 /// `name` of letters, digits and `_` alone, unlike all others.
 fn unique(name: &str, others: &[Variable]) -> String {
     let mut unique: String = name.chars().map(|c| if c.is_alphanumeric() { c } else { '_' }).collect();
-    if !unique.starts_with(char::is_alphabetic) {
+    if !unique.starts_with(|c: char| c.is_alphabetic() || c == '_') {
         unique.insert(0, '_');
     }
     while unique == "time" || others.iter().any(|other| other.name == unique) {
