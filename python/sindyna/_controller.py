@@ -240,21 +240,21 @@ class Controller:
 
         return BatchVectorEnv(self._batch(num_envs), num_envs, self._document["first"], self._shape)
 
-    def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str:
+    def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str | bytes:
         """
         Equations and policy as a program that needs nothing of sindyna.
 
         Parameters
         ----------
         to : str
-            ``"python"``, ``"c"``, ``"javascript"``, ``"rust"`` or ``"latex"``.
+            ``"python"``, ``"c"``, ``"javascript"``, ``"rust"``, ``"latex"``, ``"casadi"``, ``"onnx"`` or ``"fmu"``.
         path : str or path, optional
-            File to write.
+            File to write. Of ONNX the policy goes to a file of its own beside it: ``a.policy.onnx`` beside ``a.onnx``.
 
         Returns
         -------
-        str
-            The program: ``act(o)`` is the action for an observation, with scaling and limits inside, ``step(x, u)`` the state one step later.
+        str or bytes
+            The program (bytes of ONNX, without the policy, and of an FMU): ``act(o)`` is the action for an observation, with scaling and limits inside, ``step(x, u)`` the state one step later.
             Actions differ from `policy` by at most 1e-6 of their range.
         """
         own = self._document

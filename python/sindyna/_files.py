@@ -65,20 +65,27 @@ def exported(
     names: tuple[list[str], list[str], list[str]],
     to: str,
     path: str | os.PathLike[str] | None,
-) -> str:
-    """A program of equations and policy, written to a file where one is named."""
-    program = _sindyna.export(model, policy, names, to)
+) -> str | bytes:
+    """A program of equations and policy, written to a file where one is named, and the policy beside it where it needs one of its own."""
+    program, apart = _sindyna.export(model, policy, names, to)
     if path is not None:
-        written_text(path, program)
+        written_bytes(path, program.encode() if isinstance(program, str) else program)
+        if apart is not None:
+            written_bytes(Path(path).with_suffix(f".policy{Path(path).suffix}"), apart)
     return program
 
 
 def written_text(path: str | os.PathLike[str], text: str) -> None:
     """Writes a text, under a temporary name first."""
+    written_bytes(path, text.encode())
+
+
+def written_bytes(path: str | os.PathLike[str], contents: bytes) -> None:
+    """Writes a file, under a temporary name first."""
     target = Path(path)
     temporary = target.with_name(f"{target.name}.{os.getpid()}.tmp")
     try:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_bytes(contents)
         temporary.replace(target)
     finally:
         temporary.unlink(missing_ok=True)

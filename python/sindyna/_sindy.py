@@ -390,27 +390,27 @@ class SINDy(Account, Manners, Parameters):
         """
         _files.save(path, type(self).__name__, self.get_params(deep=False), self._known_model())
 
-    def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str:
+    def export(self, to: str, path: str | os.PathLike[str] | None = None) -> str | bytes:
         """
         The equations as a program that needs nothing of sindyna.
 
         Parameters
         ----------
         to : str
-            ``"python"``, ``"c"``, ``"javascript"``, ``"rust"`` or ``"latex"``.
+            ``"python"``, ``"c"``, ``"javascript"``, ``"rust"``, ``"latex"``, ``"casadi"``, ``"onnx"`` or ``"fmu"``.
         path : str or path, optional
             File to write.
 
         Returns
         -------
-        str
-            The program: ``rhs(x, u)`` gives the rates, ``step(x, u)`` the state one sampling interval later.
+        str or bytes
+            The program: ``rhs(x, u)`` gives the rates, ``step(x, u)`` the state one sampling interval later. ONNX and FMU are bytes.
 
         Examples
         --------
         >>> import numpy as np, sindyna
         >>> model = sindyna.SINDy().fit(np.exp(-2.0 * np.arange(0.0, 2.0, 0.01))[:, None], t=0.01)
-        >>> "def rhs(x, u" in model.export("python")
+        >>> "def rhs(x, u" in str(model.export("python"))
         True
         """
         fitted = self._known_model()

@@ -62,6 +62,9 @@ def test_equations_and_policy_are_written_as_a_program(pendulum, cart_pole, tmp_
         actions = np.asarray(module["act"](observations)).reshape(50, -1)[:, 0]
         np.testing.assert_allclose(actions, np.asarray(controller.policy(observations)).reshape(50), atol=1e-5)
     assert "sindyna_act" in pendulum.export("c")
+    graph = pendulum.export("onnx", tmp_path / "swing.onnx")
+    assert (tmp_path / "swing.onnx").read_bytes() == graph
+    assert b"Tanh" in (tmp_path / "swing.policy.onnx").read_bytes()
     with pytest.raises(ValueError, match="no language named `fortran`; known: `python`, `c`"):
         pendulum.export("fortran")
 

@@ -3,7 +3,8 @@
 use sindyna_sindy::export::Stepping;
 use sindyna_sindy::{Function, export::System};
 
-use super::code::{Dialect, assignments, list, uses, value};
+use super::code::{Coefficient, Dialect, assignments, list, uses, value};
+use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -15,6 +16,7 @@ const DIALECT: Dialect = Dialect {
         other => format!("{}({a})", other.name()),
     },
     power: |a, exponent| format!("pow({a}, {exponent}.0)"),
+    end: ";",
 };
 
 /// A file of C.
@@ -26,6 +28,9 @@ pub(super) fn write(program: &Program) -> String {
     }
     text += "/* Compile with a C99 compiler and link with -lm. Declare what you call:\n";
     text += &prototypes(program).iter().map(|p| format!("   {p};\n")).collect::<String>();
+    if program.closed().is_some() {
+        text += CLOSED;
+    }
     text += "*/\n\n#include <math.h>\n\n";
     text += &format!(
         "enum {{ STATES = {}, INPUTS = {} }};\n\n/* Control interval in seconds. */\nconst double sindyna_dt = {:?};\n",
@@ -33,15 +38,17 @@ pub(super) fn write(program: &Program) -> String {
         system.controls.len(),
         system.dt
     );
-    if uses(system, Function::Sign) {
-        text += "\nstatic double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a * 0.0; }\n";
-    }
-    if uses(system, Function::PositivePart) {
-        text += "\nstatic double positive_part(double a) { return a < 0.0 ? 0.0 : a; }\n";
-    }
-    text += &equations(system);
-    text + &program.policy.as_ref().map_or_else(String::new, policy)
+    text += &helpers(system);
+    text += &equations(system, &Style::FILE);
+    text += &program.policy.as_ref().map_or_else(String::new, policy);
+    text + &program.closed().map_or_else(String::new, closed)
 }
+
+/// How the functions follow each other.
+const CLOSED: &str = "   One step of equations and policy:
+   sindyna_observe(x, o); sindyna_act(o, action); sindyna_control(action, u);
+   sindyna_step(x, u, next); sindyna_clip(next);
+";
 
 fn prototypes(program: &Program) -> Vec<&'static str> {
     let rhs = "void sindyna_rhs(const double *x, const double *u, double *rate)";
@@ -49,21 +56,70 @@ fn prototypes(program: &Program) -> Vec<&'static str> {
     let act = "void sindyna_act(const double *o, double *action)";
     let mut all = if program.system.stepping == Stepping::Map { vec![step] } else { vec![rhs, step] };
     all.extend(program.policy.as_ref().map(|_| act));
+    if program.closed().is_some() {
+        all.extend([
+            "void sindyna_observe(const double *x, double *o)",
+            "void sindyna_control(const double *action, double *u)",
+            "void sindyna_clip(double *x)",
+        ]);
+    }
     all
 }
 
-fn equations(system: &System) -> String {
+/// How equations are written where they are not a file of their own.
+pub(super) struct Style<'a> {
+    /// What stands before a function.
+    pub(super) linkage: &'a str,
+    /// What a function is given first, and how that is handed on.
+    pub(super) first: (&'a str, &'a str),
+    /// The same of `step`.
+    pub(super) first_of_step: &'a str,
+    /// Statements that keep a compiler from warning of what both may leave unused.
+    pub(super) unused: (&'a str, &'a str),
+    /// The control interval.
+    pub(super) dt: &'a str,
+    /// Coefficients.
+    pub(super) coefficient: Coefficient<'a>,
+}
+
+impl Style<'_> {
+    const FILE: Self = Self {
+        linkage: "",
+        first: ("", ""),
+        first_of_step: "",
+        unused: ("", ""),
+        dt: "sindyna_dt",
+        coefficient: &value,
+    };
+}
+
+/// Helpers that the terms of `system` call.
+pub(super) fn helpers(system: &System) -> String {
+    let mut text = String::new();
+    if uses(system, Function::Sign) {
+        text += "\nstatic double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a * 0.0; }\n";
+    }
+    if uses(system, Function::PositivePart) {
+        text += "\nstatic double positive_part(double a) { return a < 0.0 ? 0.0 : a; }\n";
+    }
+    text
+}
+
+/// The functions `sindyna_rhs` and `sindyna_step`.
+pub(super) fn equations(system: &System, style: &Style<'_>) -> String {
+    let Style { linkage, first: (first, pass), first_of_step, unused, coefficient, .. } = style;
+    let (of_rates, of_step) = unused;
     if system.stepping == Stepping::Map {
-        let lines = assignments(&DIALECT, system, "next", &value, |i, l| format!("left[{i}][{l}]"));
+        let lines = assignments(&DIALECT, system, "next", *coefficient, |i, l| format!("left[{i}][{l}]"));
         return format!(
-            "\n/* The state one step later. next must not be x. */\nvoid sindyna_step(const double *x, const double *u, double *next)\n{{\n    (void)x;\n    (void)u;\n{lines}}}\n"
+            "\n/* The state one step later. next must not be x. */\n{linkage}void sindyna_step({first_of_step}const double *x, const double *u, double *next)\n{{\n{of_step}    (void)x;\n    (void)u;\n{lines}}}\n"
         );
     }
-    let lines = assignments(&DIALECT, system, "rate", &value, |i, l| format!("left[{i}][{l}]"));
+    let lines = assignments(&DIALECT, system, "rate", *coefficient, |i, l| format!("left[{i}][{l}]"));
     let (before, after) = if system.is_implicit() { (COUPLING, SOLVE) } else { ("", "") };
     format!(
-        "\n/* The rate of every state. rate must not be x. */\nvoid sindyna_rhs(const double *x, const double *u, double *rate)\n{{\n{before}    (void)x;\n    (void)u;\n{lines}{after}}}\n{}",
-        step(&system.stepping)
+        "\n/* The rate of every state. rate must not be x. */\n{linkage}void sindyna_rhs({first}const double *x, const double *u, double *rate)\n{{\n{before}{of_rates}    (void)x;\n    (void)u;\n{lines}{after}}}\n{}",
+        step(&system.stepping, style, pass)
     )
 }
 
@@ -99,21 +155,22 @@ const SOLVE: &str = "\
     }
 ";
 
-fn step(stepping: &Stepping) -> String {
+fn step(stepping: &Stepping, style: &Style<'_>, pass: &str) -> String {
+    let (dt, linkage, first) = (style.dt, style.linkage, style.first_of_step);
     let body = match stepping {
         Stepping::Rk4 { substeps } => format!(
             "    double k1[STATES], k2[STATES], k3[STATES], k4[STATES], at[STATES];
-    const double h = sindyna_dt / {substeps};
+    const double h = {dt} / {substeps};
     int part, i;
     for (i = 0; i < STATES; i++) next[i] = x[i];
     for (part = 0; part < {substeps}; part++) {{
-        sindyna_rhs(next, u, k1);
+        sindyna_rhs({pass}next, u, k1);
         for (i = 0; i < STATES; i++) at[i] = next[i] + 0.5 * h * k1[i];
-        sindyna_rhs(at, u, k2);
+        sindyna_rhs({pass}at, u, k2);
         for (i = 0; i < STATES; i++) at[i] = next[i] + 0.5 * h * k2[i];
-        sindyna_rhs(at, u, k3);
+        sindyna_rhs({pass}at, u, k3);
         for (i = 0; i < STATES; i++) at[i] = next[i] + h * k3[i];
-        sindyna_rhs(at, u, k4);
+        sindyna_rhs({pass}at, u, k4);
         for (i = 0; i < STATES; i++) next[i] += h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
     }}
 "
@@ -122,31 +179,34 @@ fn step(stepping: &Stepping) -> String {
             let moved: String = positions
                 .iter()
                 .map(|i| {
-                    format!("        sindyna_rhs(moved, u, rate);\n        moved[{i}] = next[{i}] + h * rate[{i}];\n")
+                    format!(
+                        "        sindyna_rhs({pass}moved, u, rate);\n        moved[{i}] = next[{i}] + h * rate[{i}];\n"
+                    )
                 })
                 .collect();
             format!(
                 "    double rate[STATES], moved[STATES];
-    const double h = sindyna_dt / {substeps};
+    const double h = {dt} / {substeps};
     int part, i;
     for (i = 0; i < STATES; i++) next[i] = x[i];
     for (part = 0; part < {substeps}; part++) {{
-        sindyna_rhs(next, u, rate);
+        sindyna_rhs({pass}next, u, rate);
         for (i = 0; i < STATES; i++) moved[i] = next[i] + h * rate[i];
 {moved}        for (i = 0; i < STATES; i++) next[i] = moved[i];
     }}
 "
             )
         }
-        _ => "    double rate[STATES];
+        _ => format!(
+            "    double rate[STATES];
     int i;
-    sindyna_rhs(x, u, rate);
-    for (i = 0; i < STATES; i++) next[i] = x[i] + sindyna_dt * rate[i];
+    sindyna_rhs({pass}x, u, rate);
+    for (i = 0; i < STATES; i++) next[i] = x[i] + {dt} * rate[i];
 "
-        .to_owned(),
+        ),
     };
     format!(
-        "\n/* The state one control interval later. next must not be x. */\nvoid sindyna_step(const double *x, const double *u, double *next)\n{{\n{body}}}\n"
+        "\n/* The state one control interval later. next must not be x. */\n{linkage}void sindyna_step({first}const double *x, const double *u, double *next)\n{{\n{body}}}\n"
     )
 }
 
@@ -209,7 +269,7 @@ static void layer(const float *weights, const float *biases, int inputs, int out
             )
         }
         Head::Largest => {
-            let n = network.layers.last().map_or(0, |layer| layer.outputs);
+            let n = network.outputs();
             (
                 "The number of the action for an observation.",
                 format!(
@@ -221,4 +281,49 @@ static void layer(const float *weights, const float *biases, int inputs, int out
     text + &format!(
         "\n/* {what} */\nvoid sindyna_act(const double *o, double *action)\n{{\n    float a[{widest}], b[{widest}];\n    int i;\n    for (i = 0; i < {m}; i++) a[i] = (float)((o[i] - center[i]) / scale[i]);\n{calls}{head}}}\n"
     )
+}
+
+/// Observations, controls and bounds.
+fn closed(interface: &Interface) -> String {
+    let shown = if interface.rounded { "(float)" } else { "" };
+    let readings = interface.readings.iter().enumerate();
+    let readings: String =
+        readings.map(|(i, reading)| format!("    o[{i}] = {shown}{};\n", reading.code("cos", "sin"))).collect();
+    let control = if interface.numbered.is_empty() {
+        let clipped = |(i, (low, high)): (usize, &(f64, f64))| clip("u", "action", i, *low, *high);
+        interface.controls.iter().enumerate().map(clipped).collect::<String>()
+    } else {
+        let last = interface.numbered.len() - 1;
+        let row = |u: &Vec<f64>| format!("{{ {} }}", list(u.iter().map(|v| format!("{v:?}"))));
+        let rows: Vec<String> = interface.numbered.iter().map(row).collect();
+        format!(
+            "    static const double controls[{}][INPUTS] = {{\n        {}\n    }};\n    \
+             const int number = action[0] > 0.0 ? action[0] < {last}.0 ? (int)action[0] : {last} : 0;\n    int i;\n    \
+             for (i = 0; i < INPUTS; i++) u[i] = controls[number][i];\n",
+            rows.len(),
+            rows.join(",\n        ")
+        )
+    };
+    let bounds = interface.bounds.iter().enumerate();
+    let bounds: String = bounds.map(|(i, (low, high))| clip("x", "x", i, *low, *high)).collect();
+    format!(
+        "\n/* What the policy observes of a state. */\nvoid sindyna_observe(const double *x, double *o)\n{{\n{readings}}}\n\
+         \n/* The control that an action puts on the system. */\nvoid sindyna_control(const double *action, double *u)\n{{\n{control}}}\n\
+         \n/* Keeps a state within its declared bounds, as it was while the policy was trained. */\nvoid sindyna_clip(double *x)\n{{\n    (void)x;\n{bounds}}}\n"
+    )
+}
+
+/// `to` is `from` between `low` and `high`; a NaN stays one.
+pub(super) fn clip(to: &str, from: &str, i: usize, low: f64, high: f64) -> String {
+    let mut value = format!("{from}[{i}]");
+    if high.is_finite() {
+        value = format!("{from}[{i}] > {high:?} ? {high:?} : {value}");
+    }
+    if low.is_finite() {
+        value = format!("{from}[{i}] < {low:?} ? {low:?} : {value}");
+    }
+    if to == from && !low.is_finite() && !high.is_finite() {
+        return String::new();
+    }
+    format!("    {to}[{i}] = {value};\n")
 }

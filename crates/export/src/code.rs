@@ -9,6 +9,8 @@ pub(super) struct Dialect {
     pub(super) call: fn(Function, &str) -> String,
     /// A number to a whole power.
     pub(super) power: fn(&str, i32) -> String,
+    /// What ends a statement.
+    pub(super) end: &'static str,
 }
 
 /// `expr` over z = (x; u) with `n` states; everything but numbers and variables in parentheses.
@@ -88,12 +90,12 @@ pub(super) fn assignments(
             let numbered = row.iter().enumerate().filter(move |(_, e)| e.rate == rate);
             numbered.map(move |(k, e)| (first + k, e))
         };
-        lines += &format!("    {target}[{i}] = {};\n", sum(dialect, system, coefficient, of(None)));
+        lines += &format!("    {target}[{i}] = {}{}\n", sum(dialect, system, coefficient, of(None)), dialect.end);
         for l in 0..n {
             if of(Some(l)).next().is_some() {
                 let one = if i == l { "1.0" } else { "0.0" };
                 let coupled = sum(dialect, system, coefficient, of(Some(l)));
-                lines += &format!("    {} = {one} - ({coupled});\n", coupling(i, l));
+                lines += &format!("    {} = {one} - ({coupled}){}\n", coupling(i, l), dialect.end);
             }
         }
         first += row.len();

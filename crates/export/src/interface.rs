@@ -1,6 +1,6 @@
 //! How a policy meets the equations: what it observes of a state, what its actions put on the system, and where episodes begin.
 
-use sindyna_core::{Channel, Kind, Seed, Space, Spec, Task};
+use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec, Task};
 
 /// An observed value as a function of the states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -10,9 +10,22 @@ pub(super) enum Reading {
     Sine(usize),
 }
 
+impl Reading {
+    /// In a language that writes calls of functions as C does.
+    pub(super) fn code(self, cosine: &str, sine: &str) -> String {
+        match self {
+            Self::State(i) => format!("x[{i}]"),
+            Self::Cosine(i) => format!("{cosine}(x[{i}])"),
+            Self::Sine(i) => format!("{sine}(x[{i}])"),
+        }
+    }
+}
+
 /// What stands between equations over the states of a task and its policy.
 pub struct Interface {
     pub(super) readings: Vec<Reading>,
+    /// Whether the sensors show single precision.
+    pub(super) rounded: bool,
     /// The control of every numbered action; none where actions are controls.
     pub(super) numbered: Vec<Vec<f64>>,
     /// Smallest and largest control (k each).
@@ -54,6 +67,7 @@ impl Interface {
         };
         Some(Self {
             readings,
+            rounded: spec.precision == Precision::F32,
             numbered,
             controls,
             held: vec![0.0; spec.control_dim()],
@@ -72,7 +86,17 @@ impl Interface {
         (controls, held): (Vec<(f64, f64)>, Vec<f64>),
     ) -> Self {
         let bounds = vec![(f64::NEG_INFINITY, f64::INFINITY); labels.len()];
-        Self { readings: Vec::new(), numbered: Vec::new(), controls, held, bounds, starts, labels, name }
+        Self {
+            readings: Vec::new(),
+            rounded: false,
+            numbered: Vec::new(),
+            controls,
+            held,
+            bounds,
+            starts,
+            labels,
+            name,
+        }
     }
 }
 

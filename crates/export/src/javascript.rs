@@ -3,7 +3,8 @@
 use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
-use super::code::{Coefficient, Dialect, assignments, list, value};
+use super::code::{Coefficient, Dialect, assignments, list, number, value};
+use super::interface::{Interface, Reading};
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -13,6 +14,7 @@ const DIALECT: Dialect = Dialect {
         other => format!("Math.{}({a})", other.name()),
     },
     power: |a, exponent| format!("Math.pow({a}, {exponent})"),
+    end: ";",
 };
 
 /// A module of JavaScript.
@@ -25,9 +27,13 @@ pub(super) fn module(program: &Program, coefficient: Coefficient<'_>) -> String 
     let system = &program.system;
     let mut text = String::from("// Written by sindyna export.\n");
     text += &program.comments().iter().map(|line| format!("// {line}\n")).collect::<String>();
+    if program.closed().is_some() {
+        text += "// One step of equations and policy: x = clip(step(x, control(act(observe(x)))))\n";
+    }
     text += &format!("\n// Control interval in seconds.\nexport const DT = {:?};\n", system.dt);
     text += &equations(system, coefficient);
-    text + &program.policy.as_ref().map_or_else(String::new, policy)
+    text += &program.policy.as_ref().map_or_else(String::new, policy);
+    text + &program.closed().map_or_else(String::new, closed)
 }
 
 fn equations(system: &System, coefficient: Coefficient<'_>) -> String {
@@ -153,4 +159,41 @@ export function act(o) {{
 {head}}}
 "
     )
+}
+
+/// Observations, controls and bounds.
+fn closed(interface: &Interface) -> String {
+    let reading = |reading: &Reading| {
+        let value = reading.code("Math.cos", "Math.sin");
+        if interface.rounded { format!("Math.fround({value})") } else { value }
+    };
+    let readings: Vec<String> = interface.readings.iter().map(reading).collect();
+    let control = if interface.numbered.is_empty() {
+        format!("[{}]", clipped("action", &interface.controls))
+    } else {
+        let row = |u: &Vec<f64>| format!("[{}]", u.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", "));
+        let rows: Vec<String> = interface.numbered.iter().map(row).collect();
+        format!("[{}][action[0]].slice()", rows.join(", "))
+    };
+    format!(
+        "\n// What the policy observes of a state.\nexport function observe(x) {{\n    return [{}];\n}}\n\
+         \n// The control that an action puts on the system.\nexport function control(action) {{\n    return {control};\n}}\n\
+         \n// The state within its declared bounds, as it was while the policy was trained.\nexport function clip(x) {{\n    return [{}];\n}}\n",
+        readings.join(", "),
+        clipped("x", &interface.bounds)
+    )
+}
+
+/// The elements of `array`, each between its bounds.
+pub(super) fn clipped(array: &str, bounds: &[(f64, f64)]) -> String {
+    let bound = |value: f64| match value {
+        f64::INFINITY => "Infinity".to_owned(),
+        f64::NEG_INFINITY => "-Infinity".to_owned(),
+        _ => number(value),
+    };
+    let each = bounds.iter().enumerate();
+    let each: Vec<String> = each
+        .map(|(i, (low, high))| format!("Math.min(Math.max({array}[{i}], {}), {})", bound(*low), bound(*high)))
+        .collect();
+    each.join(", ")
 }

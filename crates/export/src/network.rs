@@ -66,6 +66,11 @@ impl Network {
         }
     }
 
+    /// Values that the last layer gives.
+    pub(super) fn outputs(&self) -> usize {
+        self.layers.last().map_or(0, |layer| layer.outputs)
+    }
+
     /// The widest layer, observations among them.
     pub(super) fn widest(&self) -> usize {
         self.layers.iter().flat_map(|layer| [layer.inputs, layer.outputs]).max().unwrap_or(0)

@@ -1,4 +1,4 @@
-//! Policies in NumPy, after the equations in the same module.
+//! Policies in NumPy, and what closes the loop, after the equations in the same module.
 
 use super::code::list;
 use super::network::Head;
@@ -48,4 +48,63 @@ pub(super) fn policy(program: &Program) -> String {
          for i, (weights, biases) in enumerate(LAYERS):\n        at = at.astype(np.float64) @ weights.astype(np.float64) + biases\n        \
          if i < len(LAYERS) - 1:\n            at = np.maximum(at, 0.0)\n        at = at.astype(np.float32)\n{head}"
     )
+}
+
+/// How the functions follow each other, for the head of the module.
+pub(super) fn notes(program: &Program) -> Vec<String> {
+    let mut notes = program.notes.clone();
+    if program.closed().is_some() {
+        notes.push("One step of equations and policy: x = clip(step(x, control(act(observe(x))))).".into());
+    }
+    notes
+}
+
+/// Observations, controls and bounds; nothing where they are not known.
+pub(super) fn closed(program: &Program) -> String {
+    let Some(interface) = program.closed() else { return String::new() };
+    let array = |values: &mut dyn Iterator<Item = f64>| format!("np.array([{}])", list(values.map(number)));
+    let (n, k) = (interface.bounds.len(), interface.controls.len());
+    let readings: Vec<String> =
+        interface.readings.iter().map(|reading| reading.code("np.cos", "np.sin").replace("x[", "x[..., ")).collect();
+    let rounded = if interface.rounded { ".astype(np.float32).astype(float)" } else { "" };
+    let control = if interface.numbered.is_empty() {
+        format!(
+            "CONTROL_LOW = {}\nCONTROL_HIGH = {}\n\n\ndef control(action):\n    \"\"\"The control (..., {k}) that an action (..., {k}) puts on the system.\"\"\"\n    \
+             return np.clip(np.asarray(action, dtype=float), CONTROL_LOW, CONTROL_HIGH)\n",
+            array(&mut interface.controls.iter().map(|c| c.0)),
+            array(&mut interface.controls.iter().map(|c| c.1)),
+        )
+    } else {
+        let rows: Vec<String> = interface
+            .numbered
+            .iter()
+            .map(|row| format!("    [{}],\n", row.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ")))
+            .collect();
+        format!(
+            "CONTROLS = np.array([\n{}])\n\n\ndef control(action):\n    \"\"\"The control (..., {k}) of the action with a number (..., 1).\"\"\"\n    \
+             return CONTROLS[np.asarray(action)[..., 0].astype(int)]\n",
+            rows.concat()
+        )
+    };
+    format!(
+        "\n\n# What stands between equations and policy.\nSTATE_LOW = {}\nSTATE_HIGH = {}\n{control}\n\ndef observe(x):\n    \
+         \"\"\"What the policy observes (..., {}) of a state (..., {n}).\"\"\"\n    x = np.asarray(x, dtype=float)\n    \
+         return np.stack([{}], axis=-1){rounded}\n\n\ndef clip(x):\n    \
+         \"\"\"A state (..., {n}) within its declared bounds, as it was while the policy was trained.\"\"\"\n    \
+         return np.clip(np.asarray(x, dtype=float), STATE_LOW, STATE_HIGH)\n",
+        array(&mut interface.bounds.iter().map(|b| b.0)),
+        array(&mut interface.bounds.iter().map(|b| b.1)),
+        readings.len(),
+        readings.join(", "),
+    )
+}
+
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        format!("{value:?}")
+    } else if value > 0.0 {
+        "np.inf".into()
+    } else {
+        "-np.inf".into()
+    }
 }

@@ -20,7 +20,7 @@ function begin(why = '') {
 }
 
 function forward() {
-  u = policyActs() ? control(x).slice() : held.slice();
+  u = policyActs() ? chosen(x).slice() : held.slice();
   if (u.length) u[+find('which').value] += push;
   const after = next(x, u);
   if (!after.every(Number.isFinite)) {

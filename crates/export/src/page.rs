@@ -4,7 +4,7 @@ use serde_json::json;
 use sindyna_sindy::Entry;
 
 use super::code::number;
-use super::interface::{Interface, Reading};
+use super::interface::Interface;
 use super::javascript;
 use super::program::Program;
 
@@ -29,39 +29,18 @@ pub(super) fn write(program: &Program, interface: &Interface) -> String {
     parts.iter().fold(PAGE.to_owned(), |page, (name, text)| page.replace(&format!("{{{{{name}}}}}"), text))
 }
 
-/// Observations, controls and bounds in JavaScript.
+/// What the script calls: the control in a state, and the state after it.
 fn between(program: &Program, interface: &Interface) -> String {
-    let reading = |reading: &Reading| match reading {
-        Reading::State(i) => format!("x[{i}]"),
-        Reading::Cosine(i) => format!("Math.cos(x[{i}])"),
-        Reading::Sine(i) => format!("Math.sin(x[{i}])"),
-    };
-    let readings: Vec<String> = interface.readings.iter().map(reading).collect();
-    let within = |(low, high): &(f64, f64)| format!("[{}, {}]", bound(*low), bound(*high));
-    let bounds: Vec<String> = interface.bounds.iter().map(within).collect();
-    let control = match (&program.policy, &interface.numbered[..]) {
-        (None, _) => json!(interface.held).to_string(),
-        (Some(_), []) => "act(observe(x))".to_owned(),
-        (Some(_), numbered) => format!("{}[act(observe(x))[0]]", json!(numbered)),
+    let control = match program.closed() {
+        None => json!(interface.held).to_string(),
+        Some(_) => "control(act(observe(x)))".to_owned(),
     };
     format!(
-        "\n// What the policy observes of a state.\nfunction observe(x) {{\n    return [{}];\n}}\n\
-         \n// The control that the policy chooses in a state.\nfunction control(x) {{\n    return {control};\n}}\n\
-         \nconst BOUNDS = [{}];\n\n// The state one control interval later, within the declared bounds.\nfunction next(x, u) {{\n    \
-         return step(x, u).map((value, i) => Math.min(Math.max(value, BOUNDS[i][0]), BOUNDS[i][1]));\n}}\n",
-        readings.join(", "),
-        bounds.join(", ")
+        "\n// The control that the policy chooses in a state.\nfunction chosen(x) {{\n    return {control};\n}}\n\
+         \n// The state one control interval later, within the declared bounds.\nfunction next(x, u) {{\n    \
+         x = step(x, u);\n    return [{}];\n}}\n",
+        javascript::clipped("x", &interface.bounds)
     )
-}
-
-fn bound(value: f64) -> String {
-    if value.is_finite() {
-        number(value)
-    } else if value > 0.0 {
-        "Infinity".into()
-    } else {
-        "-Infinity".into()
-    }
 }
 
 /// What the script has to know besides: start states, ranges of controls, what each coefficient stands before, what to draw.
@@ -95,7 +74,7 @@ fn facts(program: &Program, interface: &Interface) -> serde_json::Value {
     };
     json!({
         "starts": interface.starts, "controls": interface.controls, "held": interface.held, "names": interface.labels, "inputs": system.controls,
-        "coefficients": coefficients, "shape": shape, "policy": program.policy.is_some(),
+        "coefficients": coefficients, "shape": shape, "policy": program.closed().is_some(),
     })
 }
 

@@ -3,8 +3,11 @@
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::export::System;
 
-use super::interface::Interface;
-use super::network::Network;
+use super::interface::{Interface, Reading};
+use super::network::{Head, Network};
+
+/// Who wrote a file, as it stands in files that are no text.
+pub const PRODUCER: &str = "sindyna export";
 
 /// Equations, and a policy where there is one.
 pub struct Program {
@@ -34,6 +37,25 @@ impl Program {
     /// The same with a policy, and the names of what it observes.
     pub fn with_policy(self, policy: &SavedPolicy, observed: Vec<String>) -> Self {
         Self { policy: Some(Network::of(policy)), observed, ..self }
+    }
+
+    /// What stands between equations and policy, where there are both and all three fit each other.
+    pub(super) fn closed(&self) -> Option<&Interface> {
+        let (network, interface) = (self.policy.as_ref()?, self.interface.as_ref()?);
+        let (n, k) = (self.system.states.len(), self.system.controls.len());
+        let below = |reading: &Reading| match reading {
+            Reading::State(i) | Reading::Cosine(i) | Reading::Sine(i) => *i < n,
+        };
+        let acts = match network.head {
+            Head::Squashed { .. } => interface.numbered.is_empty() && network.actions() == k,
+            Head::Largest => {
+                interface.numbered.len() == network.outputs() && interface.numbered.iter().all(|u| u.len() == k)
+            }
+        };
+        let sizes = interface.readings.len() == network.observed()
+            && interface.bounds.len() == n
+            && interface.controls.len() == k;
+        (acts && sizes && interface.readings.iter().all(below)).then_some(interface)
     }
 
     /// What stands in the head of a file: the equations, what is which number in which array, where it comes from.

@@ -4,6 +4,7 @@ use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
 use super::code::{Dialect, assignments, list, uses, value};
+use super::interface::{Interface, Reading};
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -15,6 +16,7 @@ const DIALECT: Dialect = Dialect {
         other => format!("f64::{}({a})", other.name()),
     },
     power: |a, exponent| format!("f64::powi({a}, {exponent})"),
+    end: ";",
 };
 
 /// A module of Rust.
@@ -23,6 +25,9 @@ pub(super) fn write(program: &Program) -> String {
     let (n, k) = (system.states.len(), system.controls.len());
     let mut text = String::from("//! Written by sindyna export.\n");
     text += &program.comments().iter().map(|line| format!("// {line}\n")).collect::<String>();
+    if program.closed().is_some() {
+        text += "// One step of equations and policy: x = clip(&step(&x, &control(&act(&observe(&x)))))\n";
+    }
     text += &format!(
         "\n/// States.\npub const N: usize = {n};\n/// Inputs.\npub const K: usize = {k};\n/// Control interval \\[s\\].\npub const DT: f64 = {:?};\n",
         system.dt
@@ -34,7 +39,8 @@ pub(super) fn write(program: &Program) -> String {
         text += "\nfn positive_part(a: f64) -> f64 {\n    if a < 0.0 { 0.0 } else { a }\n}\n";
     }
     text += &equations(system);
-    text + &program.policy.as_ref().map_or_else(String::new, policy)
+    text += &program.policy.as_ref().map_or_else(String::new, policy);
+    text + &program.closed().map_or_else(String::new, closed)
 }
 
 fn equations(system: &System) -> String {
@@ -179,4 +185,48 @@ fn layer<const I: usize, const O: usize>(weights: &[f32], biases: &[f32; O], is_
     text + &format!(
         "\n/// {what}\npub fn act(o: &[f64; {m}]) -> [f64; {k}] {{\n    let at: [f32; {m}] = std::array::from_fn(|i| ((o[i] - CENTER[i]) / SCALE[i]) as f32);\n{calls}{head}}}\n"
     )
+}
+
+/// Observations, controls and bounds.
+fn closed(interface: &Interface) -> String {
+    let reading = |reading: &Reading| {
+        let value = reading.code("f64::cos", "f64::sin");
+        if interface.rounded { format!("f64::from({value} as f32)") } else { value }
+    };
+    let readings: Vec<String> = interface.readings.iter().map(reading).collect();
+    let (actions, control) = if interface.numbered.is_empty() {
+        (interface.controls.len(), format!("    [{}]\n", clipped("action", &interface.controls)))
+    } else {
+        let row = |u: &Vec<f64>| format!("[{}]", u.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(", "));
+        let rows: Vec<String> = interface.numbered.iter().map(row).collect();
+        (
+            1,
+            format!(
+                "    const CONTROLS: [[f64; K]; {}] = [\n        {}\n    ];\n    CONTROLS[(action[0] as usize).min(CONTROLS.len() - 1)]\n",
+                rows.len(),
+                rows.join(",\n        ")
+            ),
+        )
+    };
+    format!(
+        "\n/// What the policy observes of a state.\npub fn observe(x: &[f64; N]) -> [f64; {}] {{\n    [{}]\n}}\n\
+         \n/// The control that an action puts on the system.\npub fn control(action: &[f64; {actions}]) -> [f64; K] {{\n{control}}}\n\
+         \n/// The state within its declared bounds, as it was while the policy was trained.\npub fn clip(x: &[f64; N]) -> [f64; N] {{\n    [{}]\n}}\n",
+        readings.len(),
+        readings.join(", "),
+        clipped("x", &interface.bounds)
+    )
+}
+
+/// The elements of `array`, each between its bounds.
+fn clipped(array: &str, bounds: &[(f64, f64)]) -> String {
+    let bound = |value: f64| match value {
+        f64::INFINITY => "f64::INFINITY".to_owned(),
+        f64::NEG_INFINITY => "f64::NEG_INFINITY".to_owned(),
+        _ => format!("{value:?}"),
+    };
+    let each = bounds.iter().enumerate();
+    let each: Vec<String> =
+        each.map(|(i, (low, high))| format!("{array}[{i}].clamp({}, {})", bound(*low), bound(*high))).collect();
+    each.join(", ")
 }

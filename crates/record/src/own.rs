@@ -31,13 +31,8 @@ impl Own<'_> {
     /// # Errors
     /// [`RecordError::NotOwn`], [`RecordError::Io`].
     pub fn check(self, contents: &[u8]) -> Result<(), RecordError> {
-        let kind = match fs::symlink_metadata(self.path) {
-            Ok(found) => found.file_type(),
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(()),
-            Err(e) => return Err(RecordError::io("look at", self.path)(e)),
-        };
-        if !kind.is_file() {
-            return Err(self.refusal(&format!("is {}, not a file", name_of(kind))));
+        if !self.is_there()? {
+            return Ok(());
         }
         let first = contents.split_inclusive(|byte| *byte == b'\n').next().unwrap_or_default();
         let mut found = Vec::new();
@@ -45,6 +40,30 @@ impl Own<'_> {
             .and_then(|file| file.take(first.len() as u64).read_to_end(&mut found))
             .map_err(RecordError::io("read", self.path))?;
         if found == first { Ok(()) } else { Err(self.refusal(&format!("is there already and is no {}", self.what))) }
+    }
+
+    /// As [`Self::save`], for what has no first line: a file that is there already must hold `mark`.
+    ///
+    /// # Errors
+    /// [`RecordError::NotOwn`], [`RecordError::Io`].
+    pub fn save_marked(self, contents: &[u8], mark: &[u8]) -> Result<(), RecordError> {
+        if self.is_there()? {
+            let found = fs::read(self.path).map_err(RecordError::io("read", self.path))?;
+            if !found.windows(mark.len().max(1)).any(|window| window == mark) {
+                return Err(self.refusal(&format!("is there already and is no {}", self.what)));
+            }
+        }
+        save(self.path, contents)
+    }
+
+    /// Whether there is a file; refuses anything else.
+    fn is_there(self) -> Result<bool, RecordError> {
+        let kind = match fs::symlink_metadata(self.path) {
+            Ok(found) => found.file_type(),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(false),
+            Err(e) => return Err(RecordError::io("look at", self.path)(e)),
+        };
+        if kind.is_file() { Ok(true) } else { Err(self.refusal(&format!("is {}, not a file", name_of(kind)))) }
     }
 
     fn refusal(self, why: &str) -> RecordError {
@@ -66,6 +85,18 @@ fn name_of(kind: FileType) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_has_no_lines_is_known_by_its_mark() {
+        let temp = tempfile::tempdir().unwrap();
+        let path = temp.path().join("a.onnx");
+        let own = Own { path: &path, what: "export" };
+        own.save_marked(b"\x08\x08\x12by sindyna\n1", b"by sindyna").unwrap();
+        own.save_marked(b"\x08\x09\x12by sindyna\n2", b"by sindyna").unwrap();
+        fs::write(&path, b"\x08\x08\x12by pytorch").unwrap();
+        let refusal = own.save_marked(b"\x08\x09\x12by sindyna", b"by sindyna").unwrap_err().to_string();
+        assert!(refusal.contains("is there already and is no export"), "{refusal}");
+    }
 
     #[test]
     fn only_what_begins_as_the_new_contents_do_is_written_over() {

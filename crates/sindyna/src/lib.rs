@@ -40,7 +40,7 @@ pub mod training {
 
 /// Equations and policies as programs in other languages.
 pub mod export {
-    pub use sindyna_export::{ExportError, Names, program};
+    pub use sindyna_export::{Contents, ExportError, Names, Written, program};
 }
 
 #[doc(no_inline)]

@@ -1,5 +1,6 @@
 //! `sindyna export`: equations as a program in another language.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use anyhow::Context as _;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
 use sindyna_core::{Channel, Task};
-use sindyna_export::{Interface, Language, Program};
+use sindyna_export::{Contents, Interface, Language, PRODUCER, Program};
 use sindyna_record::Own;
 use sindyna_record::identification::{Stepping, read_model};
 use sindyna_rl::SavedPolicy;
@@ -21,8 +22,9 @@ use crate::cli::failure::Failure;
 /// Writes equations, and the policy of a run, as a program in another language
 ///
 /// `rhs(x, u)` gives the rates of the states (a map has none), `step(x, u)` the state one control interval later, and of a run `act(o)` the
-/// action of its policy for an observation, with scaling and limits inside. Numbers are double precision; actions differ from ours by at
-/// most 1e-6 of their range. In Python all take one state or arrays of them.
+/// action of its policy for an observation, with scaling and limits inside. In C, JavaScript, Python and Rust, `observe(x)`, `control(action)` and
+/// `clip(x)` close the loop: x = clip(step(x, control(act(observe(x))))). Numbers are double precision; actions differ from ours by at
+/// most 1e-6 of their range. What each file holds and needs: docs/export.md.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
@@ -32,7 +34,7 @@ pub(crate) struct Args {
     /// Language to write
     #[arg(long, value_name = "LANGUAGE", value_parser = languages())]
     to: Language,
-    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs, .tex or .html next to model.json]
+    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs, .tex, .html, .onnx, .fmu or model_casadi.py next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -71,16 +73,43 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         ))
         .hint("name the directory of a run or of an identification, with config.toml or data.csv in it"));
     }
-    let module = args.to.write(&program)?;
+    let written = args.to.write(&program)?;
+    let (text, bytes) = match &written.contents {
+        Contents::Text(text) => (Some(text), text.as_bytes()),
+        Contents::Bytes(bytes) => (None, &bytes[..]),
+    };
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
-        let result = json!({"language": args.to.name(), "written": null, "program": module});
-        return Answer::raw(module, &result);
+        let Some(text) = text else {
+            return Err(Failure::new(format!("{} is no text for standard output", args.to.name()))
+                .hint("name a file with --out"));
+        };
+        let result = json!({"language": args.to.name(), "written": null, "policy_written": null, "program": text});
+        return Answer::raw(text.clone(), &result);
     }
-    let out = args.out.clone().unwrap_or_else(|| file.with_extension(args.to.extension()));
-    Own { path: &out, what: "export of sindyna" }.save(module.as_bytes()).map_err(|e| Failure::of_own(e, "--out"))?;
-    let text = format!("{model}\n{}\n\nwritten: {}\n", Stepping::of(&model), out.display());
-    Answer::new(Verdict::Done, text, &json!({"language": args.to.name(), "written": out, "program": module}))
+    let stem = file.file_stem().unwrap_or(OsStr::new("model")).to_string_lossy();
+    let out = args.out.clone().unwrap_or_else(|| file.with_file_name(args.to.file_name(&stem)));
+    let save = |path: &Path, contents: &[u8]| {
+        let own = Own { path, what: "export of sindyna" };
+        let saved = if text.is_some() { own.save(contents) } else { own.save_marked(contents, PRODUCER.as_bytes()) };
+        saved.map_err(|e| Failure::of_own(e, "--out"))
+    };
+    save(&out, bytes)?;
+    let policy = written.policy.as_ref().map(|_| beside(&out));
+    if let (Some(contents), Some(path)) = (&written.policy, &policy) {
+        save(path, contents)?;
+    }
+    let result = json!({"language": args.to.name(), "written": out, "policy_written": policy, "program": text});
+    let paths: Vec<String> = std::iter::once(&out).chain(&policy).map(|path| path.display().to_string()).collect();
+    let note = written.note.as_ref().map_or_else(String::new, |note| format!(", {note}"));
+    let told = format!("{model}\n{}\n\nwritten: {}{note}\n", Stepping::of(&model), paths.join(", "));
+    Answer::new(Verdict::Done, told, &result)
+}
+
+/// Where the policy goes that cannot be in the file `out`: `a.policy.onnx` beside `a.onnx`.
+fn beside(out: &Path) -> PathBuf {
+    let ending = out.extension().map_or_else(String::new, |ending| format!(".{}", ending.to_string_lossy()));
+    out.with_extension(format!("policy{ending}"))
 }
 
 /// The task of a run, where it is one and what it needs is there.
