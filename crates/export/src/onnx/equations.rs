@@ -4,6 +4,7 @@ use sindyna_sindy::export::{Stepping, System};
 use sindyna_sindy::{Entry, Expr, Function};
 
 use super::graph::Builder;
+use super::proto::data_type;
 
 /// The graph from `x`, (batch, n), and `u`, (batch, k), where there are inputs, to `next`, (batch, n).
 pub(crate) fn write(system: &System, text: &[String]) -> Vec<u8> {
@@ -218,6 +219,21 @@ impl Writer<'_> {
         }
     }
 
+    /// The inverse tangent, which ONNX Runtime has in single precision alone: two of Newton's steps for sin y = a cos y make it one of double precision.
+    fn atan(&mut self, a: &str) -> String {
+        let single = self.builder.cast(a, data_type::FLOAT);
+        let rough = self.op("Atan", &[&single]);
+        let mut y = self.builder.cast(&rough, data_type::DOUBLE);
+        for _ in 0..2 {
+            let (sine, cosine) = (self.op("Sin", &[&y]), self.op("Cos", &[&y]));
+            let (ahead, slope) = (self.op("Mul", &[a, &cosine]), self.op("Mul", &[a, &sine]));
+            let (left, slope) = (self.op("Sub", &[&ahead, &sine]), self.op("Add", &[&cosine, &slope]));
+            let by = self.op("Div", &[&left, &slope]);
+            y = self.op("Add", &[&y, &by]);
+        }
+        y
+    }
+
     fn call(&mut self, function: Function, a: &str) -> String {
         let kind = match function {
             Function::Sin => "Sin",
@@ -233,6 +249,7 @@ impl Writer<'_> {
                 let (sine, cosine) = (self.op("Sin", &[a]), self.op("Cos", &[a]));
                 return self.op("Div", &[&sine, &cosine]);
             }
+            Function::Atan => return self.atan(a),
             Function::PositivePart => {
                 let zero = self.builder.number(0.0);
                 let negative = self.op("Less", &[a, &zero]);

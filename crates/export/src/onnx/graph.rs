@@ -74,11 +74,16 @@ impl Builder {
         self.tensor(&[1, values.len()], data_type::DOUBLE, bytes)
     }
 
+    /// Numbers as another type.
+    pub(super) fn cast(&mut self, name: &str, to: i32) -> String {
+        self.op_with("Cast", &[name], Some(("to", i64::from(to))))
+    }
+
     /// Numbers of single precision, as double precision.
     pub(super) fn floats(&mut self, shape: &[usize], values: &[f32]) -> String {
         let bytes = values.iter().flat_map(|v| v.to_le_bytes()).collect();
         let name = self.tensor(shape, data_type::FLOAT, bytes);
-        self.op_with("Cast", &[&name], Some(("to", i64::from(data_type::DOUBLE))))
+        self.cast(&name, data_type::DOUBLE)
     }
 
     fn tensor(&mut self, shape: &[usize], data_type: i32, raw_data: Vec<u8>) -> String {

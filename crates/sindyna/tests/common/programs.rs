@@ -17,11 +17,11 @@ pub(crate) fn model(form: &str, terms: &str, equations: &str, kinematic: &str) -
 
 /// Models of every form, with every function, powers, implicit equations, and names that want to be code.
 pub(crate) fn models() -> Vec<(&'static str, String)> {
-    let terms = r#"["v", "sin(x)*v^2", "max(x-0.3,0)", "sign(v)*abs(x)", "u/(2+cos(x))", "x^-2", "exp(-x^2)", "sqrt(abs(v))", "tanh(3*x)", "1", "log(2+x^2)"]"#;
+    let terms = r#"["v", "sin(x)*v^2", "max(x-0.3,0)", "sign(v)*abs(x)", "u/(2+cos(x))", "x^-2", "exp(-x^2)", "sqrt(abs(v))", "tanh(3*x)", "1", "log(2+x^2)", "atan(5*v)"]"#;
     let many = r#"[[{"term": 0, "coefficient": 1.0}],
         [{"term": 1, "coefficient": -0.7}, {"term": 2, "coefficient": 3.1}, {"term": 3, "coefficient": -1e-9}, {"term": 4, "coefficient": 2.5},
          {"term": 5, "coefficient": 1e-3}, {"term": 6, "coefficient": -0.25}, {"term": 7, "coefficient": 0.125}, {"term": 8, "coefficient": -0.4},
-         {"term": 9, "coefficient": 0.01}, {"term": 10, "coefficient": -1.5}]]"#;
+         {"term": 9, "coefficient": 0.01}, {"term": 10, "coefficient": -1.5}, {"term": 11, "coefficient": 0.6}]]"#;
     let implicit = r#"[[{"term": 0, "coefficient": 1.0}, {"term": 1, "coefficient": 0.2, "rate": 1}],
         [{"term": 4, "coefficient": -2.0}, {"term": 8, "coefficient": 0.3, "rate": 0}, {"term": 6, "coefficient": 0.4, "rate": 1}]]"#;
     let free = "[false, false]";
