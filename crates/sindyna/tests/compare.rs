@@ -184,7 +184,8 @@ fn a_digest_tells_all_that_its_comparison_does() {
     told(&["report", "kept", "--markdown", "page.md"]);
     let page = fs::read_to_string(temp.path().join("page.md")).unwrap();
     let figures: Vec<&str> = page.lines().filter_map(|l| l.strip_prefix("![")?.split(['(', ')']).nth(1)).collect();
-    assert_eq!(figures.len(), 4, "{page}");
+    // Two of learning curves and one of times for each task, two profiles.
+    assert_eq!(figures.len(), 2 * 3 + 2, "{page}");
     for figure in figures {
         assert!(temp.path().join(figure).is_file(), "{figure} is missing");
     }

@@ -154,7 +154,7 @@ fn equations_in_a_task_file_are_a_simulator() {
     let temp = workplace();
     let args = ["train", "--task-file", "ground_truth.toml", "--quiet", "--out", "run", "--isa", "portable"];
     let text = succeeds(temp.path(), &args);
-    assert!(text.contains("dv/dt = (F - k*x - c*v)/m") && text.contains(": solved (≥ -4)"), "{text}");
+    assert!(text.contains("dv/dt = (F - k*x - c*v)/m") && text.contains(": solved (≥ −4)"), "{text}");
     let summary = json(&temp.path().join("run/summary.json"));
     assert_eq!((&summary["real_steps"], &summary["task"]), (&10.into(), &"spring-equations".into()));
     for (term, truth) in [("x", -2.0), ("v", -0.3), ("F", 1.0)] {

@@ -32,7 +32,7 @@ fn programs_in_two_languages_are_the_same_system() {
     let args = ["train", "--task-file", task, "--pipe", &in_python, "--out", "run", "--quiet"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 0, "{stdout}{stderr}");
-    assert!(stdout.contains("ω̇ = −0.1 ω + 9.81 sin θ + u") && stdout.contains(": solved (≥ -60)"), "{stdout}");
+    assert!(stdout.contains("ω̇ = −0.1 ω + 9.81 sin θ + u") && stdout.contains(": solved (≥ −60)"), "{stdout}");
 
     // No record names the program: one from elsewhere must not start anything.
     let record = |name: &str| fs::read_to_string(temp.path().join("run").join(name)).unwrap();

@@ -38,7 +38,7 @@ fn the_example_is_solved_and_its_record_stands_alone() {
     let args = ["train", "--task-file", "task.toml", "--max-updates", "4000", "--episodes", "20", "--quiet"];
     let (code, stdout, stderr) = sindyna(temp.path(), &args);
     assert_eq!(code, 0, "{stdout}{stderr}");
-    assert!(stdout.contains(": solved (≥ -2)"), "{stdout}");
+    assert!(stdout.contains(": solved (≥ −2)"), "{stdout}");
     assert!(
         stdout.starts_with("identified\n") && !stdout.contains("ground truth"),
         "nobody knows its true equations: {stdout}"

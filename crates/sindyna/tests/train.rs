@@ -34,7 +34,7 @@ fn a_pendulum_is_learned_from_ten_steps_and_swung_up() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["train", "pendulum", "--seed", "3"]));
     assert_eq!(code, 0, "{stdout}{stderr}");
     assert!(stdout.contains("real steps: 10 in 1 episode"), "{stdout}");
-    assert!(stdout.contains(": solved (≥ -180)"), "{stdout}");
+    assert!(stdout.contains(": solved (≥ −180)"), "{stdout}");
 
     let run = temp.path().join("runs/pendulum-seed3");
     let summary = json(&run.join("summary.json"));

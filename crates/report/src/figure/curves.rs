@@ -44,11 +44,11 @@ pub(crate) fn curves(comparison: &Comparison<'_>, task: &str) -> Vec<Figure> {
     let mark = catalog.system(task).and_then(|system| system.protocol().solved_at);
     let (low, high) = range(lines.iter().flat_map(Line::scores).chain(mark)).unwrap_or((0.0, 1.0));
     let room = 0.04 * (high - low);
-    let figure = |name: &str, what: &str, caption: String, from: f64, to: f64| Figure {
-        name: format!("curves-{task}{name}"),
-        alternative: format!("Learning curves on {task}: return against real steps{what}"),
-        caption,
-        elements: drawing(task, &lines, mark, (from, to)),
+    let figure = |end: &str, what: &str, caption: String, from: f64, to: f64| {
+        let name = format!("curves-{task}{end}");
+        let elements = drawing((&name, task), &lines, mark, (from, to));
+        let alternative = format!("Learning curves on {task}: return against real steps{what}");
+        Figure { name, alternative, caption, elements }
     };
     let solved = mark.map_or_else(String::new, |mark| format!(", solved at {}", fixed(mark, 0)));
     let whole = figure("", "", format!("{task}: all returns{solved}"), low - room, high + room);
@@ -74,8 +74,8 @@ impl Line {
     }
 }
 
-/// The lines on an axis of returns from `from` to `to`; what lies beyond is cut off.
-fn drawing(task: &str, lines: &[Line], mark: Option<f64>, (from, to): (f64, f64)) -> String {
+/// The lines on an axis of returns of `task` from `from` to `to`; what lies beyond is cut off. No other figure of a page is called `name`.
+fn drawing((name, task): (&str, &str), lines: &[Line], mark: Option<f64>, (from, to): (f64, f64)) -> String {
     let most = lines.iter().flat_map(|line| line.points.iter().map(|point| point.real_steps));
     let most = most.max().unwrap_or(0).max(LEAST_STEPS) as f64;
     let axes = Axes {
@@ -100,16 +100,16 @@ fn drawing(task: &str, lines: &[Line], mark: Option<f64>, (from, to): (f64, f64)
         range(lines.iter().flat_map(Line::scores)).map_or((from, to), |(low, high)| (low.min(from), high.max(to)));
     let (beyond, (left, right)) = (axes.beyond(all), (axes.left, axes.right));
     let (width, height) = (right - left, BOTTOM - TOP);
-    // A drawing in the drawing shows nothing outside its frame.
     let _ = writeln!(
         text,
-        r#"<svg x="{left}" y="{TOP}" width="{width}" height="{height}" viewBox="{left} {TOP} {width} {height}">"#
+        r##"<clipPath id="clip-{name}"><rect x="{left}" y="{TOP}" width="{width}" height="{height}"/></clipPath>
+<g clip-path="url(#clip-{name})">"##
     );
     // The first method lies on top.
     for line in lines.iter().rev() {
         draw(&mut text, &beyond, &line.class, &line.points, most);
     }
-    text += "</svg>\n";
+    text += "</g>\n";
     let ends = lines.iter().filter_map(|line| {
         let end = line.end().filter(|end| (from..=to).contains(end))?;
         Some(Name { y: axes.y(end), class: line.class.clone(), text: &line.method })
@@ -142,8 +142,8 @@ mod tests {
         let point = |real_steps, v: f64| Point { real_steps, mean: v, interval: Interval { low: v, high: v } };
         let points = vec![point(100, 0.0), point(1000, 10.0)];
         let line = Line { method: "sac".into(), class: "c0".into(), points, level: None };
-        let drawing = drawing("any", &[line], Some(10.0), (-0.4, 10.4));
-        let curve = drawing.lines().find(|line| line.contains("curve")).expect("there is a curve");
+        let drawing = drawing(("curves-any", "any"), &[line], Some(10.0), (-0.4, 10.4));
+        let curve = drawing.lines().find(|line| line.contains(" curve\"")).expect("there is a curve");
         let numbers: Vec<f64> = curve.split(['"', ' ', ',']).filter_map(|word| word.parse().ok()).collect();
         assert_eq!(numbers[numbers.len() - 2], NAMES_AT, "{curve}");
         assert!(numbers[1] > numbers[3], "a better score stands higher: {curve}");
@@ -159,8 +159,8 @@ mod tests {
             level: None,
         };
         let lines = [line("good", [0.0, 100.0]), line("bad", [0.0, 50.0])];
-        let text = drawing("any", &lines, Some(90.0), (90.0, 100.0));
-        let curves: Vec<&str> = text.lines().filter(|line| line.contains("curve")).collect();
+        let text = drawing(("curves-any", "any"), &lines, Some(90.0), (90.0, 100.0));
+        let curves: Vec<&str> = text.lines().filter(|line| line.contains(" curve\"")).collect();
         let heights = |line: &str| -> Vec<f64> {
             let points = line.split('"').nth(3).expect("it has points");
             points.split(' ').filter_map(|p| p.split_once(',')?.1.parse().ok()).collect()
@@ -175,6 +175,6 @@ mod tests {
 
     #[test]
     fn a_task_without_any_score_is_still_drawn() {
-        assert!(drawing("any", &[], None, (0.0, 1.0)).contains("real steps"));
+        assert!(drawing(("curves-any", "any"), &[], None, (0.0, 1.0)).contains("real steps"));
     }
 }
