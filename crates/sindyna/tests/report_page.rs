@@ -21,7 +21,7 @@ fn look_at(page: &Path) -> (i32, String) {
 #[test]
 fn a_page_has_all_its_sections_and_looks_well_in_a_browser() {
     let temp = tempfile::tempdir().unwrap();
-    let methods = "sindy,truth,lqr,hand,random";
+    let methods = "sindy,oracle,lqr,expert,random";
     let args =
         ["compare", "--tasks", "pendulum,cart-pole", "--methods", methods, "--seeds", "2", "--out", "all", "--quiet"];
     let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
