@@ -101,6 +101,17 @@ fn a_controller_from_a_log_does_on_the_system_what_is_predicted() {
 }
 
 #[test]
+fn a_model_whose_inputs_act_late_is_not_trained_in() {
+    let temp = workplace();
+    let columns =
+        ["identify", "spring.csv", "--states", "x,v", "--inputs", "F", "--delay", "2", "--quiet", "--out", "late"];
+    parts(&sindyna(temp.path(), &columns));
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--task-file", "spring.toml", "--model", "late"]));
+    assert!(code == 2 && stderr.contains("the inputs of late act 2 rows (0.1 s) late"), "{stderr}");
+    assert!(stderr.contains("shift the column of the inputs"), "{stderr}");
+}
+
+#[test]
 fn a_model_identified_before_is_trained_in() {
     let temp = workplace();
     let columns = ["identify", "spring.csv", "--states", "x,v", "--inputs", "F", "--quiet", "--out", "model"];
@@ -182,7 +193,7 @@ fn equations_in_a_task_file_are_a_simulator() {
     for (from, to, says) in [
         ("v = \"(F", "w = \"(F", "no state named `w`"),
         ("(F - k*x", "(F - q*x", "no variable named `q`"),
-        ("k = 2.0", "x = 2.0", "`x` is no name for a parameter"),
+        ("k = 2.0", "x = 2.0", "the name `x` is there twice"),
         ("dt = 0.05", "", "[equations] need `dt`"),
         ("dt = 0.05", "dt = -1.0", "above 0"),
         ("dt = 0.05", "dt = 0.05\nframe_skip = 2", "means nothing without a `model`"),

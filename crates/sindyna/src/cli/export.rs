@@ -19,7 +19,7 @@ use sindyna_training::settings::TrainConfig;
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 
-/// Writes equations, and the policy of a run, as a program in another language
+/// Write equations, and the policy of a run, as a program in another language
 ///
 /// `rhs(x, u)` gives the rates of the states (a map has none), `step(x, u)` the state one control interval later, and of a run `act(o)` the
 /// action of its policy for an observation, with scaling and limits inside. In C, JavaScript, Python and Rust, `observe(x)`, `control(action)` and

@@ -272,6 +272,9 @@ fn identified(directory: &Path) -> Result<LogSource, Failure> {
     struct Known {
         dt: f64,
         precision: PrecisionName,
+        /// Rows by which inputs act late.
+        #[serde(default)]
+        input_delay: f64,
     }
     let hint = "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again";
     let path = directory.join("config.toml");
@@ -281,6 +284,15 @@ fn identified(directory: &Path) -> Result<LogSource, Failure> {
     let known: Known = toml::from_str(&text)
         .with_context(|| format!("{} is not that of an identification", path.display()))
         .map_err(|e| Failure::from(e).hint(hint))?;
+    if known.input_delay > 0.0 {
+        let seconds = known.input_delay * known.dt;
+        return Err(Failure::new(format!(
+            "the inputs of {} act {} rows ({seconds} s) late: a controller trained without that delay would not do on the system, and training with one is not supported",
+            directory.display(),
+            known.input_delay
+        ))
+        .hint("if the delay is one of the log alone, shift the column of the inputs and identify again"));
+    }
     let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
     if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
         return Err(Failure::new(format!("there is no {}", missing.display())).hint(hint));
