@@ -81,13 +81,13 @@ fn an_identification_is_what_its_files_say() {
 #[test]
 fn a_comparison_is_what_its_files_say() {
     let temp = tempfile::tempdir().unwrap();
-    let args = ["compare", "--tasks", "cart-pole", "--methods", "hand,random", "--seeds", "2-3", "--out", "c"];
+    let args = ["compare", "--tasks", "cart-pole", "--methods", "expert,random", "--seeds", "2-3", "--out", "c"];
     let result = object(temp.path(), &args)["result"].clone();
     assert_eq!((&result["runs"], &result["done_before"], &result["missing"]), (&4.into(), &0.into(), &Value::Null));
     let summary: Value =
         serde_json::from_str(&fs::read_to_string(temp.path().join("c/summary.json")).unwrap()).unwrap();
     assert_eq!((&result["groups"], result["groups"].as_array().unwrap().len()), (&summary, 2));
-    assert!(temp.path().join("c/runs/cart-pole/hand/seed-3.json").is_file());
+    assert!(temp.path().join("c/runs/cart-pole/expert/seed-3.json").is_file());
     for args in [["show", "c"], ["report", "c"], ["show", "c/digest"]] {
         assert_eq!(object(temp.path(), &args)["result"]["groups"], summary, "{args:?}");
     }
