@@ -50,7 +50,7 @@ pub(super) fn change(document: &mut Settings, text: &str) -> Result<(), Error> {
     Ok(())
 }
 
-/// The setting `text` changes, as [`change`] reads it.
+/// The setting `text` changes, as `--set` reads it.
 pub fn key(text: &str) -> &str {
     text.split('=').next().unwrap_or(text).trim()
 }
