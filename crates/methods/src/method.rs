@@ -72,10 +72,11 @@ impl Method {
         }
     }
 
-    /// The method called `name`.
+    /// The method called `name`, or once called so (`truth`, `hand`).
     pub fn named(name: &str) -> Result<Self, Error> {
         let known = Self::ALL.map(Self::name);
-        Self::ALL.into_iter().find(|m| m.name() == name).ok_or_else(|| Error::UnknownName {
+        let called = method_name(name);
+        Self::ALL.into_iter().find(|m| m.name() == called).ok_or_else(|| Error::UnknownName {
             what: "method",
             name: name.to_owned(),
             known: known.map(String::from).to_vec(),

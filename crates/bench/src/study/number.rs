@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(rounded(0.000_123_456), Some(0.000_123));
         assert_eq!((rounded(f64::INFINITY), rounded(f64::NAN)), (None, None));
         let shown = [Some(100.4), Some(9.64), Some(1720.0), Some(4.17e-11), Some(-0.02), Some(0.0), None].map(short);
-        assert_eq!(shown, ["100", "9.6", "1,720", "4.2e-11", "-0.02", "0", "—"]);
+        assert_eq!(shown, ["100", "9.6", "1,720", "4.2e−11", "−0.02", "0", "—"]);
         assert_eq!((percent(0.001), percent(0.0), share(98, 100)), ("0.1 %".into(), "none".into(), "98 %".into()));
         assert_eq!((share(239, 240), share(240, 240), share(0, 3)), ("99.6 %".into(), "100 %".into(), "0 %".into()));
     }
