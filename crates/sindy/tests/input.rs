@@ -63,7 +63,8 @@ fn terms_that_cannot_be_read_are_refused_with_their_place() {
     }
     let unknown = parse("arctan(x)", &names).expect_err("no such function").to_string();
     assert!(
-        unknown.ends_with("known: sin, cos, tan, exp, log, sqrt, abs, sign, tanh, max, min, clip, tolerance"),
+        unknown
+            .ends_with("known: sin, cos, tan, exp, log, sqrt, abs, sign, tanh, max, atan, min, clip, atan2, tolerance"),
         "{unknown}"
     );
     assert!(parse(&"(".repeat(100_000), &names).is_err());
