@@ -54,6 +54,9 @@ pub(crate) struct ReadingOptions {
     /// Largest interval within a trajectory in seconds, or `inf`; a larger one begins another trajectory [default: three times the usual interval]
     #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
     gap: Option<f64>,
+    /// Topic of an MCAP file [default: the only one that can be read]
+    #[arg(long, value_name = "TOPIC", help_heading = "Log")]
+    topic: Option<String>,
     /// Delimiter of the cells: one character, `tab`, or a space for any blanks [default: detected]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter, help_heading = "Log")]
     delimiter: Option<u8>,
@@ -122,6 +125,7 @@ impl ReadingOptions {
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
             delimiter: self.delimiter,
+            topic: self.topic.clone(),
             time: self.time_column.clone(),
             units: pairs("--units", "COLUMN=UNIT", "--units t=ms says that t is in milliseconds", &names(&self.units))?
                 .unwrap_or_default(),
@@ -183,6 +187,9 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
     );
     for note in &log.notes {
         let _ = writeln!(text, "note: {note}{}", instead(note));
+    }
+    for finding in &log.findings {
+        let _ = writeln!(text, "data: {finding}");
     }
     text
 }
