@@ -7,6 +7,7 @@
 mod as_read;
 mod asked;
 mod delay;
+mod elsewhere;
 mod hypotheses;
 mod unmeasured;
 
@@ -24,6 +25,7 @@ use crate::logs::{Log, Samples};
 pub use as_read::recordings;
 pub(crate) use asked::Asked;
 pub use asked::Delay;
+pub(crate) use elsewhere::elsewhere;
 pub(crate) use hypotheses::{Looked, looked};
 pub use unmeasured::Unmeasured;
 
