@@ -21,7 +21,7 @@ pub(super) fn is(bytes: &[u8]) -> bool {
 pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
     let big = bytes.get(126) == Some(&b'M');
     let mut rest = Reader { bytes: bytes.get(HEADER..).unwrap_or_default(), big };
-    let (mut all, mut budget) = (Vec::new(), Budget::default());
+    let (mut all, mut budget) = (Found::default(), Budget::default());
     while !rest.bytes.is_empty() {
         let element = rest.element()?;
         match element.kind {
@@ -36,7 +36,14 @@ pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
             _ => {}
         }
     }
-    Ok(all)
+    Ok(all.arrays)
+}
+
+/// What was found so far.
+#[derive(Default)]
+struct Found {
+    arrays: Vec<Named>,
+    numbers: Budget,
 }
 
 const INT32: u32 = 5;
@@ -101,10 +108,10 @@ impl<'a> Reader<'a> {
 }
 
 /// Adds the matrix in `data` to `all`, or the fields of a struct; called `given`, if not by a name of its own.
-fn matrix(data: &[u8], big: bool, given: Option<&str>, depth: usize, all: &mut Vec<Named>) -> Result<(), String> {
+fn matrix(data: &[u8], big: bool, given: Option<&str>, depth: usize, all: &mut Found) -> Result<(), String> {
     let mut rest = Reader { bytes: data, big };
     if data.is_empty() {
-        all.push((given.unwrap_or_default().to_owned(), Err("is empty".into())));
+        all.arrays.push((given.unwrap_or_default().to_owned(), Err("is empty".into())));
         return Ok(());
     }
     let flags = rest.element()?;
@@ -115,7 +122,7 @@ fn matrix(data: &[u8], big: bool, given: Option<&str>, depth: usize, all: &mut V
     if class == 17 {
         let name = rest.element()?;
         let name = given.map_or_else(|| String::from_utf8_lossy(name.data).into_owned(), str::to_owned);
-        all.push((name, opaque("an object, such as a table or a timetable")));
+        all.arrays.push((name, opaque("an object, such as a table or a timetable")));
         return Ok(());
     }
     let sizes = rest.element()?;
@@ -150,26 +157,23 @@ fn matrix(data: &[u8], big: bool, given: Option<&str>, depth: usize, all: &mut V
                     real.data.len() / number.size()
                 ));
             }
+            // Small numbers take more memory than in the file.
+            all.numbers.spend(count.saturating_mul(8))?;
             let values = number.read(big, real.data.chunks_exact(number.size()));
             Ok(Array { shape, values, columns_first: true, unit: String::new() })
         }
         other => Err(format!("is of an unknown class, {other}")),
     };
     // What has no name is MATLAB's own.
-    all.extend((!name.is_empty()).then_some((name, array)));
+    all.arrays.extend((!name.is_empty()).then_some((name, array)));
     Ok(())
 }
 
 /// Adds the fields of the struct called `name`.
-fn fields(
-    (mut rest, count): (Reader<'_>, usize),
-    name: &str,
-    depth: usize,
-    all: &mut Vec<Named>,
-) -> Result<(), String> {
+fn fields((mut rest, count): (Reader<'_>, usize), name: &str, depth: usize, all: &mut Found) -> Result<(), String> {
     let Some(depth) = depth.checked_sub(1) else { return Err(format!("`{name}` is nested too deeply")) };
     if count != 1 {
-        all.push((name.to_owned(), Err(format!("is an array of {count} structs: only single ones are read"))));
+        all.arrays.push((name.to_owned(), Err(format!("is an array of {count} structs: only single ones are read"))));
         return Ok(());
     }
     let width = rest.element()?;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::Format;
+use super::{Format, MOST_NUMBERS};
 use crate::LogError;
 use crate::table::{Column, Table};
 use crate::values::Values;
@@ -21,7 +21,8 @@ pub(super) struct Messages {
     logged: Vec<u64>,
     made: Vec<i64>,
     numbers: HashMap<String, usize>,
-    columns: Vec<(String, Vec<f64>)>,
+    /// Name, and the numbers with their messages.
+    columns: Vec<(String, Vec<(usize, f64)>)>,
 }
 
 impl Messages {
@@ -41,10 +42,7 @@ impl Messages {
                 self.columns.len() - 1
             }
         };
-        let column = &mut self.columns[number].1;
-        // What messages before did not have.
-        column.resize(self.logged.len().saturating_sub(1), f64::NAN);
-        column.push(value);
+        self.columns[number].1.push((self.logged.len().saturating_sub(1), value));
         Ok(())
     }
 
@@ -65,13 +63,19 @@ impl Messages {
             return Err(Format::Mcap.failed(path, "its messages have no numbers".into()));
         }
         let rows = self.logged.len();
+        if rows.saturating_mul(self.columns.len()) > MOST_NUMBERS {
+            let reason = format!("{} numbers in {rows} messages are more than is held in memory", self.columns.len());
+            return Err(Format::Mcap.failed(path, reason));
+        }
         let stamped = self.made.iter().any(|t| *t != 0);
         let time = |name: &str, values| (Column { name: name.into(), unit: "ns".into() }, values);
         let made = stamped.then(|| time("stamp", Values::I64(self.made)));
         // A time that the messages have themselves comes before that of whoever recorded them.
         let logged = [time("log_time", Values::U64(self.logged))];
         let taken = |name: &str| ["log_time", "stamp"].contains(&name);
-        let columns = self.columns.into_iter().map(|(name, values)| {
+        let columns = self.columns.into_iter().map(|(name, told)| {
+            let mut values = vec![f64::NAN; rows];
+            told.into_iter().for_each(|(row, value)| values[row] = value);
             let name = if taken(&name) { format!("{name}_") } else { name };
             (Column::new(&name), Values::F64(values))
         });

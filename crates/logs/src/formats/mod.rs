@@ -46,7 +46,7 @@ pub(crate) fn read(path: &Path, bytes: Vec<u8>, reading: Reading<'_>) -> Result<
     };
     let name = path.file_stem().map_or_else(|| "x".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let arrays = match format {
-        Format::Npy => npy::arrays(&bytes, &name),
+        Format::Npy => npy::arrays(&bytes, &name, &mut Budget::default()),
         Format::Npz => npz::arrays(&bytes),
         Format::Mat => mat::arrays(&bytes),
         #[cfg(feature = "hdf5")]
@@ -133,22 +133,25 @@ impl Format {
     }
 }
 
-/// Bytes that may be unpacked of one file: a small one may unpack to more than any memory.
+/// Bytes that may be unpacked of one file, or that its numbers may take: a small one may unpack to more than any memory.
 #[derive(Debug)]
 struct Budget {
     left: usize,
 }
 
+/// Numbers of a log that are held in memory.
+const MOST_NUMBERS: usize = 1 << 25;
+
 impl Default for Budget {
     fn default() -> Self {
-        Self { left: 1 << 29 }
+        Self { left: 8 * MOST_NUMBERS }
     }
 }
 
 impl Budget {
     /// Takes `bytes` of it.
     fn spend(&mut self, bytes: usize) -> Result<(), String> {
-        let left = self.left.checked_sub(bytes).ok_or("it unpacks to more than 512 MiB, the most that is read")?;
+        let left = self.left.checked_sub(bytes).ok_or("it has more than 256 MiB of numbers, the most that is read")?;
         self.left = left;
         Ok(())
     }
@@ -160,5 +163,21 @@ impl Budget {
         let read = packed.take(most).read_to_end(&mut bytes).map_err(|e| format!("it cannot be unpacked: {e}"))?;
         self.spend(read)?;
         Ok(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+
+    #[test]
+    fn a_small_file_that_unpacks_to_much_is_refused() {
+        let mut packed = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+        packed.write_all(&[0; 1 << 20]).unwrap();
+        let packed = packed.finish().unwrap();
+        let read = |left: usize| Budget { left }.read(flate2::read::ZlibDecoder::new(&packed[..]));
+        assert_eq!(read(1 << 20).unwrap().len(), 1 << 20);
+        assert!(packed.len() < 2000 && read((1 << 20) - 1).unwrap_err().contains("more than 256 MiB"));
     }
 }

@@ -1,8 +1,9 @@
 //! Arrays of NumPy: `.npy`, and `.npz` with several of them.
 //!
-//! Read here, not by a crate: a header of nested brackets, of 100 kB, ends `npyz` 0.9 and `ndarray-npy` 0.10 with a stack overflow (their parser of
-//! Python literals is recursive), and sizes that a header declares are allocated before there are any bytes for them. Objects, which are pickled programs, are not read.
+//! Read here, not by a crate: `npyz` 0.9 brings a grammar of Python's literals (`pest`) and integers of any size for a header of three keys.
+//! Objects, which are pickled programs, are not read.
 
+use super::Budget;
 use super::arrays::{Array, Named};
 use super::literal::{Literal, parse};
 use crate::values::{Number, Values};
@@ -11,7 +12,7 @@ use crate::values::{Number, Values};
 pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
 
 /// The array, or arrays if it is one of records, that `bytes` hold; one without a name of its own is called `name`.
-pub(super) fn arrays(bytes: &[u8], name: &str) -> Result<Vec<Named>, String> {
+pub(super) fn arrays(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Vec<Named>, String> {
     let (header, data) = header(bytes)?;
     let Literal::Map(entries) = parse(header)? else { return Err("its header is no dictionary".into()) };
     let get = |key: &str| {
@@ -37,6 +38,8 @@ pub(super) fn arrays(bytes: &[u8], name: &str) -> Result<Vec<Named>, String> {
     let data = data
         .get(..needed)
         .ok_or_else(|| format!("it is cut off: {} bytes of data where its header tells of {needed}", data.len()))?;
+    // Small numbers take more memory than in the file.
+    budget.spend(count.saturating_mul(8 * fields.iter().map(|(_, _, width)| width).sum::<usize>()))?;
     let mut from = 0;
     let mut all = Vec::new();
     for ((name, element, width), size) in fields.into_iter().zip(sizes) {
@@ -221,21 +224,28 @@ mod tests {
     #[test]
     fn numbers_times_texts_and_records_are_read() {
         let doubles: Vec<u8> = [1.5_f64, -2.0].iter().flat_map(|v| v.to_le_bytes()).collect();
-        let [(name, Ok(array))] = &arrays(&file("'<f8'", "(2,)", &doubles), "x").unwrap()[..] else {
+        let [(name, Ok(array))] = &arrays(&file("'<f8'", "(2,)", &doubles), "x", &mut Budget::default()).unwrap()[..]
+        else {
             panic!("one array")
         };
         assert_eq!((name.as_str(), &array.shape, &array.values), ("x", &vec![2], &Values::F64(vec![1.5, -2.0])));
         let halves: Vec<u8> = [0x3c00_u16, 0xc000, 0x0001, 0x7e00].iter().flat_map(|v| v.to_be_bytes()).collect();
-        let [(_, Ok(array))] = &arrays(&file("'>f2'", "(4, 1)", &halves), "x").unwrap()[..] else {
+        let [(_, Ok(array))] = &arrays(&file("'>f2'", "(4, 1)", &halves), "x", &mut Budget::default()).unwrap()[..]
+        else {
             panic!("one array")
         };
         assert!(matches!(&array.values, Values::F32(v) if v[..3] == [1.0, -2.0, 2_f32.powi(-24)] && v[3].is_nan()));
         let letters: Vec<u8> = "ab\0θ\0\0".chars().flat_map(|c| u32::from(c).to_le_bytes()).collect();
-        let [(_, Ok(array))] = &arrays(&file("'<U3'", "(2,)", &letters), "x").unwrap()[..] else { panic!("one array") };
+        let [(_, Ok(array))] = &arrays(&file("'<U3'", "(2,)", &letters), "x", &mut Budget::default()).unwrap()[..]
+        else {
+            panic!("one array")
+        };
         assert_eq!(array.values, Values::Text(vec!["ab".into(), "θ".into()]));
         let record = [&7_i64.to_le_bytes()[..], &0.5_f32.to_le_bytes(), &1.0_f32.to_le_bytes()].concat();
         let descr = "[('t', '<M8[ns]'), (('q [rad]', 'q'), '<f4', (2,))]";
-        let [(t, Ok(time)), (q, Ok(both))] = &arrays(&file(descr, "(1,)", &record), "x").unwrap()[..] else {
+        let [(t, Ok(time)), (q, Ok(both))] =
+            &arrays(&file(descr, "(1,)", &record), "x", &mut Budget::default()).unwrap()[..]
+        else {
             panic!("two")
         };
         assert_eq!((t.as_str(), time.unit.as_str(), &time.values), ("t", "ns", &Values::I64(vec![7])));
@@ -245,7 +255,7 @@ mod tests {
     #[test]
     fn what_is_declared_and_not_there_is_refused() {
         let check = |bytes: &[u8], says: &str| {
-            let failure = arrays(bytes, "x").unwrap_err();
+            let failure = arrays(bytes, "x", &mut Budget::default()).unwrap_err();
             assert!(failure.contains(says), "{failure}");
         };
         check(&file("'<f8'", "(1000000000000,)", &[0; 16]), "16 bytes of data where its header tells of 8000000000000");

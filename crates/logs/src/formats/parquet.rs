@@ -25,7 +25,7 @@ pub(super) fn arrays(bytes: Vec<u8>) -> Result<Vec<Named>, String> {
             if columns.len() == i {
                 columns.push((name.clone(), Collected::default()));
             }
-            budget.spend(8)?;
+            budget.spend(if let Field::ListInternal(list) = field { 16 * list.len() } else { 16 })?;
             columns[i].1.push(number, field);
         }
     }
