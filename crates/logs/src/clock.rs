@@ -34,10 +34,9 @@ pub(crate) fn forward(recordings: &mut [Recording], sources: &[Source<'_>]) -> R
             return Err(LogError::TimeNotIncreasing {
                 path: source.path().to_owned(),
                 column: source.time_name().to_owned(),
-                row: source.table.place(line),
+                row: source.table.row(line),
                 after: source.stamp(line),
-                before: source.stamp(line_before),
-                row_before: source.table.place(line_before),
+                before: format!("{} ({})", source.stamp(line_before), source.table.row(line_before)),
             });
         }
     }
@@ -198,6 +197,7 @@ pub(crate) fn check_resampling(recordings: &[Recording], dt: f64) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Row;
     use ndarray::array;
 
     fn recording(times: &[f64]) -> Recording {
@@ -247,7 +247,7 @@ mod tests {
         times[20..].iter_mut().for_each(|t| *t += 0.03);
         let (parts, gaps) = without_gaps(&[recording(&times)], None);
         assert_eq!(parts.iter().map(|p| (p.lines[0], p.times.len())).collect::<Vec<_>>(), [(2, 20), (22, 20)]);
-        let place = |gap: &Gap| Place { file: None, number: gap.line, is_line: true };
+        let place = |gap: &Gap| Place { file: None, row: Row { number: gap.line, is_line: true } };
         assert!(gaps.note(place).unwrap().to_string().contains("0.04 s before line 22"));
         let (whole, none) = without_gaps(&[recording(&times)], Some(1.0));
         assert!(whole == [recording(&times)] && none.all.is_empty());

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use sindyna_core::{DatasetError, number::significant};
 
-use crate::Place;
+use crate::Row;
 
 /// Why a log could not be read or does not fit what was said about it.
 ///
@@ -175,7 +175,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
         /// Where.
-        row: Place,
+        row: Row,
         /// Name of the column.
         column: String,
         /// The text.
@@ -187,7 +187,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
         /// Where.
-        row: Place,
+        row: Row,
         /// Name of the column.
         column: String,
         /// The text.
@@ -199,7 +199,7 @@ pub enum LogError {
         /// The file.
         path: PathBuf,
         /// Where.
-        row: Place,
+        row: Row,
         /// The trajectory.
         label: String,
     },
@@ -305,20 +305,18 @@ pub enum LogError {
     #[error("no rollout has two rows; a step needs the row it leads to")]
     NoStep,
     /// Time stands still or runs back.
-    #[error("{}, {row}: {column} = {after} does not come after {before} ({row_before})", path.display())]
+    #[error("{}, {row}: {column} = {after} does not come after {before}", path.display())]
     TimeNotIncreasing {
         /// The file.
         path: PathBuf,
         /// Name of the column.
         column: String,
         /// Where.
-        row: Place,
+        row: Row,
         /// Stamp of the row.
         after: String,
-        /// Stamp of the row before.
+        /// Stamp of the row before, and where that is.
         before: String,
-        /// Where the row before is.
-        row_before: Place,
     },
     /// Resampling would make more rows than are held in memory.
     #[error("resampling every {dt} s would make {rows:.0} rows; at most {most:.0} are held")]

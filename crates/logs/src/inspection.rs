@@ -47,7 +47,8 @@ pub struct Response {
     pub state: String,
     /// Which one: 1 for its rate; 2 for the rate of that, where it was not measured and follows the input more.
     pub order: usize,
-    /// Time after which it follows the input \[s\]: where their correlation is largest; below 0 where it comes before. `None` where it is not beyond chance.
+    /// Time after which it follows the input \[s\]: where their correlation is largest; below 0 where it comes before. `None` where it is not beyond
+    /// chance, or may be largest beyond the delays that are looked at.
     pub delay: Option<f64>,
     /// Two standard deviations around it \[s\].
     pub delay_range: Option<(f64, f64)>,
@@ -143,7 +144,8 @@ impl Log {
         let found = strongest(&signals, orders);
         // Of a few hundred correlations of noise, the largest is beyond this once in ten thousand logs.
         let chance = 5.0 / (found.count.max(1) as f64).sqrt();
-        let seen = found.correlation.abs() > chance;
+        // What is largest at the end of what was looked at is largest nowhere.
+        let seen = found.correlation.abs() > chance && found.inside;
         let seconds = |lag: isize| lag as f64 * self.spec.dt;
         let delay = seen.then(|| seconds(found.lag));
         let delay_range = seen.then(|| (seconds(found.range.0), seconds(found.range.1)));

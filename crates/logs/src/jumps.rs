@@ -30,6 +30,7 @@ pub(crate) fn note(recordings: &[Recording], names: &[String], place: impl Fn(us
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Row;
     use ndarray::Array2;
 
     #[test]
@@ -44,7 +45,7 @@ mod tests {
             }
         };
         let names = ["x".to_owned()];
-        let place = |_, number| Place { file: None, number, is_line: true };
+        let place = |_, number| Place { file: None, row: Row { number, is_line: true } };
         assert_eq!(note(&[recording(false)], &names, place), None);
         let told = note(&[recording(true)], &names, place).unwrap().to_string();
         assert!(told.contains("x moves by 40.") && told.contains("before line 62"), "{told}");

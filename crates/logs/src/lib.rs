@@ -63,7 +63,7 @@ pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;
 pub use note::Note;
 pub use options::{Clock, LogOptions, NO_TIME, TIME, TRAJECTORY};
-pub use place::Place;
+pub use place::{Place, Row};
 pub use quality::{At, Finding};
 pub use rates::closes_circle;
 pub use time_unit::{TimeUnit, UnitBy};

@@ -119,7 +119,7 @@ pub(crate) struct Cell {
 pub(crate) fn place(sources: &[Source<'_>], table: usize, number: usize) -> Place {
     let source = &sources[table];
     let file = (sources.len() > 1).then(|| source.path().to_owned());
-    Place { file, ..source.table.place(number) }
+    Place { file, row: source.table.row(number) }
 }
 
 /// The rollouts of `sources`, in order. A row without the value of a state is left out, and ends the rollout; so does one without that
@@ -189,7 +189,7 @@ fn of_source(
         let begins = rollouts.last().is_none_or(|r| r.label != label);
         if begins && rollouts.iter().any(|r| r.label == label) {
             let path = table.path().to_owned();
-            return Err(LogError::Interleaved { path, row: table.place(line), label: label.to_owned() });
+            return Err(LogError::Interleaved { path, row: table.row(line), label: label.to_owned() });
         }
         let of_column = |column: usize| table.columns()[column].name.as_str();
         if let Some((line, column, failure)) = open.take().filter(|_| !begins) {

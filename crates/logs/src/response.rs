@@ -34,6 +34,8 @@ pub(crate) struct Strongest {
     pub(crate) lag: isize,
     /// The rows around it that are within two standard deviations.
     pub(crate) range: (isize, isize),
+    /// Whether these are among those that were looked at, ends excluded.
+    pub(crate) inside: bool,
     /// The partial correlation there: of what is left of both when their linear dependence on all else is taken away.
     pub(crate) correlation: f64,
     /// Windows side by side.
@@ -96,7 +98,8 @@ fn of_window(trajectories: &[Signals], width: usize, order: usize, (latest, earl
     let likely = |at: &usize| count as f64 * (left(*at) / left(best)).ln() <= 4.0;
     let first = (0..=best).rev().take_while(likely).last().unwrap_or(best);
     let last = (best..all.len()).take_while(likely).last().unwrap_or(best);
-    Strongest { order, lag, range: (all[first].0, all[last].0), correlation, count }
+    let inside = first > 0 && last + 1 < all.len();
+    Strongest { order, lag, range: (all[first].0, all[last].0), inside, correlation, count }
 }
 
 /// φ(s) = (1 − s²)⁴ over so many steps, with its derivatives from row to row.

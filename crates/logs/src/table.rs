@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::text::Text;
 use crate::values::Values;
-use crate::{LogError, Note, Place};
+use crate::{LogError, Note, Row};
 
 /// Named columns of as many cells each.
 #[derive(Debug)]
@@ -117,13 +117,13 @@ impl Table {
     }
 
     /// Where row number `number` is, in this file.
-    pub(crate) fn place(&self, number: usize) -> Place {
-        Place { file: None, number, is_line: matches!(self.cells, Cells::Text(_)) }
+    pub(crate) fn row(&self, number: usize) -> Row {
+        Row { number, is_line: matches!(self.cells, Cells::Text(_)) }
     }
 
     /// The number in `cell`, which stands in row number `row` under column number `column`.
     pub(crate) fn number(&self, row: usize, column: usize, cell: &str) -> Result<f64, LogError> {
-        let told = || (self.path.clone(), self.place(row), self.columns[column].name.clone(), cell.to_owned());
+        let told = || (self.path.clone(), self.row(row), self.columns[column].name.clone(), cell.to_owned());
         match cell.parse::<f64>() {
             Ok(value) if value.is_finite() => Ok(value),
             Ok(_) => {

@@ -28,7 +28,8 @@ const MOST_COLUMNS: usize = 100_000;
 pub(super) fn table(path: &Path, arrays: Vec<Named>) -> Result<Table, LogError> {
     let arrays = with_short_names(arrays);
     let rows = samples(&arrays);
-    let (mut columns, mut left_out): (Vec<(Column, Values)>, Vec<(String, String)>) = (Vec::new(), Vec::new());
+    let mut columns: Vec<(Column, Values)> = Vec::new();
+    let mut left_out: Vec<(String, String)> = Vec::new();
     for (name, array) in arrays {
         match array.and_then(|array| parted(&name, &array, rows)) {
             Ok(several) => columns.extend(several),

@@ -172,7 +172,7 @@ fn lines(seen: &Inspection) -> Vec<String> {
         let when = match r.delay {
             Some(delay) if delay < 0.0 => format!("most {} s before its row{range}", significant(-delay, 3)),
             Some(delay) => format!("most after {} s{range}", significant(delay, 3)),
-            None => "at no delay".to_owned(),
+            None => "at no delay that can be told".to_owned(),
         };
         format!("{what} of {} follows {} {when} (correlation {})", r.state, r.input, significant(r.correlation, 2))
     }));
