@@ -50,15 +50,23 @@ pub(crate) fn read(path: &Path, bytes: Vec<u8>, reading: Reading<'_>) -> Result<
         Format::Npz => npz::arrays(&bytes),
         Format::Mat => mat::arrays(&bytes),
         #[cfg(feature = "hdf5")]
-        Format::Hdf => hdf::arrays(bytes),
+        Format::Hdf => guarded(|| hdf::arrays(bytes)),
         #[cfg(feature = "parquet")]
-        Format::Parquet => parquet::arrays(bytes),
+        Format::Parquet => guarded(|| parquet::arrays(bytes)),
         #[cfg(feature = "mcap")]
         Format::Mcap => return mcap::read(path, &bytes, reading.topic),
         #[cfg(not(all(feature = "hdf5", feature = "parquet", feature = "mcap")))]
         _ => return Err(format.built_without(path)),
     };
     arrays::table(path, arrays.map_err(|reason| format.failed(path, reason))?)
+}
+
+/// What `read` gives; of readers that panic over some damaged files (`parquet` 60.1: offsets below zero), an error there.
+#[cfg(any(feature = "hdf5", feature = "parquet"))]
+fn guarded(
+    read: impl FnOnce() -> Result<Vec<arrays::Named>, String> + std::panic::UnwindSafe,
+) -> Result<Vec<arrays::Named>, String> {
+    std::panic::catch_unwind(read).unwrap_or_else(|_| Err("it is damaged".into()))
 }
 
 /// A binary format.
