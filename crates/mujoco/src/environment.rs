@@ -161,12 +161,12 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
         for _ in 0..self.frame_skip {
             self.data.step().map_err(system)?;
             if let Some(index) = self.keep_warning() {
-                return Err(Diverged { index }.into());
+                return Err(EnvError::diverged(self.task.spec(), Diverged { index }));
             }
         }
         self.data.post_constraint().map_err(system)?;
         self.data.get(self.conventions.state(), &mut self.next).map_err(system)?;
-        Ok(Diverged::check(&self.next)?)
+        Diverged::check(&self.next).map_err(|diverged| EnvError::diverged(self.task.spec(), diverged))
     }
 }
 

@@ -39,7 +39,7 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
         "equations: stepped by semi-implicit Euler, 0.05 s",
         "  dth/dt = w\n",
         "  w\u{307} = 15 sin th + 3 u\n",
-        "dth/dt   is w by declaration",
+        "dth/dt   is w, not fitted",
         "standard error",
         "at the level of rounding",
         "steps used: 100",
@@ -219,7 +219,7 @@ fn noise_that_is_given_and_digits_that_are_missing_are_taken_as_errors() {
     assert!(stdout.contains("noise, estimated: th 0.00029 rad (fit 100.0 %), w 0.00029 rad/s (fit"), "{stdout}");
     let given = [&args[..], &["--precision", "f64", "--noise", "th=0.0003,w=0.0003"]].concat();
     let (_, stdout, _) = identify(temp.path(), &(header + &coarse), &given);
-    assert!(stdout.contains("white noise"), "{stdout}");
+    assert!(stdout.contains("white, as noise is"), "{stdout}");
 }
 
 #[test]

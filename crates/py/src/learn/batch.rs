@@ -47,7 +47,7 @@ impl Lane {
         let step = match self.system.step(action, &mut self.rng) {
             Ok(o) => Step { reward: o.reward, terminated: o.terminated, truncated: o.truncated, diverged: false },
             // Equations that blow up say nothing of the value of what comes after.
-            Err(EnvError::Diverged(_) | EnvError::Reward { .. }) => {
+            Err(EnvError::Diverged { .. } | EnvError::Reward { .. }) => {
                 Step { truncated: true, diverged: true, ..Step::default() }
             }
             Err(other) => return Err(other),

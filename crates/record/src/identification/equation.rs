@@ -151,7 +151,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Correlated => {
             "correlated from sample to sample: a term is missing or approximated, or a state is not measured"
         }
-        Doubt::OtherTerms => "but other terms explain the data as well",
+        Doubt::OtherTerms => "but other sets of terms fit as well",
         Doubt::Inconstant => {
             "but the first and the second half of the data want other coefficients: a term is missing or approximated"
         }

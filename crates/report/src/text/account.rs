@@ -33,6 +33,9 @@ fn held_out_lines(held_out: &HeldOut) -> String {
     text
 }
 
+/// Why a free run may leave the data.
+const FREE_RUN: &str = "free run: simulated from the first sample alone; chaotic and unstable systems leave the data even with exact equations\n";
+
 /// How well the samples are predicted that the equations were fitted to.
 fn quality(account: &Account, width: usize) -> String {
     if account.quality.is_empty() {
@@ -46,7 +49,9 @@ fn quality(account: &Account, width: usize) -> String {
         [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
     };
     let rows: Vec<[String; 7]> = std::iter::once(head).chain(account.quality.iter().map(row)).collect();
-    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n"
+    let free = account.quality.iter().any(|state| state.free_run.is_some());
+    let free = if free { FREE_RUN } else { "" };
+    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n" + free
 }
 
 /// What is claimed of all equations together.
@@ -159,14 +164,14 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let mut text = coefficients(equation, width);
     let residual = quantity(equation, residual);
     let verdict = match (equation.reached_floor, equation.floor > 0.0) {
-        (true, _) if sensors == ESTIMATED => "white noise".into(),
+        (true, _) if sensors == ESTIMATED => "white, as noise is".into(),
         (false, _) if sensors == ESTIMATED => equation.doubt.as_deref().unwrap_or_default().into(),
         (true, _) => format!("at the level of {sensors} ({})", significant(equation.floor, 2)),
         (false, true) if equation.terms.len() >= account.rows => {
             "as many terms as steps: no degrees of freedom are left to test it".into()
         }
         (false, true) if equation.has_rivals() => {
-            format!("at the level of {sensors}, but other terms explain the data as well")
+            format!("at the level of {sensors}, but other sets of terms fit as well")
         }
         (false, true) => {
             let floor = significant(equation.floor, 2);
@@ -182,7 +187,7 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     } else {
         "; not every subset of this size was tried"
     };
-    let of = if sensors == ESTIMATED { "one-step residual of the rate" } else { "residual" };
+    let of = if sensors == ESTIMATED { "residual (one step, divided by dt)" } else { "residual" };
     let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
     if !equation.ties.is_empty() {
         let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
@@ -203,7 +208,7 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
         ));
     }
     if equation.has_rivals() {
-        return Some(format!("other terms explain the data on {state} as well"));
+        return Some(format!("other sets of terms fit {state} as well"));
     }
     if sensors == ESTIMATED {
         return Some(format!(
@@ -233,7 +238,7 @@ fn left(equation: &Equation) -> &str {
 
 fn declaration(equation: &Equation) -> String {
     let rate = equation.terms.first().map_or("", |summand| summand.term.as_str());
-    format!("  {}   is {rate} by declaration\n", left(equation))
+    format!("  {}   is {rate}, not fitted\n", left(equation))
 }
 
 fn coefficients(equation: &Equation, width: usize) -> String {

@@ -41,7 +41,7 @@ pub(crate) struct Args {
         default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum,cart-pole-swing-up"
     )]
     tasks: Vec<String>,
-    /// Methods, those below
+    /// Methods (listed below)
     #[arg(
         long,
         value_name = "NAMES",
@@ -50,8 +50,8 @@ pub(crate) struct Args {
         default_value = "sindy,sac,lqr,expert,random"
     )]
     methods: Vec<String>,
-    /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. May be given
-    /// several times; keys are those of config.toml, whose last part does where it is the only one
+    /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. Keys are those of
+    /// config.toml; `polyak` stands for `sac.polyak` where no other key ends so. May be repeated
     #[arg(long = "variant", value_name = "NAME: KEY=VALUE,…")]
     variants: Vec<Variant>,
     /// Seeds: N for 0 to N−1, or a list of seeds and ranges such as 0-9,100-199

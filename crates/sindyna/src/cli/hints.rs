@@ -99,7 +99,7 @@ fn of_environment(error: &EnvError) -> Option<String> {
         EnvError::Reward { .. } => {
             Some("guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into())
         }
-        EnvError::Diverged(_) => Some(
+        EnvError::Diverged { .. } => Some(
             "the simulator itself left the finite numbers within a step: guard its formulas, such as `max(x, 0.001)` in a denominator, give the state `bounds`, or make `dt` smaller"
                 .into(),
         ),

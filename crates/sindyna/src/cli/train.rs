@@ -10,7 +10,7 @@ use checkpoint::Checkpoints;
 use recorder::{Clock, Recorder};
 use serde::Serialize;
 use sindyna_core::number::plural;
-use sindyna_core::{Certainty, Dataset, Event, FitError, Mode, Observer, Policy, Seed, Spec};
+use sindyna_core::{Acting, Certainty, Dataset, Event, FitError, Memory as _, Mode, Observer, Policy, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
@@ -178,7 +178,7 @@ impl Run<'_> {
         let mut unevaluated = Ok(());
         let (mut act_seconds, mut slowest_act_seconds) = (None, None);
         if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
-            act_seconds = latency(&**policy, log, spec);
+            (act_seconds, slowest_act_seconds) = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let timed = Timed::new(&**policy);
             let (episodes, told) = (config.evaluation_episodes, Evaluating::new(&self.progress));
@@ -360,23 +360,24 @@ impl Run<'_> {
     }
 }
 
-/// Seconds of one action of `policy`, the median over the observations of `data`.
-fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> Option<f64> {
+/// Seconds of one action of `policy` along the observations of `data`: the median, and the slowest of a policy that plans.
+fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> (Option<f64>, Option<f64>) {
     /// Actions that are timed.
     const TIMED: usize = 1_000;
     let (mut action, mut rng) = (vec![0.0; spec.action_space.action_dim()], Seed::new(0).stream("latency", 0));
-    let observations: Vec<Vec<f64>> = data
-        .rollouts()
-        .flat_map(|r| r.observations.rows().into_iter().map(|o| o.to_vec()).collect::<Vec<_>>())
-        .collect();
-    let timed = observations.iter().cycle().take(TIMED).map(|observation| {
-        let begun = Instant::now();
-        policy.act(observation, Mode::Exploit, &mut rng, &mut action);
-        begun.elapsed().as_secs_f64()
-    });
-    let mut seconds: Vec<f64> = timed.collect();
+    let mut seconds: Vec<f64> = Vec::new();
+    for rollout in data.rollouts() {
+        let mut acting = Acting::begin(policy);
+        for observation in rollout.observations.rows().into_iter().take(TIMED - seconds.len()) {
+            let observation = observation.to_vec();
+            let begun = Instant::now();
+            acting.act(&observation, Mode::Exploit, &mut rng, &mut action);
+            seconds.push(begun.elapsed().as_secs_f64());
+        }
+    }
     seconds.sort_by(f64::total_cmp);
-    seconds.get(seconds.len() / 2).copied()
+    let slowest = seconds.last().copied().filter(|_| policy.begin().is_some());
+    (seconds.get(seconds.len() / 2).copied(), slowest)
 }
 
 /// What can be done about a run that could not go on.

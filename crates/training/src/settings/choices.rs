@@ -117,7 +117,7 @@ named! {
 named! {
     /// Sparse regression.
     SolverName {
-        /// Smallest subset of terms that explains the data
+        /// Best subset of terms by the extended BIC of its predictions
         BestSubset = "best-subset",
         /// Sequentially thresholded least squares (PySINDy's, and the paper's)
         Stlsq = "stlsq",
