@@ -153,7 +153,7 @@ fn told(doubt: Doubt) -> &'static str {
         }
         Doubt::OtherTerms => "but other sets of terms fit as well",
         Doubt::Inconstant => {
-            "but the first and the second half of the data want other coefficients: a term is missing or approximated"
+            "but the coefficients differ between the halves of the data: a term is missing or approximated"
         }
         Doubt::Unfinished => "but the search for terms reached its limit of operations",
         Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",

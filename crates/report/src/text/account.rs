@@ -100,7 +100,7 @@ pub fn text(account: &Account, width: usize) -> String {
     text += &quality(account, width);
     text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
     if !account.search_complete {
-        text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
+        text += "\nthe search for terms reached its limit of operations and is incomplete; use fewer rows or states, or fix terms by --require and --forbid";
     }
     let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", account.features.len());
     text
@@ -185,7 +185,7 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let search = if equation.proved || equation.path.is_empty() || sensors == ESTIMATED {
         ""
     } else {
-        "; not every subset of this size was tried"
+        "; the search did not cover all subsets of this size"
     };
     let of = if sensors == ESTIMATED { "residual (one step, divided by dt)" } else { "residual" };
     let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
@@ -329,7 +329,7 @@ mod tests {
 \u{20} w\u{307}        coefficient   standard error
 \u{20} sin th   15.00000021   1.2e−7
 \u{20} w        −0.1          not known
-\u{20} residual 1.3e−6 rad/s² RMS: at the level of rounding (2e−6); not every subset of this size was tried
+\u{20} residual 1.3e−6 rad/s² RMS: at the level of rounding (2e−6); the search did not cover all subsets of this size
 ";
         assert_eq!(table(&account(100), &equation(), WIDTH), expected);
     }

@@ -30,7 +30,7 @@ pub(crate) struct Settings {
     /// Identify this log (CSV with the states and controls of --task-file as columns) and train in its equations, without a simulator
     #[arg(long, value_name = "LOG", requires = "task_file", conflicts_with_all = ["config", "model"])]
     data: Option<PathBuf>,
-    /// Train in the equations of this output directory of `sindyna identify`, over the uncertainty of their coefficients
+    /// Train in the equations of this output directory of `sindyna identify`, with coefficients drawn from their joint distribution
     #[arg(long, value_name = "DIR", requires = "task_file", conflicts_with = "config")]
     model: Option<PathBuf>,
     /// Repeat the run of this config.toml; other options change it
@@ -47,14 +47,14 @@ pub(crate) struct Settings {
     /// the learner [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
-    /// Real steps before the first fit, over all warm-up rollouts; more follow where the equations are not certain
+    /// Real steps before the first fit, over all warm-up trajectories; more follow where the equations are not certain
     /// (--imagined-rollouts auto) [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
-    /// Rollouts on the system before the first fit (N_e in Algorithm 1) [default: 1]
+    /// Warm-up trajectories on the system before the first fit (N_e in Algorithm 1) [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
-    /// Steps of each warm-up rollout (R in Algorithm 1), over several episodes where one ends early [default: 10]
+    /// Steps of each warm-up trajectory (R in Algorithm 1); a new episode begins where one ends early [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
     /// Policy of the warm-up [default: swings]
@@ -67,19 +67,17 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<CoordinatesName>,
 
-    /// Controller: soft actor-critic trained in the equations (sac), or a planner in the equations. `auto` tries lqr, mppi and ilqr in the
-    /// equations and keeps the one with the highest return there [default: sac]
+    /// Controller: a policy trained in the equations, or a planner in the equations [default: sac]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     controller: Option<ControllerName>,
-    /// Rollouts in the learned model per real one (N in Algorithm 1). `inf` never returns to the system. With a number, an episode of the policy that is optimal in
-    /// the model is compared with its prediction. `auto` is `inf` where the residuals are at the level of rounding; elsewhere real episodes follow until one
-    /// agrees with its prediction [default: auto]
+    /// Rollouts in the learned model per real one (N in Algorithm 1). `inf`: no further real episodes. A number: real episodes follow, and each is compared with
+    /// its prediction. `auto`: `inf` if the residuals are at the level of rounding, otherwise real episodes until one agrees with its prediction [default: auto]
     #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
     imagined_rollouts: Option<ImaginedRollouts>,
     /// Fit the model again after every real rollout [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
     refit: Option<bool>,
-    /// Maximum of real steps, warm-up included; an episode that could exceed it is not begun [default: no limit]
+    /// Maximum number of real steps, including the warm-up; no episode begins that could exceed it [default: no limit]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     max_real_steps: Option<usize>,
     /// Maximum of updates [default: 60000]
@@ -295,7 +293,7 @@ fn identified(directory: &Path) -> Result<LogSource, Failure> {
     }
     let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
     if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
-        return Err(Failure::new(format!("there is no {}", missing.display())).hint(hint));
+        return Err(Failure::new(format!("{}: no such file or directory", missing.display())).hint(hint));
     }
     let sampling = Some(Sampling { dt: known.dt, precision: known.precision.into() });
     Ok(LogSource { log, sampling, models: Some(models) })

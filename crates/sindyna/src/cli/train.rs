@@ -32,7 +32,7 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Evaluating, Progress};
 use crate::cli::{machine, pages};
 
-/// Identify a system from one short rollout and train a controller for it
+/// Identify a system from a few real steps and train a controller for it
 ///
 /// A few steps are collected on the system. Its equations of motion are identified by sparse regression, soft actor-critic is trained
 /// in them, its return is predicted as an interval, and the policy is evaluated on the system. Where the equations are not certain,
@@ -51,8 +51,8 @@ pub(crate) struct Args {
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on with the run in this directory that was killed or stopped: its record becomes what it would have been, byte for byte. It goes on
-    /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
+    /// Continue the killed or stopped run in this directory from its last checkpoint. The record is then the same, byte for byte, as without the
+    /// interruption. Checkpoints are written about every second, but not during a fit; the system must answer as before
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     /// Do not write report.html

@@ -67,7 +67,7 @@ named! {
         Ilqr = "ilqr",
         /// Model predictive path integral control
         Mppi = "mppi",
-        /// The one of lqr, mppi and ilqr with the highest return in the equations
+        /// The planner (lqr, mppi or ilqr) with the highest return in the equations
         Auto = "auto",
     }
 }
