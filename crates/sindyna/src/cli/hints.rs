@@ -167,7 +167,7 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
         LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
         LogError::NotFinite { .. } => {
-            "remove the value: an empty cell ends a trajectory; each trajectory needs at least two rows".into()
+            "leave the cell of a missing value empty: it ends a trajectory, and each trajectory needs at least two rows".into()
         }
         LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
         LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
