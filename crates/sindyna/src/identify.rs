@@ -7,6 +7,7 @@
 mod as_read;
 mod asked;
 mod delay;
+mod for_task;
 mod hypotheses;
 mod unmeasured;
 
@@ -24,6 +25,8 @@ use crate::logs::{Log, Samples};
 pub use as_read::recordings;
 pub(crate) use asked::Asked;
 pub use asked::Delay;
+pub use for_task::of_log;
+pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};
 pub use unmeasured::Unmeasured;
 

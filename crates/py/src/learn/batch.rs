@@ -76,7 +76,7 @@ type Stepped<'py> = (
 );
 
 impl Batch {
-    fn new(
+    pub(super) fn new(
         dynamics: Arc<dyn Dynamics>,
         task: Arc<dyn Task>,
         sensors: Sensors,

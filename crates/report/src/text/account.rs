@@ -126,7 +126,7 @@ pub fn verdict(account: &Account) -> String {
         let _ = writeln!(text, "not exact: {excess}");
     }
     if !missed.is_empty() {
-        text += "more real steps (--real-steps), another --library or a --term of your own may find what is missing\n";
+        text += "more data (--real-steps, or a longer log), another --library or a --term of your own may find what is missing\n";
     }
     text
 }

@@ -256,7 +256,11 @@ impl Args {
             let mut not: Vec<&str> = not.map(|(system, _)| system.spec().name.as_str()).collect();
             not.dedup();
             if !not.is_empty() {
-                progress.say(&format!("note: {} does not apply to {}, and is left out there", method.name(), not.join(", ")));
+                progress.say(&format!(
+                    "note: {} does not apply to {}, and is left out there",
+                    method.name(),
+                    not.join(", ")
+                ));
             }
         }
         let learners = jobs.iter().filter_map(|job| first_check(job.method(), job.system.spec()));

@@ -35,6 +35,7 @@ fn of_error(error: &Error) -> Option<String> {
         Error::Record(error) => of_record(error),
         Error::Environment(error) => of_environment(error),
         Error::Train(error) => error.environment().and_then(of_environment),
+        Error::Fit(FitError::TooFewRows { .. }) => Some("give it a longer log".into()),
         error => of_ours(error),
     }
 }
@@ -122,6 +123,12 @@ fn of_ours(error: &Error) -> Option<String> {
             _ => "--sign \"dw/dt: w < 0\" declares that the coefficient of w is not positive",
         }
         .into(),
+        Error::NotIdentified { .. } => {
+            "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again".into()
+        }
+        Error::Delayed { .. } => {
+            "if the delay is one of the log alone, shift the column of the inputs; `--delay 0` looks for none".into()
+        }
         Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),

@@ -35,6 +35,13 @@ pub(crate) struct ReadingOptions {
     /// Limits of states, such as `x=-2.4:2.4` for a wall or a clip; steps that end at a limit are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
+    #[command(flatten)]
+    table: TableOptions,
+}
+
+/// Options that say how cells and time stamps of a log are read.
+#[derive(Debug, Default, PartialEq, clap::Args)]
+pub(crate) struct TableOptions {
     /// Sampling interval in seconds, where time stamps jitter or are missing; 1 for a discrete-time map, with --target discrete [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
@@ -109,9 +116,6 @@ impl ReadingOptions {
     }
 
     fn options(&self) -> Result<LogOptions, Failure> {
-        let names = |list: &[String]| -> Vec<String> {
-            list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
-        };
         let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
         let hint = "--circles c=s says that c and s are cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
@@ -121,11 +125,6 @@ impl ReadingOptions {
         let noise = deviations.iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
-            delimiter: self.delimiter,
-            time: self.time_column.clone(),
-            units: pairs("--units", "COLUMN=UNIT", "--units t=ms says that t is in milliseconds", &names(&self.units))?
-                .unwrap_or_default(),
-            gap: self.gap,
             states: names(&self.states),
             inputs: names(&self.inputs),
             angles: match &names(&self.angles)[..] {
@@ -137,14 +136,35 @@ impl ReadingOptions {
             circles,
             noise,
             limits,
+            ..self.table.options()?
+        })
+    }
+}
+
+impl TableOptions {
+    /// What they say, of columns nothing.
+    pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
+        let units = names(&self.units);
+        let hint = "--units t=ms says that t is in milliseconds";
+        Ok(LogOptions {
+            delimiter: self.delimiter,
+            time: self.time_column.clone(),
+            units: pairs("--units", "COLUMN=UNIT", hint, &units)?.unwrap_or_default(),
+            gap: self.gap,
             clock: match (self.dt, self.resample) {
                 (Some(dt), _) => Clock::Given(dt),
                 (None, Some(dt)) => Clock::Resampled(dt),
                 (None, None) => Clock::Stamps,
             },
             precision: self.precision.map(Precision::from),
+            ..LogOptions::default()
         })
     }
+}
+
+/// The names in `list`, none of which is empty.
+fn names(list: &[String]) -> Vec<String> {
+    list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
 }
 
 /// What was read, and what was made of it.

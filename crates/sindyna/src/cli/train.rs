@@ -1,12 +1,14 @@
 //! `sindyna train`: the main job.
 
 mod checkpoint;
+mod log;
 mod recorder;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use checkpoint::Checkpoints;
+use log::DataOptions;
 use recorder::{Clock, Recorder};
 use serde::Serialize;
 use sindyna_core::number::plural;
@@ -48,6 +50,8 @@ pub(crate) struct Args {
     settings: Settings,
     #[command(flatten)]
     pipe: PipeOptions,
+    #[command(flatten)]
+    data: DataOptions,
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -78,10 +82,23 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         return resume(path, args, interrupt, console);
     }
     let pipe = args.pipe.source(&interrupt)?;
-    let (config, problem) = args.settings.config(args.task.as_deref(), pipe.as_ref())?;
+    let (progress, pool) = (Progress::new(console), args.common.pool()?);
+    args.data.check(args.settings.has_log())?;
+    let begun = Instant::now();
+    let identified = |task: &Path, log: &Path, config: &TrainConfig| {
+        pool.install(|| args.data.identified(task, log, config, (&interrupt, &progress)))
+    };
+    let (config, problem) = match args.settings.config(args.task.as_deref(), pipe.as_ref(), &identified) {
+        Err(_) if interrupt.pressed() => {
+            progress.say("interrupted: nothing was written");
+            return Ok(Answer::silent(Verdict::Interrupted));
+        }
+        settled => settled?,
+    };
+    // Without a log this is next to nothing.
+    let before = if args.settings.has_log() { begun.elapsed().as_secs_f64() } else { 0.0 };
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &*problem, interrupt.flag())?;
-    let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
     files.push(("config.toml", config.to_toml()?.into_bytes()));
@@ -92,16 +109,16 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             RunDir::create_numbered(&stem, &files)?
         }
     };
-    let progress = Progress::new(console);
     let page = !args.no_report;
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
+    let run =
+        Run { problem: &*problem, config: &config, run_dir: &run_dir, progress: &progress, interrupt, page, before };
     pool.install(|| run.go(plan))
 }
 
 /// Does what is left of the run in `path`, from its last checkpoint on. All of a run follows from its configuration: what the record
 /// holds has to come out again.
 fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> Result<Answer, Failure> {
-    if args.settings != Settings::default() {
+    if args.settings != Settings::default() || args.data != DataOptions::default() {
         return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
             .hint("`--config RUN/config.toml` with other options begins a changed one"));
     }
@@ -131,7 +148,15 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
     }
     let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
     let page = !args.no_report;
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
+    let run = Run {
+        problem: &*problem,
+        config: &config,
+        run_dir: &run_dir,
+        progress: &progress,
+        interrupt,
+        page,
+        before: 0.0,
+    };
     pool.install(|| run.go(plan))
 }
 
@@ -139,10 +164,12 @@ struct Run<'a> {
     problem: &'a dyn Problem,
     config: &'a TrainConfig,
     run_dir: &'a RunDir,
-    progress: Progress,
+    progress: &'a Progress,
     interrupt: Interrupt,
     /// Whether a page is wanted.
     page: bool,
+    /// Seconds in which equations were identified before the run began.
+    before: f64,
 }
 
 impl Run<'_> {
@@ -152,7 +179,7 @@ impl Run<'_> {
         let mut recorder = Recorder {
             spec,
             run_dir: self.run_dir,
-            progress: &self.progress,
+            progress: self.progress,
             kept: self.run_dir.read("rollout.csv").unwrap_or_default(),
             log: EventLog::default(),
             clock: Clock::default(),
@@ -181,7 +208,7 @@ impl Run<'_> {
             (act_seconds, slowest_act_seconds) = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let timed = Timed::new(&**policy);
-            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(&self.progress));
+            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(self.progress));
             let begun = |number: usize| told.begun(number, episodes);
             let result = watched_evaluation(problem, &timed, (episodes, &begun), Seed::new(config.seed));
             self.progress.finish();
@@ -206,12 +233,12 @@ impl Run<'_> {
         let clock = recorder.clock;
         let timing = Timing {
             format: 1,
-            identify_seconds: clock.identified,
+            identify_seconds: self.before + clock.identified,
             train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
             act_seconds,
             slowest_act_seconds,
-            wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
+            wall_seconds: self.before + until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
         };
@@ -267,7 +294,7 @@ impl Run<'_> {
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
         let mut env = self.problem.environment()?;
         let stop = || self.interrupt.pressed() || self.problem.check().is_err();
-        let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
+        let mut checkpoints = Checkpoints::new(self.run_dir, self.progress, isa.name());
         let mut begun = None;
         if let Some(saved) = checkpoints.read() {
             let again = agent_of(self.config, self.problem, self.interrupt.flag())?;
