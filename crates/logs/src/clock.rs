@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 
-use crate::recording::{Recording, Source};
-use crate::{LogError, Note};
+use crate::recording::{Recording, Source, place};
+use crate::{LogError, Note, Place};
 
 /// Largest distance of a time stamp from an even grid, in sampling intervals; what rounding the stamps explains comes
 /// on top.
@@ -24,7 +24,7 @@ pub(crate) fn forward(recordings: &mut [Recording], sources: &[Source<'_>]) -> R
         };
         let (repeated, kept): (Vec<usize>, Vec<usize>) = (0..recording.times.len()).partition(twice);
         if let Some(&at) = repeated.first() {
-            first = first.or(Some(recording.lines[at]));
+            first = first.or_else(|| Some(place(sources, recording.table, recording.lines[at])));
             rows += repeated.len();
             *recording = recording.only(&kept);
         }
@@ -34,18 +34,45 @@ pub(crate) fn forward(recordings: &mut [Recording], sources: &[Source<'_>]) -> R
             return Err(LogError::TimeNotIncreasing {
                 path: source.path().to_owned(),
                 column: source.time_name().to_owned(),
-                line,
+                row: source.table.place(line),
                 after: source.stamp(line),
                 before: source.stamp(line_before),
-                line_before,
+                row_before: source.table.place(line_before),
             });
         }
     }
-    Ok(first.map(|line| Note::Repeated { rows, line }))
+    Ok(first.map(|row| Note::Repeated { rows, row }))
+}
+
+/// A step that is too long to be one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Gap {
+    /// How long it is.
+    pub(crate) step: f64,
+    /// When it begins, in the unit of the times.
+    pub(crate) at: f64,
+    /// The table and the row that it leads to.
+    pub(crate) table: usize,
+    pub(crate) line: usize,
+}
+
+/// Gaps, and the longest step that is none.
+#[derive(Debug, Default)]
+pub(crate) struct Gaps {
+    pub(crate) all: Vec<Gap>,
+    pub(crate) over: f64,
+}
+
+impl Gaps {
+    /// A note on the longest one, which leads to a row at `place`.
+    pub(crate) fn note(&self, place: impl Fn(&Gap) -> Place) -> Option<Note> {
+        let longest = self.all.iter().max_by(|a, b| a.step.total_cmp(&b.step))?;
+        Some(Note::Gaps { gaps: self.all.len(), longest: longest.step, row: place(longest), over: self.over })
+    }
 }
 
 /// Ends recordings where steps are gaps: longer than `given`, or than [`GAP`] times as long as others are.
-pub(crate) fn without_gaps(recordings: &[Recording], given: Option<f64>) -> (Vec<Recording>, Option<Note>) {
+pub(crate) fn without_gaps(recordings: &[Recording], given: Option<f64>) -> (Vec<Recording>, Gaps) {
     let steps = sorted_steps(recordings);
     let usual = steps.get(steps.len() * 95 / 100).copied().unwrap_or(f64::INFINITY);
     let longest = given.unwrap_or(GAP * usual);
@@ -54,18 +81,12 @@ pub(crate) fn without_gaps(recordings: &[Recording], given: Option<f64>) -> (Vec
         let mut first = 0;
         for (i, step) in recording.steps().enumerate().filter(|(_, step)| *step > longest) {
             parts.push(recording.part(first..i + 1));
-            gaps.push((step, recording.lines[i + 1]));
+            gaps.push(Gap { step, at: recording.times[i], table: recording.table, line: recording.lines[i + 1] });
             first = i + 1;
         }
         parts.push(recording.part(first..recording.lines.len()));
     }
-    let note = gaps.iter().max_by(|a, b| a.0.total_cmp(&b.0)).map(|&(step, line)| Note::Gaps {
-        gaps: gaps.len(),
-        longest: step,
-        line,
-        over: longest,
-    });
-    (parts, note)
+    (parts, Gaps { all: gaps, over: longest })
 }
 
 /// Whether the samples of `recordings` are taken every so many seconds, and how many; stamps were rounded to `rounding` \[s\].
@@ -224,12 +245,14 @@ mod tests {
     fn gaps_are_borders_and_jitter_is_none() {
         let mut times: Vec<f64> = (0..40).map(|i| 0.01 * f64::from(i)).collect();
         times[20..].iter_mut().for_each(|t| *t += 0.03);
-        let (parts, note) = without_gaps(&[recording(&times)], None);
+        let (parts, gaps) = without_gaps(&[recording(&times)], None);
         assert_eq!(parts.iter().map(|p| (p.lines[0], p.times.len())).collect::<Vec<_>>(), [(2, 20), (22, 20)]);
-        assert!(note.unwrap().to_string().contains("0.04 s before line 22"));
-        assert_eq!(without_gaps(&[recording(&times)], Some(1.0)), (vec![recording(&times)], None));
+        let place = |gap: &Gap| Place { file: None, number: gap.line, is_line: true };
+        assert!(gaps.note(place).unwrap().to_string().contains("0.04 s before line 22"));
+        let (whole, none) = without_gaps(&[recording(&times)], Some(1.0));
+        assert!(whole == [recording(&times)] && none.all.is_empty());
         let dropped: Vec<f64> = (0..40).filter(|i| *i != 20).map(|i| 0.01 * f64::from(i)).collect();
-        assert_eq!(without_gaps(&[recording(&dropped)], None).1, None);
+        assert!(without_gaps(&[recording(&dropped)], None).1.all.is_empty());
     }
 
     #[test]

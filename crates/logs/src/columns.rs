@@ -13,7 +13,9 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
         return Ok((options.clone(), None));
     }
     let time = time_of(table, options)?;
-    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i);
+    // A second column of times is neither a state nor an input.
+    let also_time = |i: usize| time.is_some() && time::is_time(&table.columns()[i].name);
+    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i);
     let columns: Vec<String> =
         (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
     if columns.iter().all(String::is_empty) {

@@ -5,9 +5,11 @@ use std::path::PathBuf;
 
 use sindyna_core::{DatasetError, number::significant};
 
+use crate::Place;
+
 /// Why a log could not be read or does not fit what was said about it.
 ///
-/// `line` counts from 1, the header included; `column` is a name of the header.
+/// `line` counts from 1, the header included, a row of a binary file from 1 too; `column` is a name of the header.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
@@ -18,6 +20,62 @@ pub enum LogError {
         path: PathBuf,
         /// Why not.
         source: std::io::Error,
+    },
+    /// The file is of a format that this program was built without.
+    #[error("{} is {format}, which this program was built without (feature `{feature}`)", path.display())]
+    BuiltWithout {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        format: &'static str,
+        /// The feature of the build that reads it.
+        feature: &'static str,
+    },
+    /// The file is not what its beginning or its name says.
+    #[error("{} cannot be read as {format}: {reason}", path.display())]
+    Malformed {
+        /// The file.
+        path: PathBuf,
+        /// What it should be.
+        format: &'static str,
+        /// Why it is not.
+        reason: String,
+    },
+    /// Of the arrays in the file none is a column.
+    #[error("{} has no column of numbers{}", path.display(), left_out(arrays))]
+    NoArrays {
+        /// The file.
+        path: PathBuf,
+        /// What there is, and why it is none.
+        arrays: Vec<(String, String)>,
+    },
+    /// An array was named that is no column.
+    #[error("`{column}` of {} is no column: {why}", path.display())]
+    NotAColumn {
+        /// The file.
+        path: PathBuf,
+        /// Its name.
+        column: String,
+        /// Why not.
+        why: String,
+    },
+    /// The file holds several logs, of which one must be named.
+    #[error("{} has messages on several topics: {}", path.display(), quoted(topics))]
+    SeveralTopics {
+        /// The file.
+        path: PathBuf,
+        /// The topics that can be read.
+        topics: Vec<String>,
+    },
+    /// A topic was named that is not there.
+    #[error("{} has no topic `{topic}` that can be read; known: {}", path.display(), if topics.is_empty() { "none".to_owned() } else { quoted(topics) })]
+    UnknownTopic {
+        /// The file.
+        path: PathBuf,
+        /// The topic.
+        topic: String,
+        /// Those that can be read.
+        topics: Vec<String>,
     },
     /// The file is not text.
     #[error("{}, line {line}: not UTF-8 text", path.display())]
@@ -112,36 +170,36 @@ pub enum LogError {
         line: usize,
     },
     /// A cell that must be a number is none.
-    #[error("{}, line {line}: column `{column}`: {} is not a number", path.display(), Cell(cell))]
+    #[error("{}, {row}: column `{column}`: {} is not a number", path.display(), Cell(cell))]
     NotANumber {
         /// The file.
         path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
+        /// Where.
+        row: Place,
         /// Name of the column.
         column: String,
         /// The text.
         cell: String,
     },
     /// A number is NaN or infinite.
-    #[error("{}, line {line}: column `{column}`: {} is not a finite number", path.display(), Cell(cell))]
+    #[error("{}, {row}: column `{column}`: {} is not a finite number", path.display(), Cell(cell))]
     NotFinite {
         /// The file.
         path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
+        /// Where.
+        row: Place,
         /// Name of the column.
         column: String,
         /// The text.
         cell: String,
     },
     /// The rows of one trajectory do not stand together.
-    #[error("{}, line {line}: trajectory `{label}` goes on after another one began", path.display())]
+    #[error("{}, {row}: trajectory `{label}` goes on after another one began", path.display())]
     Interleaved {
         /// The file.
         path: PathBuf,
-        /// Number of the line, from 1.
-        line: usize,
+        /// Where.
+        row: Place,
         /// The trajectory.
         label: String,
     },
@@ -247,20 +305,20 @@ pub enum LogError {
     #[error("no rollout has two rows; a step needs the row it leads to")]
     NoStep,
     /// Time stands still or runs back.
-    #[error("{}, line {line}: {column} = {after} does not come after {before} (line {line_before})", path.display())]
+    #[error("{}, {row}: {column} = {after} does not come after {before} ({row_before})", path.display())]
     TimeNotIncreasing {
         /// The file.
         path: PathBuf,
         /// Name of the column.
         column: String,
-        /// Number of the line, from 1.
-        line: usize,
+        /// Where.
+        row: Place,
         /// Stamp of the row.
         after: String,
         /// Stamp of the row before.
         before: String,
-        /// Line of the row before.
-        line_before: usize,
+        /// Where the row before is.
+        row_before: Place,
     },
     /// Resampling would make more rows than are held in memory.
     #[error("resampling every {dt} s would make {rows:.0} rows; at most {most:.0} are held")]
@@ -376,6 +434,18 @@ impl fmt::Display for Cell<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.0.is_empty() { f.write_str("an empty cell") } else { write!(f, "`{}`", self.0) }
     }
+}
+
+/// What was left out, and why.
+fn left_out(arrays: &[(String, String)]) -> String {
+    /// Arrays that are told.
+    const TOLD: usize = 8;
+    if arrays.is_empty() {
+        return String::new();
+    }
+    let mut told: Vec<String> = arrays.iter().take(TOLD).map(|(name, why)| format!("`{name}` {why}")).collect();
+    told.extend((arrays.len() > TOLD).then(|| "…".to_owned()));
+    format!(": {}", told.join(", "))
 }
 
 fn quoted(names: &[String]) -> String {

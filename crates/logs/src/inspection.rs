@@ -38,15 +38,19 @@ pub struct Signal {
     pub constant: bool,
 }
 
-/// How the rate of a state follows an input.
+/// How a derivative of a state follows an input.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Response {
     /// The input.
     pub input: String,
     /// The state.
     pub state: String,
-    /// Time after which the rate follows the input \[s\]: where their correlation is largest. `None` where it is not beyond chance.
+    /// Which one: 1 for its rate; 2 for the rate of that, where it was not measured and follows the input more.
+    pub order: usize,
+    /// Time after which it follows the input \[s\]: where their correlation is largest; below 0 where it comes before. `None` where it is not beyond chance.
     pub delay: Option<f64>,
+    /// Two standard deviations around it \[s\].
+    pub delay_range: Option<(f64, f64)>,
     /// The correlation there, of what is left of both without their linear dependence on the states and on sines and cosines of angles.
     pub correlation: f64,
 }
@@ -76,7 +80,7 @@ impl Log {
             steps: (at(0.0), at(0.5), at(1.0)),
             signals: states.chain(inputs).collect(),
             stationary: self.stationary(&errors),
-            responses: self.responses(&steps),
+            responses: self.responses(),
         }
     }
 
@@ -100,43 +104,51 @@ impl Log {
         count as f64 / self.data.n_steps().max(1) as f64
     }
 
-    fn responses(&self, steps: &[Vec<f64>]) -> Vec<Response> {
+    fn responses(&self) -> Vec<Response> {
         let state = &self.spec.state;
         let has_rate = |i: usize| state.iter().any(|c| c.kind == Kind::RateOf(i));
         // Columns of states; an angle that is seen as cosine and sine has none.
         let column = |name: &str| self.spec.observation.iter().position(|o| o.name == name);
-        let seen = |(i, name): (usize, &str)| Some((name.to_owned(), column(name)?)).filter(|_| !has_rate(i));
-        let fastest: Vec<(String, usize)> =
-            state.iter().map(|c| c.name.as_str()).enumerate().filter_map(seen).collect();
-        let pairs = self.spec.control.iter().enumerate();
-        let pairs = pairs.flat_map(|(u, input)| fastest.iter().map(move |(name, x)| (u, input, name, *x)));
-        pairs.map(|(u, input, name, x)| self.response(steps, (u, &input.name), (x, name))).collect()
+        let fastest: Vec<(usize, usize)> =
+            (0..state.len()).filter(|i| !has_rate(*i)).filter_map(|i| Some((i, column(&state[i].name)?))).collect();
+        let pairs = (0..self.spec.control_dim()).flat_map(|u| fastest.iter().map(move |(i, x)| (u, *i, *x)));
+        pairs.map(|(u, i, x)| self.response(u, i, x)).collect()
     }
 
-    /// How the rate of column `x` follows input `u`; both with their names.
-    fn response(&self, steps: &[Vec<f64>], (u, input): (usize, &str), (x, state): (usize, &str)) -> Response {
-        let rollouts: Vec<Rollout<'_>> = self.data.rollouts().collect();
-        let signals: Vec<Signals<'_>> = rollouts
-            .iter()
-            .zip(steps)
-            .map(|(r, dt)| {
-                let moved = r.observations.column(x);
-                let column = |i: usize| r.observations.slice(s![..dt.len(), i]);
-                let is_angle = |i: &usize| self.spec.observation[*i].kind == Kind::Angle;
-                let turned = (0..self.spec.observation_dim()).filter(is_angle);
-                let turned = turned.flat_map(|i| [column(i).mapv(f64::sin), column(i).mapv(f64::cos)]);
-                Signals {
-                    input: r.controls.column(u),
-                    rate: (0..dt.len()).map(|t| (moved[t + 1] - moved[t]) / dt[t]).collect(),
-                    beside: (0..self.spec.observation_dim()).map(|i| column(i).to_owned()).chain(turned).collect(),
-                }
-            })
-            .collect();
-        let (lag, correlation, count) = strongest(&signals);
-        // Of 50 correlations of noise, the largest is beyond this once in ten thousand logs.
-        let chance = 5.0 / (count.max(1) as f64).sqrt();
-        let delay = (correlation.abs() > chance).then_some(lag as f64 * self.spec.dt);
-        Response { input: input.to_owned(), state: state.to_owned(), delay, correlation }
+    /// How a derivative of state `i`, which is in column `x`, follows input `u`.
+    fn response(&self, u: usize, i: usize, x: usize) -> Response {
+        let signals = |r: Rollout<'_>| {
+            let rows = r.controls.nrows();
+            let column = |i: usize| r.observations.slice(s![..rows, i]).to_owned();
+            let is_angle = |i: &usize| self.spec.observation[*i].kind == Kind::Angle;
+            let turned = (0..self.spec.observation_dim()).filter(is_angle);
+            let turned = turned.flat_map(|i| [column(i).mapv(f64::sin), column(i).mapv(f64::cos)]);
+            Signals {
+                state: column(x),
+                input: r.controls.column(u).to_owned(),
+                others: r
+                    .controls
+                    .columns()
+                    .into_iter()
+                    .enumerate()
+                    .filter(|(j, _)| *j != u)
+                    .map(|(_, c)| c.to_owned())
+                    .collect(),
+                beside: (0..self.spec.observation_dim()).map(column).chain(turned).collect(),
+            }
+        };
+        let signals: Vec<Signals> = self.data.rollouts().map(signals).collect();
+        // A state whose rate was not measured may be a position.
+        let orders: &[usize] = if matches!(self.spec.state[i].kind, Kind::RateOf(_)) { &[1] } else { &[1, 2] };
+        let found = strongest(&signals, orders);
+        // Of a few hundred correlations of noise, the largest is beyond this once in ten thousand logs.
+        let chance = 5.0 / (found.count.max(1) as f64).sqrt();
+        let seen = found.correlation.abs() > chance;
+        let seconds = |lag: isize| lag as f64 * self.spec.dt;
+        let delay = seen.then(|| seconds(found.lag));
+        let delay_range = seen.then(|| (seconds(found.range.0), seconds(found.range.1)));
+        let (input, state) = (self.spec.control[u].name.clone(), self.spec.state[i].name.clone());
+        Response { input, state, order: found.order.max(1), delay, delay_range, correlation: found.correlation }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Steps far longer than the others, which may be the borders of rollouts that nobody marked.
 
-use crate::Note;
 use crate::recording::Recording;
+use crate::{Note, Place};
 
 /// Share of the steps that a jump is measured by the longest of.
 const MOST: f64 = 0.95;
@@ -9,22 +9,22 @@ const MOST: f64 = 0.95;
 /// How much longer than those a jump is.
 const FAR: f64 = 20.0;
 
-/// A note on the longest jump of a state called one of `names`, if there is one.
-pub(crate) fn note(recordings: &[Recording], names: &[String]) -> Option<Note> {
+/// A note on the longest jump of a state called one of `names`, if there is one; `place` tells where a row of a table is.
+pub(crate) fn note(recordings: &[Recording], names: &[String], place: impl Fn(usize, usize) -> Place) -> Option<Note> {
     let jumps = names.iter().enumerate().filter_map(|(state, name)| {
-        let mut steps: Vec<(f64, usize)> = Vec::new();
+        let mut steps: Vec<(f64, (usize, usize))> = Vec::new();
         for recording in recordings {
             let column = recording.states.column(state);
             let moved = column.iter().zip(column.iter().skip(1)).map(|(a, b)| (b - a).abs());
-            steps.extend(moved.zip(recording.lines.iter().skip(1).copied()));
+            steps.extend(moved.zip(recording.lines.iter().skip(1).map(|line| (recording.table, *line))));
         }
         steps.sort_by(|a, b| a.0.total_cmp(&b.0));
         let usual = steps.get((MOST * steps.len() as f64) as usize)?.0;
-        let &(longest, line) = steps.last()?;
-        (usual > 0.0 && longest > FAR * usual).then(|| (longest / usual, longest, line, name))
+        let &(longest, row) = steps.last()?;
+        (usual > 0.0 && longest > FAR * usual).then(|| (longest / usual, longest, row, name))
     });
-    let (times, step, line, name) = jumps.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(Note::Jump { state: name.clone(), step, line, times })
+    let (times, step, (table, line), name) = jumps.max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(Note::Jump { state: name.clone(), step, row: place(table, line), times })
 }
 
 #[cfg(test)]
@@ -44,8 +44,9 @@ mod tests {
             }
         };
         let names = ["x".to_owned()];
-        assert_eq!(note(&[recording(false)], &names), None);
-        let told = note(&[recording(true)], &names).unwrap().to_string();
+        let place = |_, number| Place { file: None, number, is_line: true };
+        assert_eq!(note(&[recording(false)], &names, place), None);
+        let told = note(&[recording(true)], &names, place).unwrap().to_string();
         assert!(told.contains("x moves by 40.") && told.contains("before line 62"), "{told}");
     }
 }

@@ -1,8 +1,12 @@
-//! Logged data for system identification: CSV files, and what is known of their columns, as trajectories of a declared system.
+//! Logged data for system identification: files in several formats, and what is known of their columns, as trajectories of a declared system.
 //!
-//! [`Log::read`] checks the files line by line, splits them into trajectories, finds the times of samples, and recognises
+//! A log is a table of named columns, wherever it is from: text (CSV and its kin), arrays of NumPy (`.npz`, `.npy`), MAT files of MATLAB 5 to 7, and with the
+//! features `mcap`, `parquet` and `hdf5` recordings of ROS 2, Parquet, HDF5 and MATLAB 7.3. What a file is, its content tells.
+//!
+//! [`Log::read`] checks the files row by row, splits them into trajectories, finds the times of samples, and recognises
 //! what nobody declared: which column holds the time, in which unit, which state is the rate of which, which two columns are
-//! cosine and sine of one angle, to how many digits a column was rounded. Each such decision is a [`Note`]. From there on a log is a
+//! cosine and sine of one angle, to how many digits a column was rounded. Each such decision is a [`Note`]; what makes the
+//! samples hard to identify anything in is a [`Finding`]. From there on a log is a
 //! [`Spec`](sindyna_core::Spec) and a [`Dataset`](sindyna_core::Dataset) like any other.
 //!
 //! ```
@@ -18,6 +22,7 @@
 //!
 //! Not here: regression, equations, the command line.
 
+mod alike;
 mod angles;
 mod circles;
 mod clock;
@@ -25,6 +30,7 @@ mod columns;
 mod declare;
 mod doubts;
 mod error;
+mod formats;
 mod held_out;
 mod inspection;
 mod jumps;
@@ -34,7 +40,9 @@ mod log;
 mod moments;
 mod note;
 mod options;
+mod place;
 mod positions;
+mod quality;
 mod rates;
 mod recording;
 mod resolution;
@@ -43,9 +51,11 @@ mod roles;
 mod rounding;
 mod states;
 mod table;
+mod text;
 mod time;
 mod time_unit;
 mod units;
+mod values;
 
 pub use error::{LogError, StateOption, Suggestion};
 pub use held_out::{Samples, held_out};
@@ -53,5 +63,7 @@ pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;
 pub use note::Note;
 pub use options::{Clock, LogOptions, NO_TIME, TIME, TRAJECTORY};
+pub use place::Place;
+pub use quality::{At, Finding};
 pub use rates::closes_circle;
 pub use time_unit::{TimeUnit, UnitBy};

@@ -1,6 +1,5 @@
 //! A log, understood.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -8,13 +7,14 @@ use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
 use crate::columns::{named, refuse_unit, same_units, selected, unused};
+use crate::formats;
 use crate::positions::positions;
-use crate::recording::{Cell, Digits, Recording, Source, recordings};
+use crate::recording::{Cell, Digits, Recording, Source, place, recordings};
 use crate::resolution::Step;
 use crate::table::{Column, Table};
 use crate::{
-    Clock, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments, rates, resolution, states,
-    units,
+    Clock, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments, quality, rates,
+    resolution, states, text, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -30,10 +30,14 @@ pub struct Log {
     pub rows: usize,
     /// What was decided without being asked for.
     pub notes: Vec<Note>,
+    /// What makes the samples hard to identify anything in, as they were read.
+    pub findings: Vec<Finding>,
+    /// What the columns are, decided and as they were named: options by which another log is read alike.
+    pub decided: LogOptions,
 }
 
 impl Log {
-    /// Reads the text file at `path`: a header line, then a row per sample. See [`crate`] for an example.
+    /// Reads the file at `path`: a text with a header line and a row per sample, or one of the formats that [`crate`] names.
     ///
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
@@ -48,8 +52,8 @@ impl Log {
     pub fn read_all<P: AsRef<Path>>(paths: &[P], options: &LogOptions) -> Result<Self, LogError> {
         let table = |path: &P| {
             let path = path.as_ref();
-            let file = File::open(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
-            Table::read(path, file, options.delimiter)
+            let bytes = std::fs::read(path).map_err(|source| LogError::Unreadable { path: path.to_owned(), source })?;
+            formats::read(path, bytes, formats::Reading::of(options))
         };
         Self::interpret(paths.iter().map(table).collect::<Result<_, _>>()?, options)
     }
@@ -58,8 +62,11 @@ impl Log {
     ///
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
-    pub fn read_from(name: impl AsRef<Path>, source: impl Read, options: &LogOptions) -> Result<Self, LogError> {
-        Self::interpret(vec![Table::read(name.as_ref(), source, options.delimiter)?], options)
+    pub fn read_from(name: impl AsRef<Path>, mut source: impl Read, options: &LogOptions) -> Result<Self, LogError> {
+        let (name, mut bytes) = (name.as_ref(), Vec::new());
+        let failed = |source| LogError::Unreadable { path: name.to_owned(), source };
+        source.read_to_end(&mut bytes).map_err(failed)?;
+        Self::interpret(vec![formats::read(name, bytes, formats::Reading::of(options))?], options)
     }
 
     /// The same of a `text` that is at hand; messages call it `name`.
@@ -67,7 +74,7 @@ impl Log {
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
     pub fn parse(name: impl AsRef<Path>, text: String, options: &LogOptions) -> Result<Self, LogError> {
-        Self::interpret(vec![Table::parse(name.as_ref(), text, options.delimiter)?], options)
+        Self::interpret(vec![text::parse(name.as_ref(), text, options.delimiter, false)?], options)
     }
 
     fn interpret(mut tables: Vec<Table>, options: &LogOptions) -> Result<Self, LogError> {
@@ -87,12 +94,16 @@ impl Log {
         let declared = positions(options.angles.as_deref().unwrap_or_default(), &options.states, StateOption::Angles)?;
         let (recordings, digits) = recordings(&sources)?;
         notes.extend(unused(&sources[0]));
-        let missing =
-            |(rows, cell): &(usize, Cell)| Note::Missing { rows: *rows, column: cell.column.clone(), line: cell.line };
+        let missing = |(rows, cell): &(usize, Cell)| Note::Missing {
+            rows: *rows,
+            column: cell.column.clone(),
+            row: cell.row.clone(),
+        };
         notes.extend(digits.missing.as_ref().map(missing));
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
         let mut steps = resolution::steps(&recordings, &digits.steps);
-        let (mut recordings, rounding) = moments::told(recordings, &sources, &digits, options, &declared, &mut notes)?;
+        let moments::Moments { mut recordings, rounding, gaps } =
+            moments::told(recordings, &sources, &digits, options, &declared, &mut notes)?;
         let columns = |numbers: &[usize]| numbers.iter().map(|&i| &first.columns()[i]).collect::<Vec<&Column>>();
         let (states_told, factors, converted) =
             units::in_radians(&mut recordings, &columns(&sources[0].columns.states));
@@ -114,7 +125,7 @@ impl Log {
             notes.extend(angles::suspected(&recordings, i, column));
         }
         notes.extend(states::unwrap(&mut recordings, &folded, &options.states));
-        notes.extend(jumps::note(&recordings, &options.states));
+        notes.extend(jumps::note(&recordings, &options.states, |table, row| place(&sources, table, row)));
         notes.extend(states::still(&recordings, &options.states));
         let (dt, is_even) = match options.clock {
             Clock::Stamps => match clock::interval(&recordings, rounding)? {
@@ -133,6 +144,7 @@ impl Log {
                 (dt, true)
             }
         };
+        let starts = quality::starts(&recordings);
         if is_even {
             recordings = recordings.into_iter().map(|r| r.with_step(dt)).collect();
         }
@@ -155,11 +167,21 @@ impl Log {
         }
         declare::errors(&mut spec, &options.states, &steps, &options.noise)?;
         notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));
+        let findings = quality::findings((&recordings, &starts), &spec, &steps, &gaps, &sources);
         let (samples, skipped): (Vec<&Recording>, Vec<&Recording>) = recordings.iter().partition(|r| r.lines.len() > 1);
         notes.extend((!skipped.is_empty()).then_some(Note::Skipped { trajectories: skipped.len() }));
         let since_start = |r: &&Recording| r.times.iter().map(|t| t - r.times[0]).collect();
         let times = (!is_even).then(|| samples.iter().map(since_start).collect());
-        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes })
+        let pairs = |pairs: Vec<(usize, usize)>, of: &[String]| -> Vec<(String, String)> {
+            pairs.into_iter().map(|(a, b)| (of[a].clone(), of[b].clone())).collect()
+        };
+        let decided = LogOptions {
+            angles: Some(turning),
+            rates: Some(pairs(rates, &names)),
+            circles: Some(pairs(circles.iter().map(|c| (c.cosine, c.sine)).collect(), &options.states)),
+            ..options.clone()
+        };
+        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes, findings, decided })
     }
 }
 

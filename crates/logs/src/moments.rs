@@ -1,15 +1,22 @@
 //! The time stamps of a log, in seconds: their column and unit, rows that are there twice, gaps.
 
+use crate::clock::Gaps;
 use crate::columns::refuse_unit;
-use crate::recording::{Digits, Recording, Source};
+use crate::recording::{Digits, Recording, Source, place};
 use crate::time::{unit_in_header, unit_in_values};
 use crate::{Clock, LogError, LogOptions, Note, TIME, TimeUnit, UnitBy, clock, states};
 
 /// Part of a sampling interval that was given by which time stamps may differ from it; what their jitter explains comes on top.
 const OTHER: f64 = 1e-3;
 
-/// `recordings` with times in seconds, parted at gaps, and to how many seconds the stamps were rounded; untouched where stamps are
-/// not looked at. What was decided is added to `notes`; states number `folded` are angles.
+/// What time stamps tell: trajectories with times in seconds, parted at gaps, and to how many seconds the stamps were rounded.
+pub(crate) struct Moments {
+    pub(crate) recordings: Vec<Recording>,
+    pub(crate) rounding: f64,
+    pub(crate) gaps: Gaps,
+}
+
+/// What the time stamps of `recordings` tell; these are untouched where stamps are not looked at. What was decided is added to `notes`; states number `folded` are angles.
 ///
 /// # Errors
 /// [`LogError`] if there are no stamps and some are needed, they do not run forward, or they contradict the interval that was given.
@@ -20,7 +27,7 @@ pub(crate) fn told(
     options: &LogOptions,
     folded: &[usize],
     notes: &mut Vec<Note>,
-) -> Result<(Vec<Recording>, f64), LogError> {
+) -> Result<Moments, LogError> {
     let without = sources.iter().find(|s| s.columns.time.is_none());
     match (options.clock, without) {
         (Clock::Given(dt), without) => {
@@ -33,7 +40,7 @@ pub(crate) fn told(
                 }
                 notes.push(Note::TimeIgnored { dt });
             }
-            return Ok((recordings, 0.0));
+            return Ok(Moments { recordings, rounding: 0.0, gaps: Gaps::default() });
         }
         (Clock::Stamps, Some(source)) => return Err(LogError::NoTime { path: source.path().to_owned() }),
         (Clock::Resampled(_), Some(_)) => return Err(LogError::NoTimeToResample),
@@ -47,9 +54,9 @@ pub(crate) fn told(
     }
     let seconds: Vec<Recording> = recordings.iter().map(|r| r.with_times_scaled(unit.seconds())).collect();
     let (parts, gaps) = clock::without_gaps(&seconds, options.gap);
-    notes.extend(gaps);
+    notes.extend(gaps.note(|gap| place(sources, gap.table, gap.line)));
     let rounding = 10_f64.powi(-i32::try_from(digits.time_decimals).unwrap_or(i32::MAX)) * unit.seconds();
-    Ok((parts, rounding))
+    Ok(Moments { recordings: parts, rounding, gaps })
 }
 
 /// The unit of the stamps, and what tells it.

@@ -4,7 +4,7 @@ use std::fmt;
 
 use sindyna_core::number::{plural, significant};
 
-use crate::{TimeUnit, UnitBy};
+use crate::{Place, TimeUnit, UnitBy};
 
 /// Something that was decided or seen while a log was read, for the user to check.
 ///
@@ -16,6 +16,11 @@ pub enum Note {
     Unused {
         /// Their names.
         columns: Vec<String>,
+    },
+    /// What a file holds that is no column.
+    LeftOut {
+        /// Names, and why.
+        arrays: Vec<(String, String)>,
     },
     /// The states and inputs were told by the names of the columns.
     Roles {
@@ -37,8 +42,8 @@ pub enum Note {
     Repeated {
         /// How many.
         rows: usize,
-        /// Line of the first of them.
-        line: usize,
+        /// Where the first of them. is.
+        row: Place,
     },
     /// Steps so long that trajectories end there.
     Gaps {
@@ -46,8 +51,8 @@ pub enum Note {
         gaps: usize,
         /// The longest \[s\].
         longest: f64,
-        /// Line of the row it leads to.
-        line: usize,
+        /// Where the row it leads to. is.
+        row: Place,
         /// Longest step that is none \[s\].
         over: f64,
     },
@@ -75,8 +80,8 @@ pub enum Note {
         rows: usize,
         /// Column of the first of them.
         column: String,
-        /// Line of the first of them.
-        line: usize,
+        /// Where the first of them. is.
+        row: Place,
     },
     /// A state was turned into radians.
     Radians {
@@ -137,8 +142,8 @@ pub enum Note {
         state: String,
         /// Length of the step, in the state's unit.
         step: f64,
-        /// Line of the row it leads to.
-        line: usize,
+        /// Where the row it leads to. is.
+        row: Place,
         /// How many times as long as 95 of 100 steps it is.
         times: f64,
     },
@@ -208,6 +213,10 @@ impl fmt::Display for Note {
                     write!(f, "the columns {} are not used", list.join(", "))
                 }
             },
+            Self::LeftOut { arrays } => {
+                let list: Vec<String> = arrays.iter().map(|(name, why)| format!("`{name}` {why}")).collect();
+                write!(f, "left out: {}", list.join(", "))
+            }
             Self::Roles { states, inputs } => {
                 let inputs = if inputs.is_empty() { "none".to_owned() } else { inputs.join(", ") };
                 write!(f, "told by the names of columns: states {}; inputs {inputs}", states.join(", "))
@@ -222,13 +231,13 @@ impl fmt::Display for Note {
                     UnitBy::Counter => ": whole numbers that are far apart or uneven",
                 })
             }
-            Self::Repeated { rows, line } => {
+            Self::Repeated { rows, row } => {
                 let left_out = if *rows == 1 { "is" } else { "are" };
-                write!(f, "{} (line {line}) {left_out} as the row before, time too, and left out", plural(*rows, "row"))
+                write!(f, "{} ({row}) {left_out} as the row before, time too, and left out", plural(*rows, "row"))
             }
-            Self::Gaps { gaps, longest, line, over } => write!(
+            Self::Gaps { gaps, longest, row, over } => write!(
                 f,
-                "{} longer than {} s, the longest {} s before line {line}: another trajectory begins after each",
+                "{} longer than {} s, the longest {} s before {row}: another trajectory begins after each",
                 plural(*gaps, "step"),
                 significant(*over, 3),
                 significant(*longest, 3)
@@ -250,9 +259,9 @@ impl fmt::Display for Note {
                 write!(f, "cells are separated by {between}{decimals}")
             }
             Self::Latin => f.write_str("the file is not UTF-8; it is read as Latin-1"),
-            Self::Missing { rows, column, line } => write!(
+            Self::Missing { rows, column, row } => write!(
                 f,
-                "{} without a value (first: {column} in line {line}): another trajectory begins after each",
+                "{} without a value (first: {column} in {row}): another trajectory begins after each",
                 plural(*rows, "row")
             ),
             Self::Radians { state, unit } => write!(f, "{state} is in {unit} and turned into radians"),
@@ -290,9 +299,9 @@ impl fmt::Display for Note {
             Self::Unwrapped { state, jumps } => {
                 write!(f, "{state} is joined where it jumps by a whole turn: {}", plural(*jumps, "jump"))
             }
-            Self::Jump { state, step, line, times } => write!(
+            Self::Jump { state, step, row, times } => write!(
                 f,
-                "{state} moves by {step:.3} before line {line}, {times:.0} times as far as in 95 of 100 steps; if another rollout \
+                "{state} moves by {step:.3} before {row}, {times:.0} times as far as in 95 of 100 steps; if another rollout \
                  begins there, a column `trajectory` must say so"
             ),
             Self::Still { state } => {

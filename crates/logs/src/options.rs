@@ -17,6 +17,8 @@ pub struct LogOptions {
     /// What stands between two cells of a line: one byte that is neither a quote, a line break nor part of a number, a space for any
     /// blanks; `None` for what the lines show.
     pub delimiter: Option<u8>,
+    /// Which messages of a file with several topics are the log; `None` for those of the only one.
+    pub topic: Option<String>,
     /// Column of the time stamps; `None` for [`TIME`], else one that is called `time`, `timestamp`, `time_ms` or the like; [`NO_TIME`] for none.
     pub time: Option<String>,
     /// Columns and their units, such as (`t`, `ms`) or (`th`, `deg`), whatever the header says of these.
@@ -59,6 +61,7 @@ impl Default for LogOptions {
     fn default() -> Self {
         Self {
             delimiter: None,
+            topic: None,
             time: None,
             units: Vec::new(),
             gap: None,

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use ndarray::{Array2, Axis};
 
-use crate::LogError;
 use crate::rounding::Resolution;
 use crate::table::Table;
+use crate::{LogError, Place};
 
 /// Consecutive rows of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -69,7 +69,7 @@ impl Source<'_> {
 
     /// The time stamp in `line`, as it is written.
     pub(crate) fn stamp(&self, line: usize) -> String {
-        let row = self.table.rows().flatten().find(|(number, _)| *number == line);
+        let row = self.table.rows().find(|(number, _)| *number == line);
         row.zip(self.columns.time).map_or_else(String::new, |((_, cells), column)| cells[column].to_string())
     }
 }
@@ -111,8 +111,15 @@ impl Recording {
 /// Where a value is missing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Cell {
-    pub(crate) line: usize,
+    pub(crate) row: Place,
     pub(crate) column: String,
+}
+
+/// Where row number `number` of the source number `table` is.
+pub(crate) fn place(sources: &[Source<'_>], table: usize, number: usize) -> Place {
+    let source = &sources[table];
+    let file = (sources.len() > 1).then(|| source.path().to_owned());
+    Place { file, ..source.table.place(number) }
 }
 
 /// The rollouts of `sources`, in order. A row without the value of a state is left out, and ends the rollout; so does one without that
@@ -122,7 +129,7 @@ pub(crate) fn recordings(sources: &[Source<'_>]) -> Result<(Vec<Recording>, Digi
     let mut seen = Seen { resolutions: vec![Resolution::default(); n_states], ..Seen::default() };
     let mut all = Vec::new();
     for (number, source) in sources.iter().enumerate() {
-        all.extend(of_source(number, source, &mut seen)?);
+        all.extend(of_source(number, source, &mut seen, &|row| place(sources, number, row))?);
     }
     let steps = seen.resolutions.iter().map(Resolution::step).collect();
     let digits = Digits {
@@ -152,8 +159,8 @@ struct Seen {
 
 impl Seen {
     /// Counts a row in which `failure` says that a value is missing.
-    fn misses(&mut self, line: usize, column: &str, failure: LogError) {
-        let (rows, _) = self.missing.get_or_insert_with(|| (0, Cell { line, column: column.to_owned() }));
+    fn misses(&mut self, row: Place, column: &str, failure: LogError) {
+        let (rows, _) = self.missing.get_or_insert_with(|| (0, Cell { row, column: column.to_owned() }));
         *rows += 1;
         self.failure = self.failure.take().or(Some(failure));
     }
@@ -165,29 +172,33 @@ fn is_missing(cell: &str) -> bool {
 }
 
 /// The rollouts of one table.
-fn of_source(number: usize, source: &Source<'_>, seen: &mut Seen) -> Result<Vec<Recording>, LogError> {
+fn of_source(
+    number: usize,
+    source: &Source<'_>,
+    seen: &mut Seen,
+    place: &dyn Fn(usize) -> Place,
+) -> Result<Vec<Recording>, LogError> {
     let Source { table, columns } = source;
     let mut rollouts: Vec<Rollout> = Vec::new();
     let mut origin: Option<Stamp> = None;
     // A missing input counts where another row of the same rollout follows.
     let mut open: Option<(usize, usize, LogError)> = None;
     let mut ended = true;
-    for row in table.rows() {
-        let (line, cells) = row?;
+    for (line, cells) in table.rows() {
         let label = columns.trajectory.map_or("", |c| &*cells[c]);
         let begins = rollouts.last().is_none_or(|r| r.label != label);
         if begins && rollouts.iter().any(|r| r.label == label) {
             let path = table.path().to_owned();
-            return Err(LogError::Interleaved { path, line, label: label.to_owned() });
+            return Err(LogError::Interleaved { path, row: table.place(line), label: label.to_owned() });
         }
         let of_column = |column: usize| table.columns()[column].name.as_str();
         if let Some((line, column, failure)) = open.take().filter(|_| !begins) {
-            seen.misses(line, of_column(column), failure);
+            seen.misses(place(line), of_column(column), failure);
             ended = true;
         }
         if let Some(&column) = columns.states.iter().find(|column| is_missing(&cells[**column])) {
             if let Err(failure) = table.number(line, column, &cells[column]) {
-                seen.misses(line, of_column(column), failure);
+                seen.misses(place(line), of_column(column), failure);
             }
             ended = true;
             continue;

@@ -29,7 +29,7 @@ fn a_gap_begins_another_trajectory_and_jitter_stays() {
     let gap = log
         .notes
         .iter()
-        .find_map(|n| if let Note::Gaps { longest, line, .. } = n { Some((*longest, *line)) } else { None });
+        .find_map(|n| if let Note::Gaps { longest, row, .. } = n { Some((*longest, row.number)) } else { None });
     assert!(gap.is_some_and(|(longest, line)| (longest - 0.022).abs() < 1e-3 && line == 3), "{gap:?}");
     assert_eq!((log.data.n_rollouts(), log.data.n_steps()), (1, 38), "the one row before the gap has no step");
     let whole = Log::read(data("sac.csv"), &LogOptions { gap: Some(f64::INFINITY), ..LogOptions::default() }).unwrap();

@@ -7,6 +7,7 @@
 mod as_read;
 mod asked;
 mod delay;
+mod elsewhere;
 mod for_task;
 mod hypotheses;
 mod unmeasured;
@@ -25,6 +26,7 @@ use crate::logs::{Log, Samples};
 pub use as_read::recordings;
 pub(crate) use asked::Asked;
 pub use asked::Delay;
+pub(crate) use elsewhere::elsewhere;
 pub use for_task::of_log;
 pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};

@@ -7,6 +7,7 @@ mod common;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
+use std::path::Path;
 
 use common::{COLUMNS, example, identify, json, parts, python, sindyna};
 use rand::RngExt as _;
@@ -33,7 +34,7 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
     let (code, stdout, stderr) = identify(temp.path(), &example(), &args);
     assert_eq!(code, 0, "{stdout}{stderr}");
     for line in [
-        "log: log.csv, 101 rows in 1 rollout, a step every 0.05 s",
+        "log: log.csv, 101 rows in 1 trajectory, sampling interval 0.05 s",
         "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; precision float64",
         "note: w is taken as the rate of th",
         "equations: stepped by semi-implicit Euler, 0.05 s",
@@ -120,7 +121,7 @@ fn samples_are_taken_at_their_own_times_from_several_logs() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 0, "{stderr}");
     for says in [
-        "log: a.csv, b.csv, 300 rows in 2 rollouts, a step every about 0.02",
+        "log: a.csv, b.csv, 300 rows in 2 trajectories, sampling interval about 0.02",
         "note: time is taken as the time in milliseconds: in these one state is the rate of another; --time-column and --units",
         "note: samples are 0.02 to 0.023 s apart",
     ] {
@@ -133,7 +134,7 @@ fn samples_are_taken_at_their_own_times_from_several_logs() {
         let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
         assert!((found["coefficient"].as_f64().unwrap() - truth).abs() < 1e-3, "{term}: {stdout}");
     }
-    let ahead = account["held_out"]["predictions"][2]["fit_percent"][0][1].as_f64().unwrap();
+    let ahead = account["held_out"]["predictions"][4]["fit_percent"][0][1].as_f64().unwrap();
     assert!(ahead > 99.9, "{ahead}");
     let data = fs::read_to_string(temp.path().join("model/data.csv")).unwrap();
     let second: Vec<&str> = data.lines().nth(2).unwrap().split(',').collect();
@@ -268,7 +269,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
     found(&log, &[], &["in 2 rollouts", "steps used: 58", "`remark` is not used", exact]);
     // No stamps, but an interval.
     let bare: String = rows(3.0, 40, |_| 0.0).lines().map(|r| r.trim_start_matches("0,").to_owned() + "\n").collect();
-    found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["a step every 0.05 s", exact]);
+    found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["sampling interval 0.05 s", exact]);
     // An angle that goes over the top, folded into one turn.
     let folded: String = rows(0.3, 60, |i| i as f64 * 0.05)
         .lines()
@@ -400,4 +401,86 @@ fn a_log_is_inspected_before_anything_is_identified() {
     assert!(fs::read_to_string(temp.path().join("log.html")).unwrap().contains("th [rad] against time"));
     let (code, stdout, _) = parts(&sindyna(temp.path(), &args));
     assert!(code == 2 && stdout.contains("log.html exists already"), "{stdout}");
+}
+
+/// A swing of ẇ = −15 sin th − 0.5 w + 3 u in `text`, columns in another order and another format of the time.
+fn reordered(text: &str) -> String {
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let seconds = cells[0].parse::<f64>().map(|ms| format!("{}", ms / 1000.0)).unwrap_or_else(|_| "t".into());
+        format!("{};{};{};{seconds}\n", cells[3], cells[2], cells[1])
+    };
+    text.lines().map(row).collect()
+}
+
+#[test]
+fn another_log_is_held_out_and_predicted_in_windows() {
+    let temp = tempfile::tempdir().unwrap();
+    let header = "time,th,w,u\n".to_owned();
+    fs::write(temp.path().join("a.csv"), header.clone() + &at_uneven_times(2.0, 150)).unwrap();
+    fs::write(temp.path().join("b.csv"), reordered(&(header.clone() + &at_uneven_times(-1.0, 150)))).unwrap();
+    let args = ["identify", "a.csv", "--angles", "th", "--out"];
+    let alone = parts(&sindyna(temp.path(), &[&args[..], &["alone"]].concat()));
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["model", "--holdout", "b.csv"]].concat()));
+    assert_eq!((code, alone.0), (0, 0), "{stderr}");
+    let bytes = |dir: &str| fs::read(temp.path().join(dir).join("model.json")).unwrap();
+    assert_eq!(bytes("model"), bytes("alone"), "what is held out changes nothing");
+    assert!(stdout.contains("held out: 149 steps of b.csv"), "{stdout}");
+    let held_out = &json(&temp.path().join("model/identify.json"))["held_out"];
+    assert_eq!(held_out["logs"][0], "b.csv");
+    let predictions = held_out["predictions"].as_array().unwrap();
+    let seconds: Vec<Option<f64>> = predictions.iter().map(|p| p["seconds"].as_f64()).collect();
+    assert_eq!(seconds, [None, None, Some(0.5), Some(1.0), None]);
+    for ahead in predictions {
+        assert_eq!(ahead["diverged"], 0);
+        for i in [0, 1] {
+            let fit = ahead["fit_percent"][i][1].as_f64().unwrap();
+            let (rmse, median) = (ahead["rmse"][i][1].as_f64().unwrap(), ahead["median_rmse"][i][1].as_f64().unwrap());
+            assert!(fit > 99.9 && rmse < 1e-3 && median < 1e-3, "{ahead}");
+        }
+    }
+    // One step: a window for each.
+    assert_eq!((&predictions[0]["windows"], &predictions[4]["windows"]), (&149.into(), &1.into()));
+    let missing = header.replace("w,u", "v,u") + &at_uneven_times(0.3, 20);
+    fs::write(temp.path().join("c.csv"), missing).unwrap();
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &[&args[..], &["none", "--holdout", "c.csv"]].concat()));
+    assert!(code == 2 && stderr.contains("c.csv has no column named `w`"), "{stderr}");
+    let (code, _, stderr) =
+        parts(&sindyna(temp.path(), &[&args[..], &["none", "--holdout", "b.csv", "--holdout", "0.2"]].concat()));
+    assert!(code == 2 && stderr.contains("one share or other logs"), "{stderr}");
+}
+
+#[test]
+fn a_model_that_diverges_on_another_log_is_said_to() {
+    let temp = tempfile::tempdir().unwrap();
+    // ẋ = x² from −2 on comes to rest; from 2 on it is gone in half a second.
+    let row = |x: f64, i: usize| format!("{},{x}\n", 0.02 * i as f64);
+    let falling: String = (0..100).map(|i| row(-1.0 / (0.5 + 0.02 * i as f64), i)).collect();
+    let standing: String = (0..100).map(|i| row(2.0, i)).collect();
+    fs::write(temp.path().join("a.csv"), "t,x\n".to_owned() + &falling).unwrap();
+    fs::write(temp.path().join("b.csv"), "t,x\n".to_owned() + &standing).unwrap();
+    let args = ["identify", "a.csv", "--holdout", "b.csv", "--out", "model"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("the model diverges in") && stdout.contains("first in that from 0 s on"), "{stdout}");
+    let held_out = &json(&temp.path().join("model/identify.json"))["held_out"]["predictions"];
+    let second = held_out.as_array().unwrap().iter().find(|p| p["seconds"] == 1.0).unwrap();
+    assert_eq!(second["diverged"], second["windows"]);
+    assert!(second["rmse"][0][1].is_null() && second["median_rmse"][0][1].is_null(), "{second}");
+    assert_eq!(held_out[0]["diverged"], 0);
+}
+
+#[test]
+fn logs_of_several_formats_are_one() {
+    let temp = tempfile::tempdir().unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../logs/tests/data");
+    for name in ["energy_shaping.csv", "formats/log.npz", "formats/struct.mat", "formats/record.npy"] {
+        let path = data.join(name);
+        fs::copy(&path, temp.path().join(path.file_name().unwrap())).unwrap();
+    }
+    let args = ["inspect", "energy_shaping.csv", "log.npz", "struct.mat", "record.npy"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 0 && stdout.contains("240 rows in 4 trajectories"), "{stdout}{stderr}");
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["inspect", "log.npz", "--states", "position,speed"]));
+    assert!(code == 2 && stderr.contains("log.npz has no column named `speed`"), "{stderr}");
 }

@@ -1,10 +1,12 @@
 //! Whether a model is adequate, and why not.
 
-use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource};
+use sindyna_core::number::significant;
+use sindyna_record::identification::{Account, Equation, FreeRun, HeldOut, NoiseSource};
 
 use super::most::MOST_ROWS;
 use crate::document::Block;
 use crate::numbers::{NONE, fixed, or_none, rough};
+use crate::text::{diverged, horizon};
 
 /// Warnings that are shown.
 const MOST_WARNINGS: usize = 30;
@@ -67,27 +69,33 @@ pub(super) fn quality(account: &Account) -> Block {
 
 /// How well samples are predicted that the model was not fitted to.
 pub(super) fn held_out(held_out: &HeldOut) -> Vec<Block> {
-    let states = held_out.predictions.first().map_or(&[][..], |p| &p.fit_percent);
-    let head = ["prediction".to_owned()].into_iter().chain(states.iter().take(20).map(|(state, _)| state.clone()));
-    let row = |prediction: &sindyna_record::identification::FreeRun| {
-        let how = match prediction.horizon {
-            Some(1) => "1 step ahead".to_owned(),
-            Some(steps) => format!("{steps} steps ahead"),
-            None => "free run".to_owned(),
-        };
-        let fits = prediction.fit_percent.iter().take(20);
-        let fits = fits.map(|(_, fit)| or_none(fit.map(|v| fixed(v, 1))));
-        [how].into_iter().chain(fits).collect()
+    let head = ["state", "window", "windows", "RMSE", "median RMSE", "fit [%]"].map(String::from).to_vec();
+    let number =
+        |list: &[(String, Option<f64>)], i: usize| or_none(list.get(i).and_then(|l| l.1).map(|v| significant(v, 3)));
+    let row = |ahead: &FreeRun, i: usize| {
+        let (state, fit) = &ahead.fit_percent[i];
+        let (rmse, median) = (number(&ahead.rmse, i), number(&ahead.median_rmse, i));
+        vec![state.clone(), horizon(ahead), ahead.windows.to_string(), rmse, median, or_none(fit.map(|v| fixed(v, 1)))]
     };
-    let rows = held_out.predictions.iter().map(row).collect();
+    let states = held_out.predictions.first().map_or(0, |ahead| ahead.fit_percent.len()).min(20);
+    let rows = (0..states).flat_map(|i| held_out.predictions.iter().map(move |ahead| row(ahead, i))).collect();
+    let of = if held_out.logs.is_empty() { String::new() } else { format!(" of {}", held_out.logs.join(", ")) };
     let mut blocks = vec![
         Block::Section("Hold-out validation".into()),
         Block::text(format!(
-            "Fit percent, 100 (1 − NRMSE), of {} steps that no equation was fitted to.",
+            "Predictions of {} steps{of} that no equation was fitted to, in windows from their first sample on under the recorded inputs: RMSE and fit \
+             percent, 100 (1 − NRMSE), over all windows, and the median of the RMSE of each.",
             held_out.steps
         )),
-        Block::Table { words: 1, head: head.collect(), rows },
+        Block::Table { words: 2, head, rows },
     ];
-    blocks.extend(held_out.failed.iter().map(|why| Block::text(format!("No more predictions: {why}."))));
+    let diverged = held_out.predictions.iter().filter(|ahead| ahead.diverged > 0).map(diverged);
+    let failed = held_out.failed.iter().map(|why| format!("no more predictions: {why}"));
+    blocks.extend(diverged.chain(failed).map(|line| Block::text(format!("{}.", capital(&line)))));
     blocks
+}
+
+fn capital(line: &str) -> String {
+    let mut letters = line.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

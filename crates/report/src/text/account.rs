@@ -3,7 +3,9 @@
 use std::fmt::Write as _;
 
 use sindyna_core::number::{fixed, significant};
-use sindyna_record::identification::{Account, Equation, HeldOut, NoiseSource, Offset, StateNoise, StateQuality};
+use sindyna_record::identification::{
+    Account, Equation, FreeRun, HeldOut, NoiseSource, Offset, StateNoise, StateQuality,
+};
 
 use super::aligned;
 use crate::numbers::measures as shown;
@@ -12,20 +14,23 @@ use crate::numbers::measures as shown;
 const ESTIMATED: &str = "the estimated noise";
 
 /// What was held out, and how well it is predicted.
-fn held_out_lines(held_out: &HeldOut) -> String {
-    let mut text = format!("\nheld out: {} steps", held_out.steps);
-    for prediction in &held_out.predictions {
-        let how = match prediction.horizon {
-            Some(1) => "1 step ahead".to_owned(),
-            Some(steps) => format!("{steps} steps ahead"),
-            None => "from the first sample".to_owned(),
-        };
-        let fit = |(state, fit): &(String, Option<f64>)| match fit {
-            Some(fit) => format!("{state} {} %", fixed(*fit, 1)),
-            None => format!("{state} —"),
-        };
-        let all: Vec<String> = prediction.fit_percent.iter().map(fit).collect();
-        let _ = write!(text, "\n  fit of predictions {how}: {}", all.join(", "));
+fn held_out_lines(held_out: &HeldOut, width: usize) -> String {
+    let of = if held_out.logs.is_empty() { String::new() } else { format!(" of {}", held_out.logs.join(", ")) };
+    let mut text = format!("\nheld out: {} steps{of}\n", held_out.steps);
+    let head = ["prediction of", "over", "windows", "RMSE", "median", "fit [%]"].map(String::from);
+    let number = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |v| significant(v, 3));
+    let row = |ahead: &FreeRun, i: usize| {
+        let (state, fit) = &ahead.fit_percent[i];
+        let of = |list: &[(String, Option<f64>)]| number(list.get(i).and_then(|(_, value)| *value));
+        let fit = fit.map_or_else(|| "–".to_owned(), |fit| fixed(fit, 1));
+        [state.clone(), horizon(ahead), ahead.windows.to_string(), of(&ahead.rmse), of(&ahead.median_rmse), fit]
+    };
+    let states = held_out.predictions.first().map_or(0, |ahead| ahead.fit_percent.len());
+    let rows = (0..states).flat_map(|i| held_out.predictions.iter().map(move |ahead| row(ahead, i)));
+    let rows: Vec<[String; 6]> = std::iter::once(head).chain(rows).collect();
+    text += aligned(&rows, width).trim_end();
+    for ahead in held_out.predictions.iter().filter(|ahead| ahead.diverged > 0) {
+        let _ = write!(text, "\n{}", diverged(ahead));
     }
     if let Some(failed) = &held_out.failed {
         let _ = write!(text, "\n  no more predictions: {failed}");
@@ -35,6 +40,26 @@ fn held_out_lines(held_out: &HeldOut) -> String {
 
 /// Why a free run may leave the data.
 const FREE_RUN: &str = "free run: simulated from the first sample alone; chaotic and unstable systems leave the data even with exact equations\n";
+
+/// How far `ahead` goes.
+pub(crate) fn horizon(ahead: &FreeRun) -> String {
+    match (ahead.seconds, ahead.horizon) {
+        (Some(seconds), _) => format!("{} s", significant(seconds, 3)),
+        (None, Some(1)) => "1 step".to_owned(),
+        (None, Some(steps)) => format!("{steps} steps"),
+        (None, None) => "free run".to_owned(),
+    }
+}
+
+/// That the model diverges in windows of `ahead`.
+pub(crate) fn diverged(ahead: &FreeRun) -> String {
+    let first = ahead.first_diverged.map_or_else(String::new, |(trajectory, at)| {
+        format!(", first in that from {} s on in trajectory {trajectory}", significant(at, 4))
+    });
+    let (count, over) = (ahead.diverged, horizon(ahead));
+    format!("the model diverges in {count} of {} windows of {over}{first}", ahead.windows)
+        .replace("windows of free run", "free runs")
+}
 
 /// How well the samples are predicted that the equations were fitted to.
 fn quality(account: &Account, width: usize) -> String {
@@ -98,7 +123,7 @@ pub fn text(account: &Account, width: usize) -> String {
             write!(text, "\nnot measured: {}, whose values follow from the equations", account.unmeasured.join(", "));
     }
     text += &quality(account, width);
-    text += &account.held_out.as_ref().map_or_else(String::new, held_out_lines);
+    text += &account.held_out.as_ref().map_or_else(String::new, |held_out| held_out_lines(held_out, width));
     if !account.search_complete {
         text += "\nthe search for terms reached its limit of operations and is incomplete; use fewer rows or states, or fix terms by --require and --forbid";
     }

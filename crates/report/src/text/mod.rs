@@ -4,6 +4,7 @@ mod account;
 mod lines;
 mod table;
 
+pub(crate) use account::{diverged, horizon};
 pub use account::{text, verdict};
 pub use lines::fitted;
 pub use table::{aligned, beside};

@@ -163,7 +163,14 @@ fn of_setting(name: &str) -> Option<String> {
 
 fn of_log(error: &LogError) -> Option<String> {
     Some(match error {
-        LogError::NotText { .. } => "a log is a text file: a header, then lines of numbers separated by commas or the like".into(),
+        LogError::NotText { .. } => {
+            "a log is a text file, a header and lines of numbers separated by commas or the like, or NPZ, NPY, MAT, MCAP, Parquet or HDF5".into()
+        }
+        LogError::BuiltWithout { feature, .. } => format!("cargo install sindyna --features {feature} reads it; or save it as CSV, NPZ or MAT"),
+        LogError::Malformed { .. } => "write it again, or save it as CSV".into(),
+        LogError::NoArrays { .. } => "a log has a number of each signal for every sample".into(),
+        LogError::SeveralTopics { topics, .. } => return topics.first().map(|topic| format!("name one, such as --topic {topic}")),
+        LogError::UnknownTopic { topic, topics, .. } => return near(topic, topics),
         LogError::Empty { .. } => "a log begins with a header line".into(),
         LogError::OneColumn { header, .. } => match header.chars().find(|c| [';', '\t', ',', '|'].contains(c)) {
             Some('\t') => "--delimiter tab separates cells by tabs".into(),

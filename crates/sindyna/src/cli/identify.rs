@@ -26,11 +26,11 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
-use crate::identify::{Asked, Delay, Looked, Unmeasured, looked};
+use crate::identify::{Asked, Delay, Looked, Unmeasured, elsewhere, looked};
 
 /// Identify equations of motion from logged data
 ///
-/// LOG is a CSV file with a header: one row per sample, one column per state and input, and optionally a column of times such as `t` or
+/// LOG is a table: a CSV file with a header, or NPZ, NPY, MAT, and MCAP, Parquet or HDF5 where the program was built with them; one row per sample, one column per state and input, and optionally a column of times such as `t` or
 /// `time`. The input of a row is held until the next row. A column `trajectory`, gaps in time, and files separate trajectories. Without --states,
 /// states and inputs are recognised by the names of the columns; where that is not possible, the error shows the call that names them. The equations
 /// are printed with the standard errors of their coefficients; the output directory holds model.json (for `sindyna export`), identify.json
@@ -38,7 +38,7 @@ use crate::identify::{Asked, Delay, Looked, Unmeasured, looked};
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// CSV files with a header, one trajectory or several of the same system each; `-` for standard input
+    /// Logs, one trajectory or several of the same system each; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -53,9 +53,9 @@ pub(crate) struct Args {
     /// where the equations leave residuals that no term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
-    /// Share of the log, its last rows, that is held out for validation, such as 0.2
-    #[arg(long, value_name = "SHARE", value_parser = share, help_heading = "Log")]
-    holdout: Option<f64>,
+    /// What is held out for validation: a share of the log, its last rows, such as 0.2, or another log of the same system; may be repeated for several
+    #[arg(long, value_name = "SHARE|LOG", value_parser = holdout, help_heading = "Log")]
+    holdout: Vec<Holdout>,
     /// Do not write report.html
     #[arg(long)]
     no_report: bool,
@@ -100,10 +100,31 @@ pub(super) fn delay(text: &str) -> Result<Delay, String> {
     }
 }
 
-fn share(text: &str) -> Result<f64, String> {
+/// What is held out.
+#[derive(Debug, Clone)]
+enum Holdout {
+    /// The last part of the log.
+    Share(f64),
+    /// Another one.
+    Log(PathBuf),
+}
+
+fn holdout(text: &str) -> Result<Holdout, String> {
     match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value < 1.0 => Ok(value),
-        _ => Err("a share must be a number between 0 and 1".into()),
+        Ok(value) if value > 0.0 && value < 1.0 => Ok(Holdout::Share(value)),
+        Ok(_) => Err("a share must be a number between 0 and 1".into()),
+        Err(_) => Ok(Holdout::Log(text.into())),
+    }
+}
+
+/// The share of the log that is held out, or the other logs that are.
+fn held_out_of(given: &[Holdout]) -> Result<(Option<f64>, Vec<PathBuf>), Failure> {
+    let share = given.iter().find_map(|h| if let Holdout::Share(share) = h { Some(*share) } else { None });
+    let logs = given.iter().filter_map(|h| if let Holdout::Log(path) = h { Some(path.clone()) } else { None });
+    match (share, logs.collect::<Vec<_>>()) {
+        (Some(_), _) if given.len() > 1 => Err(Failure::new("--holdout takes one share or other logs")
+            .hint("--holdout b.csv --holdout c.csv holds out two logs")),
+        (share, logs) => Ok((share, logs)),
     }
 }
 
@@ -115,6 +136,7 @@ struct Told<'a> {
     rows: usize,
     trajectories: usize,
     notes: Vec<String>,
+    findings: Vec<String>,
     equations: Vec<String>,
     identification: &'a Document<'a>,
 }
@@ -128,7 +150,10 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     args.identification.check(&settings)?;
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(console);
+    let (share, others) = held_out_of(&args.holdout)?;
     let log = args.reading.read(&args.logs)?;
+    // What cannot be read is told before anything is looked for.
+    let other = if others.is_empty() { None } else { Some(log.another(&others)?) };
     let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
     progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
     let unmeasured = unmeasured(&args.unmeasured)?;
@@ -138,7 +163,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         Ok(if without_noise { identifier.with_noise(NoiseChoice::Rounding) } else { identifier })
     };
     let identifier = identifier_of(&log.spec)?;
-    check_size(&identifier, &log, &split(&log, args.holdout)?.0.data)?;
+    check_size(&identifier, &log, &split(&log, share)?.0.data)?;
     progress.detail(|| {
         let terms = identifier.terms().map_or(0, |terms| terms.len());
         format!("{terms} candidate terms, at least {} rows needed", identifier.needed_rows())
@@ -149,7 +174,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         let asked = Asked {
             unmeasured: &unmeasured,
             delay: args.delay,
-            kept: &|log| Ok(split(log, args.holdout).map_err(Trouble::Other)?.0),
+            kept: &|log| Ok(split(log, share).map_err(Trouble::Other)?.0),
             identifier: &|spec| identifier_of(spec).map_err(Trouble::Other),
             watch: &Watch::going_on(&go_on).telling(&telling),
             say: &|tried| progress.say(tried),
@@ -157,7 +182,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         looked(log.clone(), &asked)
     });
     progress.finish();
-    let Looked { found, identifier, log } = match found {
+    let looked = match found {
         Err(_) if interrupt.pressed() => {
             progress.say("interrupted: nothing was written");
             return Ok(Answer::silent(Verdict::Interrupted));
@@ -166,13 +191,17 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         Err(Trouble::Other(failure)) => return Err(failure),
         Ok(found) => found,
     };
-    let (samples, held_out) = split(&log, args.holdout)?;
+    let elsewhere =
+        other.as_ref().map(|other| elsewhere(other, &looked)).transpose().map_err(|e| held_out_failed(e, &others))?;
+    let Looked { found, identifier, log } = looked;
+    let (samples, held_out) = split(&log, share)?;
     let Samples { data, times } = &samples;
     let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
     let mut account = Account::new(&found, &log.spec).with_predictions(predicted.as_ref());
-    if let Some(Samples { data, times }) = &held_out {
+    if let Some(Samples { data, times }) = elsewhere.as_ref().or(held_out.as_ref()) {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
-        account.held_out = Some(HeldOut::of(&found.model, &recordings, &account.unmeasured));
+        let names = others.iter().map(|path| path.display().to_string()).collect();
+        account.held_out = Some(HeldOut::of(&found.model, &recordings, &account.unmeasured).with_logs(names));
     }
 
     // What was found is told even if it cannot be written down.
@@ -212,6 +241,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         rows: log.rows,
         trajectories: log.data.n_rollouts(),
         notes: log.notes.iter().map(ToString::to_string).collect(),
+        findings: log.findings.iter().map(ToString::to_string).collect(),
         equations: found.model.equations(),
         identification: &document,
     };
@@ -281,6 +311,13 @@ fn failed(error: FitError, path: &Path, log: &Log) -> Failure {
         _ => log.doubts().unwrap_or_else(|| "other terms (--library, --term) or another --target may do".into()),
     };
     Failure::from(anyhow::Error::new(error).context(format!("no equations in {}", path.display()))).hint(hint)
+}
+
+/// What can be done about other logs that the model cannot be compared with.
+fn held_out_failed(error: FitError, others: &[PathBuf]) -> Failure {
+    let names: Vec<String> = others.iter().map(|path| path.display().to_string()).collect();
+    Failure::from(anyhow::Error::new(error).context(format!("no predictions of {}", names.join(", "))))
+        .hint("it is read as the first log was; --resample S makes the samples of both even")
 }
 
 /// The files of a model's directory, in the order in which they are written.

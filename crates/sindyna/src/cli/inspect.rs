@@ -21,7 +21,7 @@ use crate::cli::failure::Failure;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Text files with a header, each with one or more trajectories of the same system; `-` for standard input
+    /// Logs, each with one or more trajectories of the same system; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -40,6 +40,7 @@ struct Told<'a> {
     rows: usize,
     trajectories: usize,
     notes: Vec<String>,
+    findings: Vec<String>,
     duration: f64,
     step: Step,
     stationary: f64,
@@ -71,7 +72,9 @@ struct ToldSignal<'a> {
 struct ToldResponse<'a> {
     input: &'a str,
     state: &'a str,
+    order: usize,
     delay: Option<f64>,
+    delay_range: Option<(f64, f64)>,
     correlation: f64,
 }
 
@@ -101,6 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         rows: log.rows,
         trajectories: log.data.n_rollouts(),
         notes: log.notes.iter().map(ToString::to_string).collect(),
+        findings: log.findings.iter().map(ToString::to_string).collect(),
         duration: seen.duration,
         step: Step { shortest: seen.steps.0, median: seen.steps.1, longest: seen.steps.2 },
         stationary: seen.stationary,
@@ -108,7 +112,14 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         responses: seen
             .responses
             .iter()
-            .map(|r| ToldResponse { input: &r.input, state: &r.state, delay: r.delay, correlation: r.correlation })
+            .map(|r| ToldResponse {
+                input: &r.input,
+                state: &r.state,
+                order: r.order,
+                delay: r.delay,
+                delay_range: r.delay_range,
+                correlation: r.correlation,
+            })
             .collect(),
         report: args.report.as_deref().filter(|_| written.is_ok()),
     };
@@ -152,20 +163,18 @@ fn lines(seen: &Inspection) -> Vec<String> {
         ),
         format!("states stay within their resolution in {} % of the steps", significant(100.0 * seen.stationary, 2)),
     ];
-    lines.extend(seen.responses.iter().map(|r| match r.delay {
-        Some(delay) => format!(
-            "the rate of {} follows {} most after {} s (correlation {})",
-            r.state,
-            r.input,
-            significant(delay, 3),
-            significant(r.correlation, 2)
-        ),
-        None => format!(
-            "the rate of {} follows {} at no delay (correlation {})",
-            r.state,
-            r.input,
-            significant(r.correlation, 2)
-        ),
+    lines.extend(seen.responses.iter().map(|r| {
+        let what = if r.order == 2 { "the second derivative" } else { "the rate" };
+        let range = r.delay_range.filter(|(first, last)| first < last);
+        let range = range.map_or_else(String::new, |(first, last)| {
+            format!(" ({} to {} s)", significant(first, 3), significant(last, 3))
+        });
+        let when = match r.delay {
+            Some(delay) if delay < 0.0 => format!("most {} s before its row{range}", significant(-delay, 3)),
+            Some(delay) => format!("most after {} s{range}", significant(delay, 3)),
+            None => "at no delay".to_owned(),
+        };
+        format!("{what} of {} follows {} {when} (correlation {})", r.state, r.input, significant(r.correlation, 2))
     }));
     lines
 }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use sindyna_core::number::{plural, significant};
+use sindyna_core::number::significant;
 use sindyna_core::{Channel, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
 use sindyna_training::settings::PrecisionName;
@@ -61,6 +61,9 @@ pub(crate) struct TableOptions {
     /// Largest interval within a trajectory in seconds, or `inf`; a larger one begins another trajectory [default: three times the usual interval]
     #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
     gap: Option<f64>,
+    /// Topic of an MCAP file [default: the only one that can be read]
+    #[arg(long, value_name = "TOPIC", help_heading = "Log")]
+    topic: Option<String>,
     /// Delimiter of the cells: one character, `tab`, or a space for any blanks [default: detected]
     #[arg(long, value_name = "CHARACTER", value_parser = delimiter, help_heading = "Log")]
     delimiter: Option<u8>,
@@ -148,6 +151,7 @@ impl TableOptions {
         let hint = "--units t=ms says that t is in milliseconds";
         Ok(LogOptions {
             delimiter: self.delimiter,
+            topic: self.topic.clone(),
             time: self.time_column.clone(),
             units: pairs("--units", "COLUMN=UNIT", hint, &units)?.unwrap_or_default(),
             gap: self.gap,
@@ -188,10 +192,11 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
         channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
     };
     let mut text = format!(
-        "log: {}, {} rows in {}, a step every {}{} s\nstates: {}; inputs: {}; precision {}\n",
+        "log: {}, {} rows in {} trajector{}, sampling interval {}{} s\nstates: {}; inputs: {}; precision {}\n",
         paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
         log.rows,
-        plural(log.data.n_rollouts(), "rollout"),
+        log.data.n_rollouts(),
+        if log.data.n_rollouts() == 1 { "y" } else { "ies" },
         if log.times.is_some() { "about " } else { "" },
         significant(spec.dt, 9),
         list(&spec.state),
@@ -203,6 +208,9 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
     );
     for note in &log.notes {
         let _ = writeln!(text, "note: {note}{}", instead(note));
+    }
+    for finding in &log.findings {
+        let _ = writeln!(text, "data: {finding}");
     }
     text
 }

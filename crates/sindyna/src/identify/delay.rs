@@ -42,7 +42,7 @@ pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
     }
     let mut notes = log.notes.clone();
     notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt });
-    Ok(Log { spec: log.spec.clone(), data, times: None, rows: log.rows, notes })
+    Ok(Log { data, notes, ..log.clone() })
 }
 
 /// The delay of the inputs of `log`, and whether its samples are those of a simulator, for which the samples `kept` of it speak: the best of what is tried on a part of

@@ -63,7 +63,7 @@ pub(super) fn with_rates<E: From<FitError>>(
         let (rate, of) = (state.name.clone(), spec.state[of].name.clone());
         notes.push(Note::Unmeasured { rate, of, given: matches!(choice.1, Unmeasured::Given(_)) });
     }
-    let log = Log { spec, data, times: log.times.clone(), rows: log.rows, notes };
+    let log = Log { spec, data, notes, ..log.clone() };
     Ok(Some(Rates { found, identifier, log }))
 }
 
@@ -197,7 +197,7 @@ fn with_scales(mut spec: Spec, recordings: &[Recording], first: usize) -> Spec {
 }
 
 /// The trajectories of `data` with `count` more states that were not measured.
-fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -> Vec<Recording> {
+pub(super) fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -> Vec<Recording> {
     let recording = |(at, rollout): (usize, sindyna_core::Rollout<'_>)| {
         let rows = rollout.observations.nrows();
         let states = concatenate![Axis(1), rollout.observations, Array2::from_elem((rows, count), f64::NAN)];
