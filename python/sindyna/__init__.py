@@ -10,6 +10,7 @@ from typing import Any
 
 from ._controller import Controller, Interval, Policy, load
 from ._differentiation import FiniteDifference, SmoothedFiniteDifference
+from ._discrete import DiscreteSINDy
 from ._errors import ConvergenceWarning, NotFittedError
 from ._learn import learn
 from ._libraries import (
@@ -23,7 +24,7 @@ from ._libraries import (
 from ._library import ConcatLibrary, TensoredLibrary
 from ._optimizers import STLSQ, BestSubset, LeastSquares
 from ._report import Equation, Report, Summand
-from ._sindy import DiscreteSINDy, SINDy
+from ._sindy import SINDy
 from ._sindyna import __version__
 from ._system import System
 

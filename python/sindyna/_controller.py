@@ -15,12 +15,15 @@ import numpy as np
 from . import _show, _sindyna
 from ._files import exported, written
 from ._fit import Fitted
-from ._formula import Names
+from ._formula import Names, OwnNames
 from ._gym import Array
 from ._report import Report
 
 FORMAT = 1
 KIND = "controller"
+
+#: Files of a run that its task is made of.
+FILES = ("task.toml", "model.xml")
 
 
 class Interval(NamedTuple):
@@ -118,7 +121,8 @@ class Controller:
     @cached_property
     def _fitted(self) -> Fitted:
         own = self._document
-        names = Names(own["states"], own["inputs"])
+        # Equations of a task file are over people's names.
+        names = (Names if own["system"] else OwnNames)(own["states"], own["inputs"])
         return Fitted(names, self._model, json.dumps(own["account"]), n_trajectories=own["resets"])
 
     @cached_property
@@ -201,6 +205,9 @@ class Controller:
 
     def _batch(self, copies: int) -> _sindyna.Batch:
         own, (reward, terminated) = self._document, self._functions
+        if own["system"] is None and own["task"] is not None:
+            files = [(name, text.encode()) for name, text in own["task"]["files"].items()]
+            return _sindyna.learned_file(files, own["task"]["dt"], self._model, copies)
         if own["system"] is None:
             return _sindyna.learned_builtin(own["summary"]["task"], self._model, copies)
         if (own["told"]["reward"] is None and reward is None) or (own["ends_by_function"] and terminated is None):
@@ -274,6 +281,8 @@ class Controller:
 
     def __str__(self) -> str:
         lines = [*self.equations, ""]
+        if self._document["account"] is not None and self.report_.certainty == "doubted":
+            lines.append("the equations are in doubt: report_ tells why; angles=, rates= or more real_steps may help")
         own = f"that of {self.summary['task']}" if self._document["system"] is None else "a function"
         lines.append(f"reward: {self.reward or own}" + (f", ends if {self.terminated}" if self.terminated else ""))
         if self.predicted_return is not None:
@@ -359,6 +368,7 @@ def _of_run(path: Path) -> Controller:
             "model": model,
             "summary": summary,
             "policy": policy,
+            "task": _task_of(path, model["dt"]),
             "resets": summary["real_episodes"],
             "notes": [],
         }
@@ -367,3 +377,9 @@ def _of_run(path: Path) -> Controller:
     except (KeyError, TypeError) as error:
         raise ValueError(f"{path} is not a whole run: {error!r}") from None
     return controller
+
+
+def _task_of(path: Path, dt: float) -> dict[str, Any] | None:
+    """The task that the files of a run describe; None for a task that comes along."""
+    files = {name: (path / name).read_text(encoding="utf-8") for name in FILES if (path / name).is_file()}
+    return {"dt": dt, "files": files} if FILES[0] in files else None

@@ -225,7 +225,7 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
         raise NotImplementedError(
             f"differentiation_method={model.differentiation_method!r} has no meaning in discrete time"
         )
-    prepared = [one if model.discrete_time else differentiated(model, one) for one in data]
+    prepared = [one if model.discrete_time else differentiated(model.differentiation_method, one) for one in data]
     rows = []
     for one in prepared:
         inputs = one.u
@@ -255,9 +255,9 @@ def _warned(regression: _sindyna.Regression, names: Names) -> None:
         warnings.warn(text, ConvergenceWarning, stacklevel=5)
 
 
-def differentiated(model: Asked, one: Trajectory) -> Trajectory:
+def differentiated(method: Differentiation | Callable[..., Any] | None, one: Trajectory) -> Trajectory:
     """A trajectory with derivatives."""
     if one.x_dot is not None:
         return one
-    x, x_dot = derivatives(model.differentiation_method, one)
+    x, x_dot = derivatives(method, one)
     return replace(one, x=x, x_dot=x_dot)

@@ -17,7 +17,7 @@ ARGUMENTS = {
 FUNCTIONS = tuple(ARGUMENTS)
 _RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>[0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?)|d(?P<rate>[xu][0-9]+)/dt\b|(?P<name>[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹][^\W⁰¹²³⁴⁵⁶⁷⁸⁹]*)"
+    r"\s*(?:(?P<number>[0-9]+\.?[0-9]*(?:[eE][+-]?[0-9]+)?)|d(?P<rate>[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹][^\W⁰¹²³⁴⁵⁶⁷⁸⁹]*)/dt\b|(?P<name>[^\W\d⁰¹²³⁴⁵⁶⁷⁸⁹][^\W⁰¹²³⁴⁵⁶⁷⁸⁹]*)"
     r"|(?P<raised>[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)|(?P<sign>[-+*/^(),·−]))"
 )
 
@@ -344,3 +344,16 @@ class Names:
         """What the engine says, with people's names."""
         message = re.sub(r" ?\(position \d+\)| at position \d+,?", "", message)
         return re.sub(r"(?<![^\W⁰¹²³⁴⁵⁶⁷⁸⁹])[xu][0-9]+(?![0-9A-Za-z_])", lambda m: self.name(m.group()), message)
+
+
+class OwnNames(Names):
+    """Names of states and inputs that are symbols of the engine themselves: those of a task file."""
+
+    def __init__(self, states: Sequence[str], inputs: Sequence[str]) -> None:
+        super().__init__(states, inputs)
+        self.by_symbol = {name: name for name in [*states, *inputs]}
+        self.by_name = dict(self.by_symbol)
+
+    def told(self, message: str) -> str:
+        """What the engine says."""
+        return message

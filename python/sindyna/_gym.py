@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _sindyna
+
 Array = npt.NDArray[np.float64]
 
 #: Observed values, at most: equations for more are never found.
@@ -101,6 +103,20 @@ class Plain:
         given: Any = self.first + int(action[0]) if self.shape is None else action.reshape(self.shape)
         observation, reward, terminated, truncated, _ = self.env.step(given)
         return self._values(observation), float(reward), bool(terminated), bool(truncated)
+
+    def episode(self, policy: _sindyna.Policy, max_steps: int, seed: int) -> tuple[Array, Array, Array, str]:
+        """Observations (T + 1, m), actions (T, values), rewards (T,) and the end of one episode of a policy."""
+        observations, actions, rewards = [self.reset(seed)], [], []
+        end = "truncated"
+        for _ in range(max_steps):
+            actions.append(policy.act(np.ascontiguousarray(observations[-1][None]))[0])
+            observation, reward, terminated, truncated = self.step(actions[-1])
+            observations.append(observation)
+            rewards.append(reward)
+            if terminated or truncated:
+                end = "terminated" if terminated else "truncated"
+                break
+        return np.vstack(observations), np.vstack(actions), np.array(rewards), end
 
     def _values(self, observation: Any) -> Array:
         return np.asarray(observation, dtype=np.float64).reshape(-1)

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import base64
 import json
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from . import _gym, _log, _sindyna
+from . import _gym, _log, _sindyna, _task_file
 from ._controller import Controller
 from ._system import System
-from ._task import Ends, Reward, Symbols, endings, functions_of, identified, never_ends
+from ._task import Ends, Reward, Symbols
+from ._trained import Wanted, trained
 
 
 def learn(
     env: Any = None,
     *,
+    task_file: str | os.PathLike[str] | None = None,
     data: Any = None,
+    model: str | os.PathLike[str] | None = None,
     inputs: Sequence[str] | Mapping[str, tuple[float, float]] | None = None,
     real_steps: int = 10,
     seed: int = 0,
@@ -38,7 +41,7 @@ def learn(
     settings: Sequence[str] = (),
 ) -> Controller:
     """
-    Learns to control an environment from a few steps of it.
+    Learns to control a system from a few steps of it: an environment, what a task file describes, or a log.
 
     The environment is stepped `real_steps` times; equations of motion are identified; a policy is trained inside them; its returns on the
     environment are predicted, and measured. Where something speaks against the equations, more steps are made, up to `max_real_steps`.
@@ -47,9 +50,15 @@ def learn(
     ----------
     env : gymnasium.Env, str or System, optional
         The environment, or its name. Observations are a Box that shows all of the state, actions a Box or Discrete.
+    task_file : str or path, optional
+        A file that describes the task and, unless there are data, its simulator: the one that the command `sindyna train --task-file` takes. It says what is paid, when episodes end,
+        names, starts and bounds, so none of these is given here.
     data : tuple of arrays, or DataFrame, optional
         A log in place of an environment: samples (T, m) and inputs (T, k) or (T - 1, k), held from sample to sample, or lists of these; or a
-        data frame whose columns ``inputs`` are inputs. Needs `dt`, `reward` and `max_steps`; `start` where episodes begin elsewhere than the log.
+        data frame whose columns ``inputs`` are inputs. Needs `dt`, `reward` and `max_steps`; `start` where episodes begin elsewhere than the log. With a task
+        file the path of a CSV file, a list of paths, or a data frame.
+    model : str or path, optional
+        With a task file: a directory that `sindyna identify` left, in whose equations the policy is trained.
     inputs : list or dict, optional
         Of a log: names of its inputs, or names and ranges ``{"u": (-2, 2)}``; the ranges of the log by default.
     real_steps : int
@@ -61,7 +70,8 @@ def learn(
         of arrays (obs, action, next_obs), a row per step. Found from the data where none is given; refused where a few terms do not explain it.
     terminated : str or callable, optional
         Which observations end an episode for good, as a condition such as ``abs(next_x2) > 0.2`` or a function of next_obs (N, m). By default none
-        does, which is refused where the data show otherwise.
+        does; where episodes were terminated, a box of states that all ends left and nothing else, if the data tell one. An episode of the policy then has to end as
+        the box says; else it is found again with more episodes.
     names : list of str, optional
         Names of the observed values; ``x0, x1, …`` by default.
     angles : list, optional
@@ -96,8 +106,20 @@ def learn(
     ValueError
         If no equations are found, or the reward cannot be told from the data.
     """
+    if task_file is not None:
+        own = {"env": env, "inputs": inputs, "reward": reward, "terminated": terminated, "names": names, "angles": angles, "rates": rates, "controls": controls, "dt": dt, "start": start, "max_steps": max_steps, "threshold": threshold}  # fmt: skip
+        said = [name for name, value in own.items() if value is not None]
+        if said:
+            raise ValueError(f"a task file says all of the task: {', '.join(said)} cannot be given beside it")
+        chosen = [f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}", *settings]
+        if data is None and model is None:
+            chosen.insert(0, f"warmup.rollout_len={_whole('real_steps', real_steps, 1)}")
+        most = None if max_real_steps is None else _whole("max_real_steps", max_real_steps, 1)
+        return _task_file.of_file(task_file, data, model, _whole("seed", seed, 0), chosen, most)
+    if model is not None:
+        raise ValueError("a model that was identified before needs a task_file: it says what pays")
     if (env is None) == (data is None):
-        raise ValueError("learn needs an environment or data, not both")
+        raise ValueError("learn needs an environment, data or a task_file, and not both")
     if data is not None:
         log = _log.Log(data, inputs, dt, names)
         chosen = [*settings, f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}"]
@@ -124,8 +146,8 @@ def learn(
     chosen = [f"evaluation_episodes={_whole('evaluation_episodes', evaluation_episodes, 1)}"]
     chosen += [*(["warmup.explorer=random"] if plain.is_random else []), *settings]
     most = None if max_real_steps is None else _whole("max_real_steps", max_real_steps, real_steps)
-    form = {"observed": observed, "first": plain.first, "shape": plain.shape, "notes": notes}
-    return trained(symbols, data, starts, (reward, terminated), (plain, seed, chosen, most, resets), form)
+    wanted = Wanted(symbols, starts, reward, terminated, plain, seed, chosen, most, notes, resets)
+    return trained(wanted, data)
 
 
 def _of_log(
@@ -146,61 +168,7 @@ def _of_log(
     data = _sindyna.Data(json.dumps(system), log.data(length).episodes())
     symbols = Symbols(log.names, states, system, log.inputs)
     starts = _starts(None, system, states, data, {} if start is None else dict(start), 0, seed)
-    form = {"observed": log.names, "first": 0, "shape": None, "notes": notes}
-    return trained(symbols, data, starts, (reward, terminated), (None, seed, chosen, None, 0), form)
-
-
-def trained(
-    symbols: Symbols,
-    data: _sindyna.Data,
-    starts: dict[str, Any],
-    task: tuple[Reward | None, Ends | None],
-    run: tuple[Any, int, list[str], int | None, int],
-    form: dict[str, Any],
-) -> Controller:
-    """Trains for a task on a system of which `data` are known, and puts together what comes of it."""
-    (reward, terminated), (plain, seed, chosen, most, resets), system = task, run, symbols.system
-    episodes, observed = data.episodes(), form["observed"]
-    seen = endings(observed, episodes)
-    if terminated is None and seen is not None:
-        raise ValueError(
-            f"episodes were terminated, and the data do not tell exactly where: give terminated=, a condition such as 'abs(next_{observed[0]}) > 1' or a "
-            f"function of next_obs ({seen})"
-        )
-    found = identified(symbols, episodes) if reward is None else reward
-    if isinstance(found, str) and never_ends(found, terminated):
-        raise ValueError(
-            f"every step is paid {found}, and no episode was terminated: nothing can be learned. Give terminated=, or reward=, or collect more real_steps"
-        )
-    formulas, functions, told = functions_of(symbols, found, terminated, form["first"])
-    document = {**starts, **formulas}
-    if plain is None:
-        data = _sindyna.paid(json.dumps(system), json.dumps(document), data, *functions)
-    outcome = _sindyna.train(json.dumps(system), json.dumps(document), data, seed, chosen, most, plain, *functions)
-    summary, known, policy = json.loads(outcome.summary), outcome.identified, outcome.policy
-    return Controller(
-        {
-            "system": system,
-            "observed": list(observed),
-            "states": symbols.states,
-            "inputs": symbols.inputs,
-            "task": document,
-            "told": {
-                "reward": told,
-                "terminated": terminated if isinstance(terminated, str) else None,
-            },
-            "ends_by_function": callable(terminated),
-            "first": form["first"],
-            "shape": None if form["shape"] is None else list(form["shape"]),
-            "model": None if known is None else json.loads(known[0].to_json()),
-            "account": None if known is None else json.loads(known[1]),
-            "summary": summary,
-            "policy": None if policy is None else base64.b64encode(policy.to_bytes()).decode("ascii"),
-            "resets": summary["real_episodes"] + resets,
-            "notes": form["notes"],
-        },
-        functions,
-    )
+    return trained(Wanted(symbols, starts, reward, terminated, None, seed, chosen, None, notes), data)
 
 
 def _observed(names: Sequence[str] | None, n: int) -> list[str]:

@@ -24,11 +24,13 @@ __all__ = [
     "identify",
     "learned",
     "learned_builtin",
+    "learned_file",
     "paid",
     "regress",
     "smoothed",
     "states",
     "train",
+    "train_file",
     "written",
 ]
 
@@ -151,6 +153,7 @@ def train(
     object: Any | None = None,
     reward: Callable[[_Array, _Array, _Array], Any] | None = None,
     terminated: Callable[[_Array], Any] | None = None,
+    evaluated: bool = True,
 ) -> Outcome: ...
 def builtin(name: str, copies: int) -> Batch: ...
 def learned(
@@ -161,6 +164,15 @@ def learned(
     reward: Callable[[_Array, _Array, _Array], Any] | None = None,
     terminated: Callable[[_Array], Any] | None = None,
 ) -> Batch: ...
+def train_file(
+    path: str,
+    logs: Sequence[str],
+    model: str | None,
+    seed: int,
+    settings: Sequence[str],
+    max_real_steps: int | None = None,
+) -> tuple[Outcome, list[tuple[str, bytes]], tuple[list[str], list[str], list[str]], float]: ...
+def learned_file(files: Sequence[tuple[str, bytes]], dt: float, model: Model, copies: int) -> Batch: ...
 def learned_builtin(name: str, model: Model, copies: int) -> Batch: ...
 def written(
     system: str,

@@ -14,8 +14,9 @@ from ._formula import translated
 from ._gym import Array
 from ._trace import of_rows
 
-#: Observations (T + 1, m), actions (T, values), rewards (T,) and the end of each episode.
-Episodes = list[tuple[Array, Array, Array, str]]
+#: Observations (T + 1, m), actions (T, values), rewards (T,) and the end of an episode.
+Episode = tuple[Array, Array, Array, str]
+Episodes = list[Episode]
 
 #: A formula, or a function of (obs, action, next_obs), each with a row per step.
 Reward = str | Callable[[Any, Any, Any], Any]

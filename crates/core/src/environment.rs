@@ -27,8 +27,11 @@ pub enum EnvError {
         action: Vec<f64>,
     },
     /// The simulation left the finite numbers.
-    #[error(transparent)]
-    Diverged(#[from] Diverged),
+    #[error("the system diverged: {state} is not finite after the step")]
+    Diverged {
+        /// Name of the first state that is not finite.
+        state: String,
+    },
     /// The task pays no finite number for a step.
     #[error("the reward of `{task}` is {reward} at {at}")]
     Reward {
@@ -48,6 +51,12 @@ pub enum EnvError {
 }
 
 impl EnvError {
+    /// [`EnvError::Diverged`] of the system of `spec`.
+    pub fn diverged(spec: &Spec, Diverged { index }: Diverged) -> Self {
+        let name = spec.state.get(index).map(|channel| channel.name.clone());
+        Self::Diverged { state: name.unwrap_or_else(|| format!("state {index}")) }
+    }
+
     /// `Ok` if the `reward` of the step from `x` (n) with the control `u` (k) to `next` (n) of the system of `spec` is finite.
     ///
     /// # Errors

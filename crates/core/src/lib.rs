@@ -61,7 +61,7 @@ pub use policy::{Acting, Agent, AgentError, Explorer, Memory, Mode, Policy, Trai
 pub use region::Region;
 pub use replay::{Batch, Replay, Transition};
 pub use seed::{Rng, Seed};
-pub use sensors::{Observe, Sensors};
+pub use sensors::{Computed, Observe, Sensors};
 pub use simulated::Simulated;
 pub use spec::{Channel, Kind, Precision, Prior, Protocol, Space, Spec};
 pub use support::Support;

@@ -1,5 +1,6 @@
 //! What sensors show of a state.
 
+use std::fmt;
 use std::sync::Arc;
 
 use rand_distr::{Distribution as _, StandardNormal};
@@ -24,20 +25,36 @@ impl<H: Observe + ?Sized> Observe for Arc<H> {
     }
 }
 
-#[derive(Debug, Clone, Copy)]
+/// A function of the state x (n).
+pub type Computed = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
+
+#[derive(Clone)]
 enum Reading {
     Direct(usize),
     Cosine(usize),
     Sine(usize),
+    Computed(Computed),
 }
 
 impl Reading {
     /// Without noise and rounding.
-    fn of(self, x: &[f64]) -> f64 {
+    fn of(&self, x: &[f64]) -> f64 {
         match self {
-            Self::Direct(i) => x[i],
-            Self::Cosine(i) => x[i].cos(),
-            Self::Sine(i) => x[i].sin(),
+            Self::Direct(i) => x[*i],
+            Self::Cosine(i) => x[*i].cos(),
+            Self::Sine(i) => x[*i].sin(),
+            Self::Computed(function) => function(x),
+        }
+    }
+}
+
+impl fmt::Debug for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Direct(i) => write!(f, "Direct({i})"),
+            Self::Cosine(i) => write!(f, "Cosine({i})"),
+            Self::Sine(i) => write!(f, "Sine({i})"),
+            Self::Computed(_) => write!(f, "Computed"),
         }
     }
 }
@@ -59,10 +76,20 @@ impl Sensors {
     /// The sensors of `spec`; `None` if an observation channel names no state.
     #[must_use]
     pub fn new(spec: &Spec) -> Option<Self> {
+        Self::computing(spec, &[])
+    }
+
+    /// The same where observation channels that name no state are functions of the state, called by these names.
+    #[must_use]
+    pub fn computing(spec: &Spec, functions: &[(String, Computed)]) -> Option<Self> {
+        let computed = |name: &String| functions.iter().find(|(known, _)| known == name).map(|(_, f)| f.clone());
         let readings = spec.observation.iter().map(|channel| match channel.kind {
             Kind::CosOf(i) => (i < spec.state_dim()).then_some(Reading::Cosine(i)),
             Kind::SinOf(i) => (i < spec.state_dim()).then_some(Reading::Sine(i)),
-            _ => spec.state.iter().position(|s| s.name == channel.name).map(Reading::Direct),
+            _ => {
+                let state = spec.state.iter().position(|s| s.name == channel.name).map(Reading::Direct);
+                state.or_else(|| computed(&channel.name).map(Reading::Computed))
+            }
         });
         let deviations = if spec.noise > 0.0 { spec.noise_deviations().collect() } else { Vec::new() };
         Some(Self { readings: readings.collect::<Option<_>>()?, deviations, precision: spec.precision })
@@ -130,6 +157,18 @@ mod tests {
         let mut o = [0.0; 2];
         sensors.observe(&[0.3, 0.7], rng, &mut o);
         o
+    }
+
+    #[test]
+    fn values_may_be_computed_from_states() {
+        let mut spec = spec(0.0, Precision::F64);
+        spec.observation.push(Channel::new("x + 2 θ", "", Kind::Plain, 1.0));
+        assert!(Sensors::new(&spec).is_none(), "no state is called so");
+        let sum: Computed = Arc::new(|x: &[f64]| x[0] + 2.0 * x[1]);
+        let sensors = Sensors::computing(&spec, &[("x + 2 θ".into(), sum)]).expect("all are known");
+        let mut o = [0.0; 3];
+        sensors.observe(&[0.3, 0.7], &mut Seed::new(0).numpy(), &mut o);
+        assert_eq!(o, [0.3, 0.7_f64.cos(), 1.7]);
     }
 
     #[test]

@@ -90,7 +90,7 @@ impl<D: Dynamics, T: Task, H: Observe> Environment for Simulated<D, T, H> {
         }
         if let Err(diverged) = self.dynamics.step(&self.state, &self.control, rng, &mut self.next) {
             self.running = false;
-            return Err(diverged.into());
+            return Err(EnvError::diverged(self.task.spec(), diverged));
         }
         let reward = self.task.reward(&self.state, action, &self.control, &self.next);
         std::mem::swap(&mut self.state, &mut self.next);

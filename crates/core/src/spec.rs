@@ -152,7 +152,8 @@ pub struct Spec {
     pub name: String,
     /// State channels (n).
     pub state: Vec<Channel>,
-    /// Observation channels. `CosOf(i)` and `SinOf(i)` show state i so; any other shows the state of the same name.
+    /// Observation channels. `CosOf(i)` and `SinOf(i)` show state i so; any other shows the state of the same name, or a function of
+    /// states where there is none.
     pub observation: Vec<Channel>,
     /// Input channels (k).
     pub control: Vec<Channel>,

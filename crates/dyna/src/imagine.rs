@@ -182,7 +182,7 @@ impl Environment for Trial<'_> {
 
     fn step(&mut self, action: &[f64], rng: &mut Rng) -> Result<Outcome, EnvError> {
         match self.0.step(action, rng) {
-            Err(EnvError::Diverged(_) | EnvError::Reward { .. }) => {
+            Err(EnvError::Diverged { .. } | EnvError::Reward { .. }) => {
                 Ok(Outcome { reward: self.0.belief.stakes.worst_value, terminated: true, truncated: false })
             }
             other => other,

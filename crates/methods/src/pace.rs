@@ -79,7 +79,7 @@ impl fmt::Display for Left {
             unknown if self.seconds == 0.0 => {
                 write!(f, "time left unknown: {} of kinds not timed yet", plural(unknown, "run"))
             }
-            unknown => write!(f, "more than {time} left: {} of kinds not timed yet", plural(unknown, "run")),
+            unknown => write!(f, "at least {time} left: {} of kinds not timed yet", plural(unknown, "run")),
         }
     }
 }
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(pace.left().to_string(), "time left unknown: 5 runs of kinds not timed yet");
         pace.done(&jobs[0], 1.0);
         assert_eq!(pace.left(), Left { seconds: 1.0, unknown: 3 });
-        assert_eq!(pace.left().to_string(), "more than 1 s left: 3 runs of kinds not timed yet");
+        assert_eq!(pace.left().to_string(), "at least 1 s left: 3 runs of kinds not timed yet");
         pace.done(&jobs[2], 200.0);
         assert_eq!(pace.left(), Left { seconds: 200.0, unknown: 1 }, "no shorter than the longest run");
         pace.done(&jobs[3], 20.0);

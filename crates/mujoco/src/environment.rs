@@ -25,6 +25,8 @@ pub struct MujocoEnvironment<T, H = Sensors> {
     data: DataHandle,
     conventions: Arc<Conventions>,
     positions: usize,
+    /// States that the model moves; those after them stay as an episode began.
+    moving: usize,
     frame_skip: usize,
     task: T,
     sensors: H,
@@ -44,9 +46,23 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
     /// [`MujocoError::Mismatch`] or [`MujocoError::Interval`] if the task declares other states, controls or another
     /// control interval than `frame_skip` steps of the model; [`MujocoError::Raised`] if there is no memory.
     pub fn new(model: &MujocoModel, frame_skip: usize, task: T, sensors: H) -> Result<Self, MujocoError> {
+        Self::with_still_states(model, frame_skip, task, sensors, 0)
+    }
+
+    /// The same where the last `still` states of the task are none of the model: they stay as an episode began, as a target does.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_still_states(
+        model: &MujocoModel,
+        frame_skip: usize,
+        task: T,
+        sensors: H,
+        still: usize,
+    ) -> Result<Self, MujocoError> {
         let spec = task.spec();
         for (what, expected, got) in [
-            ("states (positions and velocities)", spec.state_dim(), model.state_dim()),
+            ("states (positions and velocities)", spec.state_dim(), model.state_dim() + still),
             ("controls", spec.control_dim(), model.control_dim()),
         ] {
             if expected != got {
@@ -64,6 +80,7 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
             data,
             conventions: Arc::clone(model.conventions()),
             positions: model.position_dim(),
+            moving: model.state_dim(),
             frame_skip,
             task,
             sensors,
@@ -77,7 +94,7 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
         })
     }
 
-    /// The state x (n): positions, then velocities.
+    /// The state x (n): positions, then velocities, then what stays as it began.
     pub fn state(&self) -> &[f64] {
         &self.state
     }
@@ -136,7 +153,7 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
     }
 
     fn move_to(&mut self, x: &[f64], rng: &mut Rng) -> Result<(), EnvError> {
-        let moved = self.data.set(self.conventions.state(), x).and_then(|()| self.data.forward());
+        let moved = self.data.set(self.conventions.state(), &x[..self.moving]).and_then(|()| self.data.forward());
         self.keep_warning();
         moved.map_err(system)?;
         self.state.copy_from_slice(x);
@@ -161,12 +178,14 @@ impl<T: Task, H: Observe> MujocoEnvironment<T, H> {
         for _ in 0..self.frame_skip {
             self.data.step().map_err(system)?;
             if let Some(index) = self.keep_warning() {
-                return Err(Diverged { index }.into());
+                return Err(EnvError::diverged(self.task.spec(), Diverged { index }));
             }
         }
         self.data.post_constraint().map_err(system)?;
-        self.data.get(self.conventions.state(), &mut self.next).map_err(system)?;
-        Ok(Diverged::check(&self.next)?)
+        let (moving, still) = self.next.split_at_mut(self.moving);
+        self.data.get(self.conventions.state(), moving).map_err(system)?;
+        still.copy_from_slice(&self.state[self.moving..]);
+        Diverged::check(&self.next).map_err(|diverged| EnvError::diverged(self.task.spec(), diverged))
     }
 }
 

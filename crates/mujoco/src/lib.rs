@@ -39,6 +39,7 @@ mod library;
 mod model;
 mod probe;
 mod search;
+mod tree;
 
 pub use environment::MujocoEnvironment;
 pub use error::{Attempt, MujocoError};
@@ -46,3 +47,4 @@ pub use inverted_pendulum::{inverted_pendulum, inverted_pendulum_of};
 pub use library::Library;
 pub use model::MujocoModel;
 pub use search::{Place, Search};
+pub use tree::{Body, Joint, JointKind, Site, Tree};

@@ -24,7 +24,8 @@ mod _sindyna {
     use crate::identify::identify;
     #[pymodule_export]
     use crate::learn::{
-        Batch, Data, Outcome, Policy, builtin, collect, learned, learned_builtin, paid, states, train, written,
+        Batch, Data, Outcome, Policy, builtin, collect, learned, learned_builtin, learned_file, paid, states, train,
+        train_file, written,
     };
     #[pymodule_export]
     use crate::model::Model;

@@ -8,6 +8,7 @@ mod as_read;
 mod asked;
 mod delay;
 mod elsewhere;
+mod for_task;
 mod hypotheses;
 mod unmeasured;
 
@@ -26,6 +27,8 @@ pub use as_read::recordings;
 pub(crate) use asked::Asked;
 pub use asked::Delay;
 pub(crate) use elsewhere::elsewhere;
+pub use for_task::of_log;
+pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};
 pub use unmeasured::Unmeasured;
 

@@ -27,10 +27,11 @@ pub use sindyna_training::{Error, Trained, Training, Verdict, problem::Problem};
 
 /// Systems with a task on them: what a controller can be trained for.
 pub mod problem {
+    pub use crate::identify::of_log;
     pub use sindyna_training::problem::{
         FormulaTask, Names, OwnSystem, OwnTask, Plant, PlantError, Problem, Start, TaskBuilder,
     };
-    pub use sindyna_training::problem::{named, names, ode, of_file, stepped};
+    pub use sindyna_training::problem::{declared, named, names, ode, of_file, of_model, stepped};
 }
 
 /// Training a controller inside identified equations.

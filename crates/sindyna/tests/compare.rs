@@ -157,7 +157,7 @@ fn a_part_of_a_comparison_leaves_the_report_on_the_rest_as_it_is() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &part));
     assert_eq!(code, 0, "{stderr}");
     assert!(
-        stderr.contains("note: lqr is not for pendulum") && stderr.contains("1 run, 1 of them done before"),
+        stderr.contains("note: lqr does not apply to pendulum") && stderr.contains("1 run, 1 of them done before"),
         "{stderr}"
     );
     assert!(stdout.contains("cart-pole") && stdout.contains("2 of 2"), "{stdout}");

@@ -111,6 +111,84 @@ fn a_model_whose_inputs_act_late_is_not_trained_in() {
     assert!(stderr.contains("shift the column of the inputs"), "{stderr}");
 }
 
+/// The log of the spring with other rows and columns: `keep` says which rows, `change` makes a row (t, x, v, F) another.
+fn log_of(
+    keep: impl Fn(usize, &[Vec<f64>]) -> bool,
+    change: impl Fn(usize, &[Vec<f64>]) -> Vec<f64>,
+    header: &str,
+) -> String {
+    let text = example("spring.csv");
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let kept = (0..rows.len()).filter(|i| keep(*i, &rows)).map(|i| change(i, &rows));
+    let lines = kept.map(|row| row.iter().map(ToString::to_string).collect::<Vec<_>>().join(","));
+    std::iter::once(header.to_owned()).chain(lines).map(|line| line + "\n").collect()
+}
+
+#[test]
+fn a_log_is_identified_for_training_as_it_is_by_itself() {
+    let temp = workplace();
+    let write = |name: &str, text: String| fs::write(temp.path().join(name), text).unwrap();
+    let (all, whole) = (|_: usize, _: &[Vec<f64>]| true, "t,x,v,F");
+    // Inputs that act two rows late, samples at uneven times, positions alone.
+    let late = |i: usize, rows: &[Vec<f64>]| [&rows[i][..3], &[rows[(i + 2).min(rows.len() - 1)][3]]].concat();
+    write("late.csv", log_of(all, late, whole));
+    // Where an input changes, its row has to be there.
+    let kept = |i: usize, rows: &[Vec<f64>]| i % 7 != 3 && i % 11 != 5 || i == 0 || rows[i][3] != rows[i - 1][3];
+    write("uneven.csv", log_of(kept, |i, rows| rows[i].clone(), whole));
+    write("positions.csv", log_of(all, |i, rows| vec![rows[i][0], rows[i][1], rows[i][3]], "t,x,F"));
+    let quick = ["--quiet", "--isa", "portable", "--max-updates", "2000"];
+    let train = |log: &str, out: &str, more: &[&str]| {
+        let args = ["train", "--task-file", "spring.toml", "--data", log, "--out", out];
+        parts(&sindyna(temp.path(), &[&args[..], more].concat()))
+    };
+    let (code, _, stderr) = train("late.csv", "late", &["--quiet"]);
+    assert!(code == 2 && stderr.contains("the inputs of late.csv act 2 rows (0.1 s) late"), "{stderr}");
+    assert!(stderr.contains("hint: ") && !temp.path().join("late").exists(), "{stderr}");
+    let (code, stdout, stderr) = train("spring.csv", "prompt", &[&quick[..], &["--delay", "0"]].concat());
+    assert_eq!(code, 0, "{stdout}{stderr}");
+
+    for (log, columns) in [("uneven.csv", "x,v"), ("positions.csv", "x")] {
+        let (run, model) = (format!("run-{log}"), format!("model-{log}"));
+        let (code, stdout, stderr) = train(log, &run, &quick);
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        let mut args = vec!["identify", log, "--states", columns, "--inputs", "F", "--quiet", "--out", &model];
+        args.extend(if columns == "x" { &["--unmeasured", "v=x"][..] } else { &["--rates", "v=x"] });
+        succeeds(temp.path(), &args);
+        let read = |directory: &str, name: &str| fs::read_to_string(temp.path().join(directory).join(name)).unwrap();
+        assert_eq!(read(&run, "model.json"), read(&model, "model.json"), "{log}");
+        assert_eq!(read(&run, "data.csv"), read(&model, "data.csv"), "{log}");
+        let terms = json(&temp.path().join(&run).join("summary.json"))["identification"]["coefficients"][1].clone();
+        for (term, truth) in [("x", -2.0), ("v", -0.3), ("F", 1.0)] {
+            let found = terms.as_array().unwrap().iter().find(|t| t["term"] == term).unwrap();
+            let (value, error) = (found["coefficient"].as_f64().unwrap(), found["standard_error"].as_f64().unwrap());
+            assert!((value - truth).abs() < 4.0 * error && error < 0.05, "{log}: {found}");
+        }
+        // The record alone is enough.
+        fs::remove_file(temp.path().join(&run).join("summary.json")).unwrap();
+        succeeds(temp.path(), &["train", "--resume", &run, "--quiet"]);
+    }
+    let text = example("spring.toml");
+    let tables: Vec<&str> = text.split("[[state]]").collect();
+    let control = tables[2].split_once("[[control]]").unwrap().1;
+    let lone = format!("{}[[state]]{}[[control]]{control}", tables[0], tables[1]);
+    write("lone.toml", lone.replace("next_v", "next_x"));
+    let args = ["train", "--task-file", "lone.toml", "--data", "positions.csv", "--quiet", "--out", "lone"];
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 2 && stderr.contains("declare it as the last [[state]], with `rate_of`"), "{stderr}");
+    for (args, says) in [
+        (&["train", "pendulum", "--delay", "0"][..], "mean nothing without --data"),
+        (
+            &["train", "--task-file", "spring.toml", "--model", "model-uneven.csv", "--library", "paper"],
+            "was identified before",
+        ),
+        (&["train", "--config", "run-uneven.csv/config.toml", "--library", "paper"], "were identified before"),
+    ] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), args));
+        assert!(code == 2 && stderr.contains(says) && stderr.contains("hint: "), "{args:?}: {stderr}");
+    }
+}
+
 #[test]
 fn a_model_identified_before_is_trained_in() {
     let temp = workplace();

@@ -34,13 +34,13 @@ fn a_pendulum_is_found_in_its_log_and_runs_as_python() {
     let (code, stdout, stderr) = identify(temp.path(), &example(), &args);
     assert_eq!(code, 0, "{stdout}{stderr}");
     for line in [
-        "log: log.csv, 101 rows in 1 rollout, a step every 0.05 s",
+        "log: log.csv, 101 rows in 1 trajectory, sampling interval 0.05 s",
         "states: th [rad] (angle), w [rad/s] (rate of th); inputs: u [N·m]; precision float64",
         "note: w is taken as the rate of th",
         "equations: stepped by semi-implicit Euler, 0.05 s",
         "  dth/dt = w\n",
         "  w\u{307} = 15 sin th + 3 u\n",
-        "dth/dt   is w by declaration",
+        "dth/dt   is w, not fitted",
         "standard error",
         "at the level of rounding",
         "steps used: 100",
@@ -121,7 +121,7 @@ fn samples_are_taken_at_their_own_times_from_several_logs() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 0, "{stderr}");
     for says in [
-        "log: a.csv, b.csv, 300 rows in 2 rollouts, a step every about 0.02",
+        "log: a.csv, b.csv, 300 rows in 2 trajectories, sampling interval about 0.02",
         "note: time is taken as the time in milliseconds: in these one state is the rate of another; --time-column and --units",
         "note: samples are 0.02 to 0.023 s apart",
     ] {
@@ -220,7 +220,7 @@ fn noise_that_is_given_and_digits_that_are_missing_are_taken_as_errors() {
     assert!(stdout.contains("noise, estimated: th 0.00029 rad (fit 100.0 %), w 0.00029 rad/s (fit"), "{stdout}");
     let given = [&args[..], &["--precision", "f64", "--noise", "th=0.0003,w=0.0003"]].concat();
     let (_, stdout, _) = identify(temp.path(), &(header + &coarse), &given);
-    assert!(stdout.contains("white noise"), "{stdout}");
+    assert!(stdout.contains("white, as noise is"), "{stdout}");
 }
 
 #[test]
@@ -269,7 +269,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
     found(&log, &[], &["in 2 rollouts", "steps used: 58", "`remark` is not used", exact]);
     // No stamps, but an interval.
     let bare: String = rows(3.0, 40, |_| 0.0).lines().map(|r| r.trim_start_matches("0,").to_owned() + "\n").collect();
-    found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["a step every 0.05 s", exact]);
+    found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["sampling interval 0.05 s", exact]);
     // An angle that goes over the top, folded into one turn.
     let folded: String = rows(0.3, 60, |i| i as f64 * 0.05)
         .lines()
@@ -480,7 +480,7 @@ fn logs_of_several_formats_are_one() {
     }
     let args = ["inspect", "energy_shaping.csv", "log.npz", "struct.mat", "record.npy"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
-    assert!(code == 0 && stdout.contains("240 rows in 4 rollouts"), "{stdout}{stderr}");
+    assert!(code == 0 && stdout.contains("240 rows in 4 trajectories"), "{stdout}{stderr}");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["inspect", "log.npz", "--states", "position,speed"]));
     assert!(code == 2 && stderr.contains("log.npz has no column named `speed`"), "{stderr}");
 }

@@ -132,9 +132,9 @@ fn errors_are_objects_with_the_exit_code_of_old() {
         (&["train", "pendulum", "--solver", "stlqs"], "train", "usage", "stlqs", Some("did you mean `stlsq`?")),
         (&["train", "pendulum", "--set", "polyac=1"], "train", "name", "no setting", Some("did you mean `polyak`?")),
         (&["train", "pendulum", "--discount", "2"], "train", "setting", "sac.discount", Some("--discount 0.999")),
-        (&["identify", "log.csv", "--states", "x"], "identify", "log", "line 3", Some("another trajectory")),
+        (&["identify", "log.csv", "--states", "x"], "identify", "log", "line 3", Some("it ends a trajectory")),
         (&["train", "--task-file", "task.toml"], "train", "task-file", "task.toml", Some("docs/task-files.md")),
-        (&["show", "nowhere"], "show", "input", "there is no nowhere", Some("sindyna train")),
+        (&["show", "nowhere"], "show", "input", "nowhere: no such file or directory", Some("sindyna train")),
         (&["report", "nowhere"], "report", "record", "nowhere", Some("comparison")),
         (&["export", "nowhere", "--to", "python"], "export", "io", "cannot read nowhere", Some("DIR is a directory")),
     ] {

@@ -42,7 +42,7 @@ fn a_page_has_all_its_sections_and_looks_well_in_a_browser() {
         "the expert acts",
         "2 of 2",
         "ω\u{307} = 15 sin θ + 3 u",
-        "lqr is not for pendulum",
+        "lqr does not apply to pendulum",
         "<h2>Real steps and wall-clock time</h2>",
     ] {
         assert!(text.contains(wanted), "{wanted} is missing");

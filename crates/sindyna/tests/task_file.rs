@@ -79,6 +79,38 @@ fn the_example_is_solved_and_its_record_stands_alone() {
 }
 
 #[test]
+fn an_arm_goes_to_targets_that_are_drawn_and_sees_how_far_they_are() {
+    let (temp, example) = (tempfile::tempdir().unwrap(), repository().join("examples/arm"));
+    let task = example.join("arm.toml");
+    let args = ["train", "--task-file", task.to_str().unwrap(), "--real-steps", "50", "--episodes", "20", "--quiet"];
+    let (code, stdout, stderr) = sindyna(temp.path(), &args);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("all residuals are at the level of rounding"), "{stdout}");
+    let run = temp.path().join("runs/arm-seed0");
+    let summary = json(&run.join("summary.json"));
+    assert_eq!(summary["real_steps"], 50);
+    let returns = summary["evaluation"]["returns"].as_array().unwrap();
+    let mean = returns.iter().map(|r| r.as_f64().unwrap()).sum::<f64>() / returns.len() as f64;
+    // Zero torque earns less than −200.
+    assert!(mean > -130.0, "{mean}");
+    // What was drawn differs between episodes and never within one; the stop of the wrist is its bound.
+    let rollout = fs::read_to_string(run.join("rollout.csv")).unwrap();
+    let header: Vec<&str> = rollout.lines().next().unwrap().split(',').collect();
+    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let (episode, goal, wrist) = (column("trajectory"), column("goal"), column("b"));
+    let mut goals: Vec<(String, String)> = Vec::new();
+    for cells in rollout.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>()) {
+        goals.push((cells[episode].into(), cells[goal].into()));
+        assert!(cells[wrist].parse::<f64>().unwrap().abs() < 2.8);
+    }
+    goals.dedup();
+    let episodes: Vec<&String> = goals.iter().map(|(episode, _)| episode).collect();
+    assert!(goals.len() > 1 && episodes.windows(2).all(|pair| pair[0] != pair[1]), "{goals:?}");
+    let (code, stdout, stderr) = sindyna(temp.path(), &["evaluate", run.to_str().unwrap()]);
+    assert_eq!(code, 0, "{stdout}{stderr}");
+}
+
+#[test]
 fn a_turning_joint_in_several_files_is_learned_from_cosine_and_sine() {
     let temp = tempfile::tempdir().unwrap();
     fs::write(

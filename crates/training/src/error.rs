@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use sindyna_control::ControlError;
-use sindyna_core::{EnvError, FitError};
+use sindyna_core::{EnvError, FitError, number::significant};
 use sindyna_dyna::DynaError;
 use sindyna_logs::LogError;
 use sindyna_mujoco::MujocoError;
@@ -102,6 +102,24 @@ pub enum Error {
         path: PathBuf,
         /// What is wrong with it.
         source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// What was identified in a log cannot be read.
+    #[error("{}: {why}", path.display())]
+    NotIdentified {
+        /// The file, or the directory.
+        path: PathBuf,
+        /// Why not.
+        why: String,
+    },
+    /// Inputs of a log that act late.
+    #[error("the inputs of {log} act {rows} rows ({} s) late: a controller trained without that delay would not do on the system, and training with one is not supported", significant(*seconds, 6))]
+    Delayed {
+        /// The log, or the directory of its identification.
+        log: String,
+        /// Rows.
+        rows: f64,
+        /// The same in seconds.
+        seconds: f64,
     },
     /// A program that is no system as the task file declares it.
     #[error("the program `{command}`: {why}")]

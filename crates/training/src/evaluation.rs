@@ -10,6 +10,7 @@ use sindyna_sindy::{Identifier, Model, Recording};
 
 use crate::Error;
 use crate::problem::Problem;
+use crate::shown::shown_in;
 
 /// The returns of `policy` (its best actions) on the system, from start states fixed by `seed`.
 pub fn evaluation(
@@ -76,7 +77,8 @@ pub fn episode(
     data: &Dataset,
 ) -> Option<EpisodeTable> {
     let spec = problem.spec();
-    let states = identifier.recordings(data).ok()?.into_iter().next()?.states;
+    let seen = shown_in(data, identifier.spec().observation_dim()).ok()?;
+    let states = identifier.recordings(&seen).ok()?.into_iter().next()?.states;
     if model.readings().is_some() || states.ncols() != spec.state_dim() || states.nrows() < 2 {
         return None;
     }
@@ -105,7 +107,8 @@ pub fn predictions(
     (data, times): (&Dataset, Option<&[Vec<f64>]>),
     spec: &Spec,
 ) -> Option<PredictionTable> {
-    let recordings = timed(identifier.recordings(data).ok()?, times);
+    let seen = shown_in(data, identifier.spec().observation_dim()).ok()?;
+    let recordings = timed(identifier.recordings(&seen).ok()?, times);
     if recordings.iter().any(|r| r.states.ncols() != model.states().len()) {
         return None;
     }

@@ -8,6 +8,8 @@ use sindyna_core::{
 };
 use sindyna_sindy::{Identified, Identifier, Watch};
 
+use crate::shown::shown_in;
+
 /// Fits by [`Identifier::identify_watched`], unless that was done before, until `stop` is set.
 pub struct Learner {
     /// How equations are found.
@@ -57,7 +59,8 @@ impl DynamicsLearner for Learner {
         }
         let go_on = || !self.stop.load(Ordering::SeqCst);
         let identifier = self.identifier.clone().with_previous(previous.map(|before| &before.0.model));
-        Ok(Some(self.knowledge(identifier.identify_watched(data, &Watch::going_on(&go_on))?)))
+        let data = shown_in(data, identifier.spec().observation_dim())?;
+        Ok(Some(self.knowledge(identifier.identify_watched(&data, &Watch::going_on(&go_on))?)))
     }
 
     fn goes_on(&self) -> bool {

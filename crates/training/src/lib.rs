@@ -14,6 +14,7 @@ mod planned;
 pub mod problem;
 mod reach;
 pub mod settings;
+mod shown;
 mod summary;
 mod task_file;
 mod training;

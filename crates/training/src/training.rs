@@ -77,7 +77,10 @@ impl Training {
     /// Training for a problem that somebody else has, too.
     #[must_use]
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
-        let config = TrainConfig::defaults(&*problem.task());
+        let mut config = TrainConfig::defaults(&*problem.task());
+        if let Some(log) = problem.log() {
+            config.on_log(log, problem.spec().precision);
+        }
         Self { problem, config, recorded: None, evaluated: true }
     }
 
@@ -112,11 +115,17 @@ impl Training {
         self
     }
 
+    /// The same without the evaluation.
+    #[must_use]
+    pub fn without_evaluation(self) -> Self {
+        Self { evaluated: false, ..self }
+    }
+
     /// The same without the evaluation, and without any other step on the system than those recorded or of the warm-up: for a system that is not at hand.
     #[must_use]
     pub fn without_system(self) -> Self {
         let steps = self.config.warmup.rollouts * self.config.warmup.rollout_len;
-        Self { evaluated: false, ..self.with_max_real_steps(steps) }
+        self.with_max_real_steps(steps).without_evaluation()
     }
 
     /// All settings, as the TOML of `config.toml`.

@@ -48,6 +48,7 @@ pub(crate) struct Api {
     pub(super) forward: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
     pub(super) step: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
     pub(super) rne_post_constraint: unsafe extern "C-unwind" fn(*const RawModel, *mut RawData),
+    pub(super) print_formatted_model: unsafe extern "C-unwind" fn(*const RawModel, *const c_char, *const c_char),
     /// Never unloaded: MuJoCo keeps caches and thread-local values whose clean-up would be code that is gone.
     _library: ManuallyDrop<Library>,
 }
@@ -90,6 +91,7 @@ impl Api {
                 forward: symbol!("mj_forward"),
                 step: symbol!("mj_step"),
                 rne_post_constraint: symbol!("mj_rnePostConstraint"),
+                print_formatted_model: symbol!("mj_printFormattedModel"),
                 _library: ManuallyDrop::new(library),
             })
         }

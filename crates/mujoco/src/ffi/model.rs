@@ -61,6 +61,12 @@ impl ModelHandle {
         usize::try_from(size).map_err(|_| Raised(format!("a state of {size} values")))
     }
 
+    /// Writes all that it holds into `file`, with every digit.
+    pub(crate) fn print(&self, file: &CStr) -> Result<(), Raised> {
+        // SAFETY: the model is alive, and both texts are C strings.
+        guarded(|| unsafe { (self.api.print_formatted_model)(self.as_ptr(), file.as_ptr(), c"%.17g".as_ptr()) })
+    }
+
     /// What MuJoCo warned of while compiling.
     pub(crate) fn warning(&self) -> Option<&str> {
         self.warning.as_deref()

@@ -47,7 +47,7 @@ impl Lane {
         let step = match self.system.step(action, &mut self.rng) {
             Ok(o) => Step { reward: o.reward, terminated: o.terminated, truncated: o.truncated, diverged: false },
             // Equations that blow up say nothing of the value of what comes after.
-            Err(EnvError::Diverged(_) | EnvError::Reward { .. }) => {
+            Err(EnvError::Diverged { .. } | EnvError::Reward { .. }) => {
                 Step { truncated: true, diverged: true, ..Step::default() }
             }
             Err(other) => return Err(other),
@@ -76,7 +76,7 @@ type Stepped<'py> = (
 );
 
 impl Batch {
-    fn new(
+    pub(super) fn new(
         dynamics: Arc<dyn Dynamics>,
         task: Arc<dyn Task>,
         sensors: Sensors,

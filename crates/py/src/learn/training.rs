@@ -107,6 +107,12 @@ pub(crate) struct Outcome {
     inner: Trained,
 }
 
+impl Outcome {
+    pub(super) fn new(inner: Trained) -> Self {
+        Self { inner }
+    }
+}
+
 #[pymethods]
 impl Outcome {
     /// The run in numbers, as JSON.
@@ -136,7 +142,7 @@ impl Outcome {
 
 /// Trains a controller for the task on a system of which `data` are known already. `object` is stepped where more is needed, and for the evaluation.
 #[pyfunction]
-#[pyo3(signature = (system, task, data, seed, settings, max_real_steps=None, object=None, reward=None, terminated=None))]
+#[pyo3(signature = (system, task, data, seed, settings, max_real_steps=None, object=None, reward=None, terminated=None, evaluated=true))]
 #[expect(clippy::too_many_arguments, reason = "Python's keywords")]
 pub(crate) fn train(
     py: Python<'_>,
@@ -149,6 +155,7 @@ pub(crate) fn train(
     object: Option<Py<PyAny>>,
     reward: Option<Py<PyAny>>,
     terminated: Option<Py<PyAny>>,
+    evaluated: bool,
 ) -> PyResult<Outcome> {
     let declared = Declared::read(system)?;
     let (raised, sensors, away) = (Raised::default(), sensors(&declared.spec()?)?, object.is_none());
@@ -163,6 +170,8 @@ pub(crate) fn train(
     }
     if away {
         training = training.without_system();
+    } else if !evaluated {
+        training = training.without_evaluation();
     }
     let trained = apart(py, move |stop| training.run_watched(&mut |_| {}, stop.flag()))?;
     if let Some(raised) = raised.take() {
@@ -176,7 +185,7 @@ pub(crate) fn train(
 }
 
 /// An error with its causes.
-fn told(error: &dyn std::error::Error) -> String {
+pub(super) fn told(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {

@@ -91,7 +91,7 @@ impl FromStr for Seeds {
             None => number(part).map(|seed| seed..=seed),
             Some((low, high)) => match (number(low)?, number(high)?) {
                 (low, high) if low <= high => Ok(low..=high),
-                (low, high) => Err(format!("`{low}-{high}` runs backwards")),
+                (low, high) => Err(format!("`{low}-{high}` is a descending range; write {high}-{low}")),
             },
         };
         let seeds = Self::of(text.split(',').map(range).collect::<Result<_, _>>()?);
@@ -136,7 +136,7 @@ mod tests {
         assert_eq!(Seeds::one(4).union(&Seeds::one(2)).to_string(), "2-2,4-4");
         for (text, says) in [
             ("0", "between 1 and 10000, got 0"),
-            ("9-3", "`9-3` runs backwards"),
+            ("9-3", "`9-3` is a descending range; write 3-9"),
             ("0-99999", "100000 seeds are more than 10000"),
             ("0-18446744073709551615", "more than 10000"),
             ("a", "`a` is no seed"),

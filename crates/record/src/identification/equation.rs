@@ -151,9 +151,9 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Correlated => {
             "correlated from sample to sample: a term is missing or approximated, or a state is not measured"
         }
-        Doubt::OtherTerms => "but other terms explain the data as well",
+        Doubt::OtherTerms => "but other sets of terms fit as well",
         Doubt::Inconstant => {
-            "but the first and the second half of the data want other coefficients: a term is missing or approximated"
+            "but the coefficients differ between the halves of the data: a term is missing or approximated"
         }
         Doubt::Unfinished => "but the search for terms reached its limit of operations",
         Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",

@@ -105,14 +105,14 @@ pub(crate) fn gaps(digest: &Digest, catalog: &dyn Catalog) -> Option<String> {
                 Some(format!("{name} on {task} has {few} of the {} asked for", plural(all, "run")))
             }
             _ if few == 0 && catalog.methods().contains(&method) && !catalog.applies(method, task) => {
-                Some(format!("{name} is not for {task}"))
+                Some(format!("{name} does not apply to {task}"))
             }
             _ if few < most => Some(format!("{name} on {task} has {} of {most}", plural(few, "run"))),
             _ => None,
         }
     };
     let gaps: Vec<String> = pairs().filter_map(gap).collect();
-    (!gaps.is_empty()).then(|| format!("Not in it: {}.", gaps.join("; ")))
+    (!gaps.is_empty()).then(|| format!("Not included: {}.", gaps.join("; ")))
 }
 
 #[cfg(test)]
@@ -134,7 +134,7 @@ mod tests {
             digest.add(&Outcome::new(task, method, seed), None);
         }
         let told = gaps(&digest, &Some7).expect("there are gaps");
-        assert_eq!(told, "Not in it: lqr is not for pendulum; sac on cart-pole has 1 run of 2.");
+        assert_eq!(told, "Not included: lqr does not apply to pendulum; sac on cart-pole has 1 run of 2.");
         let asked =
             |task: &str, method: &str| Request { task: task.into(), method: method.into(), seeds: Seeds::first(3) };
         digest.asked = vec![asked("cart-pole", "sac"), asked("mountain-car", "sindy")];

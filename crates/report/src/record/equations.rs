@@ -112,7 +112,10 @@ pub(super) fn ties(account: &Account) -> Vec<Block> {
     let total: usize = account.equations.iter().map(|e| e.ties.len()).sum();
     vec![
         Block::Section("Equally good models".into()),
-        Block::text(format!("The data do not tell these terms from the chosen ones: {}.", plural(total, "model"))),
+        Block::text(format!(
+            "Besides the chosen terms, the data are explained equally well by {}.",
+            plural(total, "other model")
+        )),
         Block::table(2, ["equation", "terms"], rows),
     ]
 }

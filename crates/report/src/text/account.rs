@@ -38,6 +38,9 @@ fn held_out_lines(held_out: &HeldOut, width: usize) -> String {
     text
 }
 
+/// Why a free run may leave the data.
+const FREE_RUN: &str = "free run: simulated from the first sample alone; chaotic and unstable systems leave the data even with exact equations\n";
+
 /// How far `ahead` goes.
 pub(crate) fn horizon(ahead: &FreeRun) -> String {
     match (ahead.seconds, ahead.horizon) {
@@ -71,7 +74,9 @@ fn quality(account: &Account, width: usize) -> String {
         [state.state.clone(), rmse, r2, fit, free_rmse, free_r2, free_fit]
     };
     let rows: Vec<[String; 7]> = std::iter::once(head).chain(account.quality.iter().map(row)).collect();
-    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n"
+    let free = account.quality.iter().any(|state| state.free_run.is_some());
+    let free = if free { FREE_RUN } else { "" };
+    "\n\n".to_owned() + aligned(&rows, width).trim_end() + "\n" + free
 }
 
 /// What is claimed of all equations together.
@@ -120,7 +125,7 @@ pub fn text(account: &Account, width: usize) -> String {
     text += &quality(account, width);
     text += &account.held_out.as_ref().map_or_else(String::new, |held_out| held_out_lines(held_out, width));
     if !account.search_complete {
-        text += "\nthe search for terms reached its limit of operations: fewer rows or states, or terms told by --require and --forbid, make it complete";
+        text += "\nthe search for terms reached its limit of operations and is incomplete; use fewer rows or states, or fix terms by --require and --forbid";
     }
     let _ = writeln!(text, "\ncandidate terms: {}; condition number: {condition}", account.features.len());
     text
@@ -146,7 +151,7 @@ pub fn verdict(account: &Account) -> String {
         let _ = writeln!(text, "not exact: {excess}");
     }
     if !missed.is_empty() {
-        text += "more real steps (--real-steps), another --library or a --term of your own may find what is missing\n";
+        text += "more data (--real-steps, or a longer log), another --library or a --term of your own may find what is missing\n";
     }
     text
 }
@@ -184,14 +189,14 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let mut text = coefficients(equation, width);
     let residual = quantity(equation, residual);
     let verdict = match (equation.reached_floor, equation.floor > 0.0) {
-        (true, _) if sensors == ESTIMATED => "white noise".into(),
+        (true, _) if sensors == ESTIMATED => "white, as noise is".into(),
         (false, _) if sensors == ESTIMATED => equation.doubt.as_deref().unwrap_or_default().into(),
         (true, _) => format!("at the level of {sensors} ({})", significant(equation.floor, 2)),
         (false, true) if equation.terms.len() >= account.rows => {
             "as many terms as steps: no degrees of freedom are left to test it".into()
         }
         (false, true) if equation.has_rivals() => {
-            format!("at the level of {sensors}, but other terms explain the data as well")
+            format!("at the level of {sensors}, but other sets of terms fit as well")
         }
         (false, true) => {
             let floor = significant(equation.floor, 2);
@@ -205,9 +210,9 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let search = if equation.proved || equation.path.is_empty() || sensors == ESTIMATED {
         ""
     } else {
-        "; not every subset of this size was tried"
+        "; the search did not cover all subsets of this size"
     };
-    let of = if sensors == ESTIMATED { "one-step residual of the rate" } else { "residual" };
+    let of = if sensors == ESTIMATED { "residual (one step, divided by dt)" } else { "residual" };
     let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
     if !equation.ties.is_empty() {
         let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
@@ -228,7 +233,7 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
         ));
     }
     if equation.has_rivals() {
-        return Some(format!("other terms explain the data on {state} as well"));
+        return Some(format!("other sets of terms fit {state} as well"));
     }
     if sensors == ESTIMATED {
         return Some(format!(
@@ -258,7 +263,7 @@ fn left(equation: &Equation) -> &str {
 
 fn declaration(equation: &Equation) -> String {
     let rate = equation.terms.first().map_or("", |summand| summand.term.as_str());
-    format!("  {}   is {rate} by declaration\n", left(equation))
+    format!("  {}   is {rate}, not fitted\n", left(equation))
 }
 
 fn coefficients(equation: &Equation, width: usize) -> String {
@@ -349,7 +354,7 @@ mod tests {
 \u{20} w\u{307}        coefficient   standard error
 \u{20} sin th   15.00000021   1.2e−7
 \u{20} w        −0.1          not known
-\u{20} residual 1.3e−6 rad/s² RMS: at the level of rounding (2e−6); not every subset of this size was tried
+\u{20} residual 1.3e−6 rad/s² RMS: at the level of rounding (2e−6); the search did not cover all subsets of this size
 ";
         assert_eq!(table(&account(100), &equation(), WIDTH), expected);
     }

@@ -41,7 +41,7 @@ pub(crate) struct Args {
         default_value = "cart-pole,mountain-car,pendulum,inverted-pendulum,cart-pole-swing-up"
     )]
     tasks: Vec<String>,
-    /// Methods, those below
+    /// Methods (listed below)
     #[arg(
         long,
         value_name = "NAMES",
@@ -50,21 +50,21 @@ pub(crate) struct Args {
         default_value = "sindy,sac,lqr,expert,random"
     )]
     methods: Vec<String>,
-    /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. May be given
-    /// several times; keys are those of config.toml, whose last part does where it is the only one
+    /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. Keys are those of
+    /// config.toml; `polyak` stands for `sac.polyak` where no other key ends so. May be repeated
     #[arg(long = "variant", value_name = "NAME: KEY=VALUE,…")]
     variants: Vec<Variant>,
     /// Seeds: N for 0 to N−1, or a list of seeds and ranges such as 0-9,100-199
     #[arg(long, value_name = "N|LIST", default_value = "10")]
     seeds: Seeds,
-    /// Real steps at most, for sac, sac20, mbpo, mbpo-paper and sindy-mbpo; the others take what they need [default: 5000 on cart-pole and pendulum, else 20000]
+    /// Maximum number of real steps of sac, sac20, mbpo, mbpo-paper and sindy-mbpo; other methods have no limit [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
-    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale; no method is told. Policies are judged under it, too.
-    /// Several, such as 0,0.01, stand side by side: pendulum and pendulum+noise-0.01
+    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale. No method is told, and it applies in evaluation, too.
+    /// Several values, such as 0,0.01, are compared as separate tasks: pendulum and pendulum+noise-0.01
     #[arg(long, value_name = "FRACTIONS", value_delimiter = ',', default_value = "0", value_parser = noise)]
     noise: Vec<f64>,
-    /// Go on after a task is solved, up to the last of the real steps: what methods reach in the end
+    /// Continue after a task is solved, until the budget is used
     #[arg(long)]
     whole_budget: bool,
     /// Directory of the comparison, new or to go on with
@@ -256,7 +256,11 @@ impl Args {
             let mut not: Vec<&str> = not.map(|(system, _)| system.spec().name.as_str()).collect();
             not.dedup();
             if !not.is_empty() {
-                progress.say(&format!("note: {} is not for {}, and is left out there", method.name(), not.join(", ")));
+                progress.say(&format!(
+                    "note: {} does not apply to {}, and is left out there",
+                    method.name(),
+                    not.join(", ")
+                ));
             }
         }
         let learners = jobs.iter().filter_map(|job| first_check(job.method(), job.system.spec()));

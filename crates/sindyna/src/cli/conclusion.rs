@@ -39,7 +39,9 @@ impl Conclusion<'_> {
             text += &text::verdict(account);
         }
         let Summary { real_steps, real_episodes, .. } = self.summary;
-        text += &format!("\nreal steps: {real_steps} in {}", plural(*real_episodes, "episode"));
+        let steps = if training.coverage.is_some() { "steps in the log" } else { "real steps" };
+        let of = if training.coverage.is_some() { "rollout" } else { "episode" };
+        text += &format!("\n{steps}: {real_steps} in {}", plural(*real_episodes, of));
         text += &match identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
             Some(rows) if rows < *real_steps => format!("; the equations were fitted to {rows} of them\n"),
             _ => "\n".into(),
@@ -51,8 +53,12 @@ impl Conclusion<'_> {
         }
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
-                text += &format!("return in the model: {} after {} updates", fixed(model_return, 1), training.updates);
-                text += if training.converged { "\n" } else { " (not converged)\n" };
+                let converged = if training.converged { "converged" } else { "not converged" };
+                text += &format!(
+                    "training: {} updates, {converged}; mean return of its trials in the model {} (charges for leaving the data included)\n",
+                    training.updates,
+                    fixed(model_return, 1)
+                );
             } else {
                 text += &planned(&training.planners, &training.algorithm);
             }
@@ -91,8 +97,9 @@ impl Conclusion<'_> {
             text += &slowest.map_or("\n".into(), |slowest| format!(", the slowest took {slowest:.3} s\n"));
         }
         if let Some(timing) = self.timing {
+            let after = if evaluation.is_some() { "evaluation" } else { "figures of the report" };
             text += &format!(
-                "seconds: {:.1} (identification {:.3}, training {:.1}, evaluation {:.1})\n",
+                "seconds: {:.1} (identification {:.3}, training {:.1}, {after} {:.1})\n",
                 timing.wall_seconds, timing.identify_seconds, timing.train_seconds, timing.evaluate_seconds
             );
         }
@@ -108,8 +115,8 @@ impl Conclusion<'_> {
 fn planned(planners: &[PlannerReturn], kept: &str) -> String {
     let each = planners.iter().map(|planner| format!("{} {}", planner.name, fixed(planner.model_return, 1)));
     let each = each.collect::<Vec<_>>().join(", ");
-    let why = if planners.len() > 1 { format!("; {kept} was kept: no other earns 1 % more") } else { String::new() };
-    format!("return in the model: {each}{why}\n")
+    let why = if planners.len() > 1 { format!("; {kept} is used: no other earns 1 % more") } else { String::new() };
+    format!("mean return of trials in the model: {each}{why}\n")
 }
 
 fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>) -> String {
@@ -139,7 +146,7 @@ fn wanted(Collect { share, states, controls }: &Collect) -> String {
 fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
     let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
     let mut text = format!(
-        "not evaluated: there is no system. In {} in the model, {:.0} % of the steps are beyond the data\n",
+        "not evaluated: there is no system, only a log. In {} in the model, {:.0} % of the steps are beyond the data\n",
         plural(*episodes, "episode"),
         100.0 * share_outside
     );

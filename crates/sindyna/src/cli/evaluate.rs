@@ -25,7 +25,7 @@ use crate::cli::interrupt::Interrupt;
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub(crate) struct Args {
-    /// Directory a run left
+    /// Output directory of `sindyna train`
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Episodes [default: the run's own number]

@@ -14,7 +14,7 @@ use sindyna_record::identification::{Stepping, read_model};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::{Model, export};
 use sindyna_training::problem::{RECORDED_LOG, Source};
-use sindyna_training::settings::TrainConfig;
+use sindyna_training::settings::{ControllerName, TrainConfig};
 
 use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     /// Language to write
     #[arg(long, value_name = "LANGUAGE", value_parser = languages())]
     to: Language,
-    /// File to write, `-` for standard output; only what an export wrote is written over [default: model.py, .c, .mjs, .rs, .tex, .html, .onnx, .fmu or model_casadi.py next to model.json]
+    /// File to write, `-` for standard output; an existing file is overwritten only if an export wrote it [default: model.py, .c, .mjs, .rs, .tex, .html, .onnx, .fmu or model_casadi.py next to model.json]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -102,7 +102,12 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let result = json!({"language": args.to.name(), "written": out, "policy_written": policy, "program": text});
     let paths: Vec<String> = std::iter::once(&out).chain(&policy).map(|path| path.display().to_string()).collect();
     let note = written.note.as_ref().map_or_else(String::new, |note| format!(", {note}"));
-    let told = format!("{model}\n{}\n\nwritten: {}{note}\n", Stepping::of(&model), paths.join(", "));
+    let planner = planner(directory).map_or_else(String::new, |name| {
+        format!(
+            "no policy was written: --controller {name} plans in the equations at every step, which no export does\n"
+        )
+    });
+    let told = format!("{model}\n{}\n\nwritten: {}{note}\n{planner}", Stepping::of(&model), paths.join(", "));
     Answer::new(Verdict::Done, told, &result)
 }
 
@@ -112,9 +117,19 @@ fn beside(out: &Path) -> PathBuf {
     out.with_extension(format!("policy{ending}"))
 }
 
+/// The configuration of a run, where it is one.
+fn config(directory: &Path) -> Option<TrainConfig> {
+    TrainConfig::parse(&std::fs::read_to_string(directory.join("config.toml")).ok()?).ok()
+}
+
+/// The planner that is the policy of a run, where it is one.
+fn planner(directory: &Path) -> Option<ControllerName> {
+    config(directory).map(|config| config.controller).filter(|controller| !controller.trains())
+}
+
 /// The task of a run, where it is one and what it needs is there.
 fn task(directory: &Path) -> Option<Arc<dyn Task>> {
-    let config = TrainConfig::parse(&std::fs::read_to_string(directory.join("config.toml")).ok()?).ok()?;
+    let config = config(directory)?;
     Some(Source::of(&config, directory, None).task().ok()?.0)
 }
 
@@ -217,7 +232,7 @@ fn identified(directory: &Path) -> Option<Origin> {
 
 /// From the configuration that `sindyna train` left.
 fn trained(directory: &Path) -> Option<Origin> {
-    let config = TrainConfig::parse(&std::fs::read_to_string(directory.join("config.toml")).ok()?).ok()?;
+    let config = config(directory)?;
     let source = format!("Found in {} (seed {}).", config.task, config.seed);
     let Some(system) = sindyna_envs::find(&config.task).filter(|_| config.task_file.is_none()) else {
         return Some((source, Vec::new()));

@@ -35,6 +35,7 @@ fn of_error(error: &Error) -> Option<String> {
         Error::Record(error) => of_record(error),
         Error::Environment(error) => of_environment(error),
         Error::Train(error) => error.environment().and_then(of_environment),
+        Error::Fit(FitError::TooFewRows { .. }) => Some("give it a longer log".into()),
         error => of_ours(error),
     }
 }
@@ -99,7 +100,7 @@ fn of_environment(error: &EnvError) -> Option<String> {
         EnvError::Reward { .. } => {
             Some("guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into())
         }
-        EnvError::Diverged(_) => Some(
+        EnvError::Diverged { .. } => Some(
             "the simulator itself left the finite numbers within a step: guard its formulas, such as `max(x, 0.001)` in a denominator, give the state `bounds`, or make `dt` smaller"
                 .into(),
         ),
@@ -116,16 +117,22 @@ fn of_ours(error: &Error) -> Option<String> {
         }
         Error::TooFewSteps { .. } => "give it more with --real-steps".into(),
         Error::ConstraintForm { option, .. } => match *option {
-            "--known" => "--known \"dw/dt: -9.81*sin(th)\" says that this is a part of the equation of w",
-            "--require" => "--require \"dw/dt: u\" says that u is in the equation of w",
-            "--forbid" => "--forbid \"dw/dt: u\" says that u is not in the equation of w",
-            _ => "--sign \"dw/dt: w < 0\" says that the coefficient of w is not positive",
+            "--known" => "--known \"dw/dt: -9.81*sin(th)\" declares a known part of the equation of w",
+            "--require" => "--require \"dw/dt: u\" declares that u is in the equation of w",
+            "--forbid" => "--forbid \"dw/dt: u\" declares that u is not in the equation of w",
+            _ => "--sign \"dw/dt: w < 0\" declares that the coefficient of w is not positive",
         }
         .into(),
-        Error::Pipe { .. } => "docs/pipe.md tells what is said through a pipe".into(),
+        Error::NotIdentified { .. } => {
+            "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again".into()
+        }
+        Error::Delayed { .. } => {
+            "if the delay is one of the log alone, shift the column of the inputs; `--delay 0` looks for none".into()
+        }
+        Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
-        Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md tells what stands in a task file".into(),
+        Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md describes task files".into(),
         Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
         _ => return None,
     })
@@ -142,7 +149,7 @@ fn of_setting(name: &str) -> Option<String> {
         "evaluation_episodes" => "--episodes",
         "sac.discount" => {
             return Some(
-                "rewards without end have no finite value undiscounted; --discount 0.999 looks a thousand steps ahead"
+                "a discount of 1 gives no finite value in an endless task; --discount 0.999 has a horizon of a thousand steps"
                     .into(),
             );
         }
@@ -174,7 +181,7 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
         LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
         LogError::NotFinite { .. } => {
-            "another trajectory begins after a row whose cell is empty; a trajectory needs two rows".into()
+            "leave the cell of a missing value empty: it ends a trajectory, and each trajectory needs at least two rows".into()
         }
         LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
         LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
@@ -217,17 +224,17 @@ fn of_record(error: &RecordError) -> Option<String> {
         RecordError::InUse { .. } => "wait for it, or name another directory",
         RecordError::Exists { .. } => "name another directory with --out, or remove this one",
         RecordError::NotARun { .. } => {
-            "`sindyna train TASK` prints the directory of its run; killed before that file was there, it is given again"
+            "`sindyna train TASK` prints the directory of its run; if it was killed before it wrote this file, give the same command again"
         }
         RecordError::Inconsistent { is_digest: true, .. } => {
-            "`sindyna report` makes it again from the directory of the comparison"
+            "`sindyna report` writes it again from the directory of the comparison"
         }
-        RecordError::Inconsistent { .. } => "`sindyna compare` makes again what is taken away",
+        RecordError::Inconsistent { .. } => "remove the file; `sindyna compare` writes it again",
         RecordError::NotAComparison { .. } => {
             "a directory that `sindyna train`, `identify` or `compare` left has a config.toml or a compare.toml in it"
         }
         RecordError::NoRuns { .. } => "`sindyna compare --out DIR` makes some",
-        RecordError::OtherRun { .. } => "take it away; `sindyna compare` makes it again",
+        RecordError::OtherRun { .. } => "remove it; `sindyna compare` runs it again",
         _ => return None,
     };
     Some(hint.into())

@@ -91,7 +91,7 @@ fn unmeasured(given: &[String]) -> Result<Unmeasured, Failure> {
     })
 }
 
-fn delay(text: &str) -> Result<Delay, String> {
+pub(super) fn delay(text: &str) -> Result<Delay, String> {
     const MOST: f64 = 1000.0;
     match (text, text.parse::<f64>()) {
         ("auto", _) => Ok(Delay::Auto),

@@ -16,12 +16,12 @@ use crate::cli::failure::Failure;
 
 /// Show how logs are read, without identifying anything
 ///
-/// Takes the options of `sindyna identify`. Prints states, inputs and sampling intervals; of each signal its range, its resolution and the share of samples
+/// Reads logs as `sindyna identify` does, with the same options. Prints states, inputs and sampling intervals; of each signal its range, its resolution and the share of samples
 /// at its limits, where it may be clipped; how long nothing moves; and the delay between inputs and states.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Logs, each a trajectory or more of the same system; `-` for standard input
+    /// Logs, each with one or more trajectories of the same system; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]

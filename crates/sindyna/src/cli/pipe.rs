@@ -13,8 +13,8 @@ const SECONDS: f64 = 60.0;
 /// Which program is the system.
 #[derive(Debug, Default, PartialEq, clap::Args)]
 pub(crate) struct PipeOptions {
-    /// Program that simulates or drives the system of --task-file, such as "python3 rig.py": it is told controls and tells states, a line of JSON each
-    /// (docs/pipe.md). It is started without a shell. No record names it, so evaluate, --config and --resume need it again
+    /// Program that simulates or drives the system, such as "python3 rig.py": it receives controls and sends states as lines of JSON (docs/pipe.md). It is
+    /// started without a shell and is not saved in the record; evaluate, --config and --resume need it again
     #[arg(long, value_name = "COMMAND", help_heading = "Real data")]
     pipe: Option<String>,
     /// Seconds an answer of --pipe may take [default: 60]

@@ -187,7 +187,7 @@ impl<'a> Evaluating<'a> {
 fn searched(stage: Stage, seconds: u64) -> String {
     match stage {
         Stage::Search { spent } => {
-            format!("looking for equations: {seconds} s, {:.0} % of the operations allowed", 100.0 * spent)
+            format!("looking for equations: {seconds} s, {:.0} % of the search budget", 100.0 * spent)
         }
         Stage::Rounding => format!("looking for equations: {seconds} s, as exact as rounding allows"),
         _ => format!("looking for equations: {seconds} s"),
@@ -202,7 +202,7 @@ mod tests {
     fn a_search_tells_how_much_of_what_is_allowed_it_has_spent() {
         assert_eq!(
             searched(Stage::Search { spent: 0.254 }, 12),
-            "looking for equations: 12 s, 25 % of the operations allowed"
+            "looking for equations: 12 s, 25 % of the search budget"
         );
         assert_eq!(searched(Stage::Rounding, 0), "looking for equations: 0 s, as exact as rounding allows");
     }

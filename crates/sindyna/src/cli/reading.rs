@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use sindyna_core::number::{plural, significant};
+use sindyna_core::number::significant;
 use sindyna_core::{Channel, Kind, Precision};
 use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
 use sindyna_training::settings::PrecisionName;
@@ -35,6 +35,13 @@ pub(crate) struct ReadingOptions {
     /// Limits of states, such as `x=-2.4:2.4` for a wall or a clip; steps that end at a limit are left out
     #[arg(long, value_name = "STATE=LOW:HIGH", value_delimiter = ',', help_heading = "Log")]
     limits: Vec<String>,
+    #[command(flatten)]
+    table: TableOptions,
+}
+
+/// Options that say how cells and time stamps of a log are read.
+#[derive(Debug, Default, PartialEq, clap::Args)]
+pub(crate) struct TableOptions {
     /// Sampling interval in seconds, where time stamps jitter or are missing; 1 for a discrete-time map, with --target discrete [default: from time stamps]
     #[arg(long, value_name = "S", value_parser = seconds, help_heading = "Log", conflicts_with = "resample")]
     dt: Option<f64>,
@@ -112,9 +119,6 @@ impl ReadingOptions {
     }
 
     fn options(&self) -> Result<LogOptions, Failure> {
-        let names = |list: &[String]| -> Vec<String> {
-            list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
-        };
         let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
         let hint = "--circles c=s says that c and s are cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
@@ -124,12 +128,6 @@ impl ReadingOptions {
         let noise = deviations.iter().map(|text| deviation(text)).collect::<Result<_, _>>()?;
         let limits = names(&self.limits).iter().map(|text| limit(text)).collect::<Result<_, _>>()?;
         Ok(LogOptions {
-            delimiter: self.delimiter,
-            topic: self.topic.clone(),
-            time: self.time_column.clone(),
-            units: pairs("--units", "COLUMN=UNIT", "--units t=ms says that t is in milliseconds", &names(&self.units))?
-                .unwrap_or_default(),
-            gap: self.gap,
             states: names(&self.states),
             inputs: names(&self.inputs),
             angles: match &names(&self.angles)[..] {
@@ -141,14 +139,36 @@ impl ReadingOptions {
             circles,
             noise,
             limits,
+            ..self.table.options()?
+        })
+    }
+}
+
+impl TableOptions {
+    /// What they say, of columns nothing.
+    pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
+        let units = names(&self.units);
+        let hint = "--units t=ms says that t is in milliseconds";
+        Ok(LogOptions {
+            delimiter: self.delimiter,
+            topic: self.topic.clone(),
+            time: self.time_column.clone(),
+            units: pairs("--units", "COLUMN=UNIT", hint, &units)?.unwrap_or_default(),
+            gap: self.gap,
             clock: match (self.dt, self.resample) {
                 (Some(dt), _) => Clock::Given(dt),
                 (None, Some(dt)) => Clock::Resampled(dt),
                 (None, None) => Clock::Stamps,
             },
             precision: self.precision.map(Precision::from),
+            ..LogOptions::default()
         })
     }
+}
+
+/// The names in `list`, none of which is empty.
+fn names(list: &[String]) -> Vec<String> {
+    list.iter().map(|n| n.trim().to_owned()).filter(|n| !n.is_empty()).collect()
 }
 
 /// What was read, and what was made of it.
@@ -172,10 +192,11 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
         channels => channels.iter().map(state).collect::<Vec<_>>().join(", "),
     };
     let mut text = format!(
-        "log: {}, {} rows in {}, a step every {}{} s\nstates: {}; inputs: {}; precision {}\n",
+        "log: {}, {} rows in {} trajector{}, sampling interval {}{} s\nstates: {}; inputs: {}; precision {}\n",
         paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", "),
         log.rows,
-        plural(log.data.n_rollouts(), "rollout"),
+        log.data.n_rollouts(),
+        if log.data.n_rollouts() == 1 { "y" } else { "ies" },
         if log.times.is_some() { "about " } else { "" },
         significant(spec.dt, 9),
         list(&spec.state),

@@ -5,13 +5,12 @@ use std::sync::Arc;
 
 use anyhow::Context as _;
 use clap::Args;
-use sindyna_core::Spec;
 use sindyna_dyna::Rollouts;
 use sindyna_training::RECORDED_TASK;
-use sindyna_training::problem::{LogSource, PipeSource, Problem, RECORDED_LOG, RECORDED_MODELS, Sampling, Source};
+use sindyna_training::problem::{LogSource, PipeSource, Problem, Source, declared};
 use sindyna_training::settings::{
-    ControllerName, CoordinatesName, DataConfig, ExplorerName, ImaginedRollouts, IsaName, LibraryName, PrecisionName,
-    SimulatorName, TrainConfig, key,
+    ControllerName, CoordinatesName, ExplorerName, ImaginedRollouts, IsaName, LibraryName, SimulatorName, TrainConfig,
+    key,
 };
 
 use super::common::set;
@@ -30,7 +29,7 @@ pub(crate) struct Settings {
     /// Identify this log (CSV with the states and controls of --task-file as columns) and train in its equations, without a simulator
     #[arg(long, value_name = "LOG", requires = "task_file", conflicts_with_all = ["config", "model"])]
     data: Option<PathBuf>,
-    /// Train in the equations of this output directory of `sindyna identify`, over the uncertainty of their coefficients
+    /// Train in the equations of this output directory of `sindyna identify`, with coefficients drawn from their joint distribution
     #[arg(long, value_name = "DIR", requires = "task_file", conflicts_with = "config")]
     model: Option<PathBuf>,
     /// Repeat the run of this config.toml; other options change it
@@ -47,14 +46,14 @@ pub(crate) struct Settings {
     /// the learner [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
-    /// Real steps before the first fit, over all warm-up rollouts; more follow where the equations are not certain
+    /// Real steps before the first fit, over all warm-up trajectories; more follow where the equations are not certain
     /// (--imagined-rollouts auto) [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data", conflicts_with = "rollout_len")]
     real_steps: Option<usize>,
-    /// Rollouts on the system before the first fit (N_e in Algorithm 1) [default: 1]
+    /// Warm-up trajectories on the system before the first fit (N_e in Algorithm 1) [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
-    /// Steps of each warm-up rollout (R in Algorithm 1), over several episodes where one ends early [default: 10]
+    /// Steps of each warm-up trajectory (R in Algorithm 1); a new episode begins where one ends early [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
     /// Policy of the warm-up [default: swings]
@@ -67,19 +66,17 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<CoordinatesName>,
 
-    /// Controller: soft actor-critic trained in the equations (sac), or a planner in the equations. `auto` tries lqr, mppi and ilqr in the
-    /// equations and keeps the one with the highest return there [default: sac]
+    /// Controller: a policy trained in the equations, or a planner in the equations [default: sac]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     controller: Option<ControllerName>,
-    /// Rollouts in the learned model per real one (N in Algorithm 1). `inf` never returns to the system. With a number, an episode of the policy that is optimal in
-    /// the model is compared with its prediction. `auto` is `inf` where the residuals are at the level of rounding; elsewhere real episodes follow until one
-    /// agrees with its prediction [default: auto]
+    /// Rollouts in the learned model per real one (N in Algorithm 1). `inf`: no further real episodes. A number: real episodes follow, and each is compared with
+    /// its prediction. `auto`: `inf` if the residuals are at the level of rounding, otherwise real episodes until one agrees with its prediction [default: auto]
     #[arg(long, value_name = "N|auto|inf", help_heading = "Training")]
     imagined_rollouts: Option<ImaginedRollouts>,
     /// Fit the model again after every real rollout [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true", require_equals = true, help_heading = "Training")]
     refit: Option<bool>,
-    /// Maximum of real steps, warm-up included; an episode that could exceed it is not begun [default: no limit]
+    /// Maximum number of real steps, including the warm-up; no episode begins that could exceed it [default: no limit]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     max_real_steps: Option<usize>,
     /// Maximum of updates [default: 60000]
@@ -102,6 +99,9 @@ pub(crate) struct Settings {
     #[arg(long, value_name = "N", help_heading = "Evaluation")]
     episodes: Option<usize>,
 }
+
+/// Identifies equations in a log for the task in a file (the first path), as a configuration says.
+pub(crate) type Identified<'a> = dyn Fn(&Path, &Path, &TrainConfig) -> Result<LogSource, Failure> + 'a;
 
 impl Settings {
     /// The configuration of the run in `directory`, as it was.
@@ -126,10 +126,15 @@ impl Settings {
         &self,
         task: Option<&str>,
         pipe: Option<&PipeSource>,
+        identified: &Identified<'_>,
     ) -> Result<(TrainConfig, Arc<dyn Problem>), Failure> {
         let source = match (&self.config, &self.task_file, task) {
             (Some(path), _, _) => {
                 let (config, source) = recorded(path, pipe)?;
+                if matches!(source, Source::Log(..)) && self.identification != IdentificationOptions::default() {
+                    return Err(Failure::new(format!("the equations of {} were identified before", path.display()))
+                        .hint("begin with --task-file and --data to identify otherwise"));
+                }
                 same_task(task, &config.task, path)?;
                 if let (Some(_), false) = (pipe, matches!(source, Source::Pipe(..))) {
                     return Err(Failure::new(format!("{} is for a system that is no program", path.display()))
@@ -137,7 +142,7 @@ impl Settings {
                 }
                 (Some(config), source)
             }
-            (None, Some(path), _) => (None, self.described(path, pipe)?),
+            (None, Some(path), _) => (None, self.described(path, pipe, identified)?),
             (None, None, Some(_)) if pipe.is_some() => {
                 return Err(Failure::new("--pipe needs a --task-file that declares states, controls and reward")
                     .hint("docs/pipe.md has an example"));
@@ -157,24 +162,20 @@ impl Settings {
                 let mut config = TrainConfig::defaults(&*declared);
                 config.simulator = simulator;
                 config.task_file = (!matches!(source, Source::Named(_))).then(|| RECORDED_TASK.into());
-                if let Source::Log(_, log) = &source {
-                    of_log(&mut config, spec, log, &*source.problem(simulator, 0.0)?);
+                if let Source::Log(..) = &source {
+                    let problem = source.problem(simulator, 0.0)?;
+                    problem.log().iter().for_each(|log| config.on_log(log, spec.precision));
                 }
                 config
             }
         };
-        self.apply(&mut config)?;
-        for text in &self.overrides {
-            config = config.with(text)?;
-        }
-        self.identification.check(&config.identification)?;
+        config = self.over(config)?;
         if self.refit == Some(true) && config.imagination.rollouts_per_real.0 == Rollouts::Unlimited {
             return Err(Failure::new(
                 "--refit means nothing where no real rollouts follow: --imagined-rollouts is inf",
             )
             .hint("give --imagined-rollouts a number, or leave --refit out"));
         }
-        self.settle_coordinates(&mut config);
         if config.task != spec.name {
             return Err(Failure::new("`task` cannot be set; name the task itself"));
         }
@@ -185,23 +186,60 @@ impl Settings {
         settled(config, &source)
     }
 
+    /// `config` with these options over it.
+    fn over(&self, mut config: TrainConfig) -> Result<TrainConfig, Failure> {
+        self.apply(&mut config)?;
+        for text in &self.overrides {
+            config = config.with(text)?;
+        }
+        self.identification.check(&config.identification)?;
+        self.settle_coordinates(&mut config);
+        Ok(config)
+    }
+
+    /// Whether there is a log to identify.
+    pub(crate) fn has_log(&self) -> bool {
+        self.data.is_some()
+    }
+
     /// What the task file at `path` is about: its own simulator, or the log or the program that was given.
-    fn described(&self, path: &Path, pipe: Option<&PipeSource>) -> Result<Source, Failure> {
-        let log = match (&self.data, &self.model, pipe) {
-            (None, None, Some(pipe)) => return Ok(Source::Pipe(path.to_owned(), Some(pipe.clone()))),
-            (_, _, Some(_)) => {
+    fn described(
+        &self,
+        path: &Path,
+        pipe: Option<&PipeSource>,
+        identified: &Identified<'_>,
+    ) -> Result<Source, Failure> {
+        let is_log = self.data.is_some() || self.model.is_some();
+        match pipe {
+            Some(pipe) if !is_log => return Ok(Source::Pipe(path.to_owned(), Some(pipe.clone()))),
+            Some(_) => {
                 return Err(Failure::new(
                     "the system is a log or a program: --pipe goes with neither --data nor --model",
                 ));
             }
-            (Some(log), _, None) => LogSource { log: log.clone(), sampling: None, models: None },
-            (None, Some(directory), None) => identified(directory)?,
-            (None, None, None) => return Ok(Source::File(path.to_owned())),
-        };
-        if self.real_steps.is_some() || self.warmup_rollouts.is_some() || self.rollout_len.is_some() {
+            None => {}
+        }
+        if is_log && (self.real_steps.is_some() || self.warmup_rollouts.is_some() || self.rollout_len.is_some()) {
             return Err(Failure::new("a log has the steps that it has: --real-steps and the like mean nothing to it")
                 .hint("leave them out, or give a log with fewer rows"));
         }
+        let log = match (&self.data, &self.model) {
+            (Some(log), _) => {
+                // Settings do not depend on the control interval.
+                let config = TrainConfig::defaults(&*declared(path, 1.0)?.task());
+                identified(path, log, &self.over(config)?)?
+            }
+            (None, Some(directory)) => {
+                if self.identification != IdentificationOptions::default() {
+                    return Err(Failure::new(
+                        "--model was identified before: options of identification mean nothing to it",
+                    )
+                    .hint("leave them out, or identify again"));
+                }
+                LogSource::of_model(directory)?
+            }
+            (None, None) => return Ok(Source::File(path.to_owned())),
+        };
         Ok(Source::Log(path.to_owned(), log))
     }
 
@@ -250,55 +288,6 @@ impl Settings {
         set(&mut config.evaluation_episodes, &self.episodes);
         Ok(())
     }
-}
-
-/// Makes `config` that of a run on `log`: all of it at once, and no system to ask again.
-fn of_log(config: &mut TrainConfig, spec: &Spec, log: &LogSource, problem: &dyn Problem) {
-    config.data = Some(DataConfig {
-        log: RECORDED_LOG.into(),
-        models: log.models.as_ref().map(|_| RECORDED_MODELS.into()),
-        dt: spec.dt,
-        precision: spec.precision.into(),
-    });
-    config.warmup.rollouts = 1;
-    config.warmup.rollout_len = problem.log().map_or(1, |data| data.n_steps());
-    config.imagination.rollouts_per_real = ImaginedRollouts(Rollouts::Unlimited);
-    config.imagination.refit = false;
-}
-
-/// The log and the models in the directory of an identification.
-fn identified(directory: &Path) -> Result<LogSource, Failure> {
-    #[derive(serde::Deserialize)]
-    struct Known {
-        dt: f64,
-        precision: PrecisionName,
-        /// Rows by which inputs act late.
-        #[serde(default)]
-        input_delay: f64,
-    }
-    let hint = "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again";
-    let path = directory.join("config.toml");
-    let text = std::fs::read_to_string(&path)
-        .with_context(|| format!("cannot read {}", path.display()))
-        .map_err(|e| Failure::from(e).hint(hint))?;
-    let known: Known = toml::from_str(&text)
-        .with_context(|| format!("{} is not that of an identification", path.display()))
-        .map_err(|e| Failure::from(e).hint(hint))?;
-    if known.input_delay > 0.0 {
-        let seconds = known.input_delay * known.dt;
-        return Err(Failure::new(format!(
-            "the inputs of {} act {} rows ({seconds} s) late: a controller trained without that delay would not do on the system, and training with one is not supported",
-            directory.display(),
-            known.input_delay
-        ))
-        .hint("if the delay is one of the log alone, shift the column of the inputs and identify again"));
-    }
-    let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
-    if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
-        return Err(Failure::new(format!("there is no {}", missing.display())).hint(hint));
-    }
-    let sampling = Some(Sampling { dt: known.dt, precision: known.precision.into() });
-    Ok(LogSource { log, sampling, models: Some(models) })
 }
 
 /// What a run is made from, wherever its configuration came from: one that a run can have, and the problem with the noise it says.

@@ -102,7 +102,7 @@ fn of_model(path: &Path) -> Result<Answer, Failure> {
 
 fn of_comparison(path: &Path) -> Result<Answer, Failure> {
     if !path.is_dir() {
-        return Err(Failure::new(format!("there is no {}", path.display()))
+        return Err(Failure::new(format!("{}: no such file or directory", path.display()))
             .hint("PATH is a directory that `sindyna train`, `identify` or `compare` left, or a model.json"));
     }
     let tasks = Known::tasks();

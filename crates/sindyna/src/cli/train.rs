@@ -1,16 +1,18 @@
 //! `sindyna train`: the main job.
 
 mod checkpoint;
+mod log;
 mod recorder;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use checkpoint::Checkpoints;
+use log::DataOptions;
 use recorder::{Clock, Recorder};
 use serde::Serialize;
 use sindyna_core::number::plural;
-use sindyna_core::{Certainty, Dataset, Event, FitError, Mode, Observer, Policy, Seed, Spec};
+use sindyna_core::{Acting, Certainty, Dataset, Event, FitError, Memory as _, Mode, Observer, Policy, Seed, Spec};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
@@ -32,7 +34,7 @@ use crate::cli::interrupt::Interrupt;
 use crate::cli::progress::{Evaluating, Progress};
 use crate::cli::{machine, pages};
 
-/// Identify a system from one short rollout and train a controller for it
+/// Identify a system from a few real steps and train a controller for it
 ///
 /// A few steps are collected on the system. Its equations of motion are identified by sparse regression, soft actor-critic is trained
 /// in them, its return is predicted as an interval, and the policy is evaluated on the system. Where the equations are not certain,
@@ -48,11 +50,13 @@ pub(crate) struct Args {
     settings: Settings,
     #[command(flatten)]
     pipe: PipeOptions,
+    #[command(flatten)]
+    data: DataOptions,
     /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Go on with the run in this directory that was killed or stopped: its record becomes what it would have been, byte for byte. It goes on
-    /// from its last checkpoint, written every second or so but not within a fit; the system has to answer as it did
+    /// Continue the killed or stopped run in this directory from its last checkpoint. The record is then the same, byte for byte, as without the
+    /// interruption. Checkpoints are written about every second, but not during a fit; the system must answer as before
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     /// Do not write report.html
@@ -78,10 +82,23 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         return resume(path, args, interrupt, console);
     }
     let pipe = args.pipe.source(&interrupt)?;
-    let (config, problem) = args.settings.config(args.task.as_deref(), pipe.as_ref())?;
+    let (progress, pool) = (Progress::new(console), args.common.pool()?);
+    args.data.check(args.settings.has_log())?;
+    let begun = Instant::now();
+    let identified = |task: &Path, log: &Path, config: &TrainConfig| {
+        pool.install(|| args.data.identified(task, log, config, (&interrupt, &progress)))
+    };
+    let (config, problem) = match args.settings.config(args.task.as_deref(), pipe.as_ref(), &identified) {
+        Err(_) if interrupt.pressed() => {
+            progress.say("interrupted: nothing was written");
+            return Ok(Answer::silent(Verdict::Interrupted));
+        }
+        settled => settled?,
+    };
+    // Without a log this is next to nothing.
+    let before = if args.settings.has_log() { begun.elapsed().as_secs_f64() } else { 0.0 };
     // Everything that can be refused is refused before the first file and the first real step.
     let plan = Plan::new(&config, &*problem, interrupt.flag())?;
-    let pool = args.common.pool()?;
     // With config.toml, which comes last, a run can be resumed.
     let mut files = problem.files()?;
     files.push(("config.toml", config.to_toml()?.into_bytes()));
@@ -92,16 +109,16 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
             RunDir::create_numbered(&stem, &files)?
         }
     };
-    let progress = Progress::new(console);
     let page = !args.no_report;
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
+    let run =
+        Run { problem: &*problem, config: &config, run_dir: &run_dir, progress: &progress, interrupt, page, before };
     pool.install(|| run.go(plan))
 }
 
 /// Does what is left of the run in `path`, from its last checkpoint on. All of a run follows from its configuration: what the record
 /// holds has to come out again.
 fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> Result<Answer, Failure> {
-    if args.settings != Settings::default() {
+    if args.settings != Settings::default() || args.data != DataOptions::default() {
         return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
             .hint("`--config RUN/config.toml` with other options begins a changed one"));
     }
@@ -131,7 +148,15 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
     }
     let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
     let page = !args.no_report;
-    let run = Run { problem: &*problem, config: &config, run_dir: &run_dir, progress, interrupt, page };
+    let run = Run {
+        problem: &*problem,
+        config: &config,
+        run_dir: &run_dir,
+        progress: &progress,
+        interrupt,
+        page,
+        before: 0.0,
+    };
     pool.install(|| run.go(plan))
 }
 
@@ -139,10 +164,12 @@ struct Run<'a> {
     problem: &'a dyn Problem,
     config: &'a TrainConfig,
     run_dir: &'a RunDir,
-    progress: Progress,
+    progress: &'a Progress,
     interrupt: Interrupt,
     /// Whether a page is wanted.
     page: bool,
+    /// Seconds in which equations were identified before the run began.
+    before: f64,
 }
 
 impl Run<'_> {
@@ -152,7 +179,7 @@ impl Run<'_> {
         let mut recorder = Recorder {
             spec,
             run_dir: self.run_dir,
-            progress: &self.progress,
+            progress: self.progress,
             kept: self.run_dir.read("rollout.csv").unwrap_or_default(),
             log: EventLog::default(),
             clock: Clock::default(),
@@ -178,10 +205,10 @@ impl Run<'_> {
         let mut unevaluated = Ok(());
         let (mut act_seconds, mut slowest_act_seconds) = (None, None);
         if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
-            act_seconds = latency(&**policy, log, spec);
+            (act_seconds, slowest_act_seconds) = latency(&**policy, log, spec);
         } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
             let timed = Timed::new(&**policy);
-            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(&self.progress));
+            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(self.progress));
             let begun = |number: usize| told.begun(number, episodes);
             let result = watched_evaluation(problem, &timed, (episodes, &begun), Seed::new(config.seed));
             self.progress.finish();
@@ -206,12 +233,12 @@ impl Run<'_> {
         let clock = recorder.clock;
         let timing = Timing {
             format: 1,
-            identify_seconds: clock.identified,
+            identify_seconds: self.before + clock.identified,
             train_seconds: until_trained - clock.identified,
             evaluate_seconds: trained.elapsed().as_secs_f64(),
             act_seconds,
             slowest_act_seconds,
-            wall_seconds: until_trained + trained.elapsed().as_secs_f64(),
+            wall_seconds: self.before + until_trained + trained.elapsed().as_secs_f64(),
             machine: machine::describe(),
             threads: rayon::current_num_threads(),
         };
@@ -267,7 +294,7 @@ impl Run<'_> {
         let dyna = Dyna { task: &*task, sensors: &sensors, learner: &learner, schedule: &schedule, seed };
         let mut env = self.problem.environment()?;
         let stop = || self.interrupt.pressed() || self.problem.check().is_err();
-        let mut checkpoints = Checkpoints::new(self.run_dir, &self.progress, isa.name());
+        let mut checkpoints = Checkpoints::new(self.run_dir, self.progress, isa.name());
         let mut begun = None;
         if let Some(saved) = checkpoints.read() {
             let again = agent_of(self.config, self.problem, self.interrupt.flag())?;
@@ -360,23 +387,24 @@ impl Run<'_> {
     }
 }
 
-/// Seconds of one action of `policy`, the median over the observations of `data`.
-fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> Option<f64> {
+/// Seconds of one action of `policy` along the observations of `data`: the median, and the slowest of a policy that plans.
+fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> (Option<f64>, Option<f64>) {
     /// Actions that are timed.
     const TIMED: usize = 1_000;
     let (mut action, mut rng) = (vec![0.0; spec.action_space.action_dim()], Seed::new(0).stream("latency", 0));
-    let observations: Vec<Vec<f64>> = data
-        .rollouts()
-        .flat_map(|r| r.observations.rows().into_iter().map(|o| o.to_vec()).collect::<Vec<_>>())
-        .collect();
-    let timed = observations.iter().cycle().take(TIMED).map(|observation| {
-        let begun = Instant::now();
-        policy.act(observation, Mode::Exploit, &mut rng, &mut action);
-        begun.elapsed().as_secs_f64()
-    });
-    let mut seconds: Vec<f64> = timed.collect();
+    let mut seconds: Vec<f64> = Vec::new();
+    for rollout in data.rollouts() {
+        let mut acting = Acting::begin(policy);
+        for observation in rollout.observations.rows().into_iter().take(TIMED - seconds.len()) {
+            let observation = observation.to_vec();
+            let begun = Instant::now();
+            acting.act(&observation, Mode::Exploit, &mut rng, &mut action);
+            seconds.push(begun.elapsed().as_secs_f64());
+        }
+    }
     seconds.sort_by(f64::total_cmp);
-    seconds.get(seconds.len() / 2).copied()
+    let slowest = seconds.last().copied().filter(|_| policy.begin().is_some());
+    (seconds.get(seconds.len() / 2).copied(), slowest)
 }
 
 /// What can be done about a run that could not go on.

@@ -1,6 +1,6 @@
 //! Command lines that cannot be understood, in the style of all other errors.
 
-use clap::error::{ContextKind, ContextValue};
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::failure::Failure;
 
@@ -30,6 +30,13 @@ fn hint(error: &clap::Error) -> String {
         && let Some(Ok(percent)) = value.trim().strip_suffix('%').map(|number| number.trim().parse::<f64>())
     {
         return format!("{value} is {}", percent / 100.0);
+    }
+    let missing = match error.get(ContextKind::InvalidArg) {
+        Some(ContextValue::Strings(names)) if error.kind() == ErrorKind::MissingRequiredArgument => names.as_slice(),
+        _ => &[],
+    };
+    if missing.iter().any(|name| name == "<TASK>") {
+        return "`sindyna tasks` lists tasks; --task-file names a system of your own (docs/task-files.md)".into();
     }
     let usage = error.get(ContextKind::Usage).map(ToString::to_string);
     let usage = usage.map(|text| text.trim_start_matches("Usage:").trim().to_owned()).filter(|text| !text.is_empty());

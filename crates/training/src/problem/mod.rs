@@ -4,6 +4,7 @@
 
 mod condition;
 mod formula_task;
+mod log_source;
 mod mujoco;
 mod native;
 mod own;
@@ -15,12 +16,14 @@ mod starts;
 mod task_builder;
 mod traits;
 
+pub use crate::settings::{RECORDED_LOG, RECORDED_MODELS};
 pub use formula_task::{FormulaTask, Names};
+pub use log_source::LogSource;
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub use pipe::PipeSource;
-pub use recorded::{LogSource, RECORDED_LOG, RECORDED_MODELS, Sampling};
+pub use recorded::{declared, read_logs};
 pub use replay::{Played, Replayed};
-pub use source::{Source, of_file, system};
+pub use source::{Source, of_file, of_model, on_log, system};
 pub use source::{named, names};
 pub use starts::Start;
 pub use task_builder::{OwnTask, TaskBuilder};

@@ -165,7 +165,7 @@ impl<P: Plant> Connected<P> {
         if got != expected {
             return Err(failed(format!("it tells {got} states where {expected} are declared").into()));
         }
-        Diverged::check(&state)?;
+        Diverged::check(&state).map_err(|diverged| EnvError::diverged(self.task.spec(), diverged))?;
         Ok(state)
     }
 }

@@ -1,114 +1,95 @@
 //! A task on a system of which there is nothing but a log.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
-use sindyna_core::{Dataset, Environment, Kind, Observe as _, Precision, Protocol, Seed, Sensors, Spec, Task};
-use sindyna_logs::{Clock, Log, LogOptions};
-use sindyna_record::run::log_csv;
+use sindyna_core::{Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
+use sindyna_logs::{Clock, Log, LogError, LogOptions};
 use sindyna_sindy::Identified;
 
+use super::log_source::{Contents, LogSource, columns};
 use super::{Played, Problem};
 use crate::Error;
-use crate::known::identified_of;
 use crate::task_file::TaskFile;
 
-/// Name of the log in a run directory, and in that of an identification.
-pub const RECORDED_LOG: &str = "data.csv";
-
-/// Name of what was identified in it, in a run directory and in that of an identification.
-pub const RECORDED_MODELS: &str = "posterior.bin";
-
-/// What is known of a log besides its rows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sampling {
-    /// Sampling interval \[s\].
-    pub dt: f64,
-    /// How finely the states were recorded.
-    pub precision: Precision,
-}
-
-/// Where a log is, and what was identified in it if that is known.
-#[derive(Debug, Clone, PartialEq)]
-pub struct LogSource {
-    /// The log.
-    pub log: PathBuf,
-    /// `None` for what the log shows.
-    pub sampling: Option<Sampling>,
-    /// What was identified in it; `None` where nothing was.
-    pub models: Option<PathBuf>,
-}
-
-/// A task on a system of which there is nothing but a log.
+/// A task on a system of which there is nothing but a log, and what was identified in it.
 pub(super) struct Recorded {
     task: TaskFile,
-    log: Log,
     /// The log as the sensors of the task show it, with the rewards of the task.
     data: Arc<Dataset>,
-    models: Option<(Vec<u8>, Identified)>,
+    identified: Identified,
+    /// The log and what was identified in it, as files.
+    files: [(&'static str, Vec<u8>); 2],
 }
 
 impl Recorded {
-    /// The task file at `path` on what `source` names. Columns of the log are called as the states and controls of the task.
+    /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task.
     pub(super) fn load(path: &Path, source: &LogSource) -> Result<Self, Error> {
-        // Names are declared whatever the control interval is.
-        let declared = TaskFile::load(path, Some(1.0))?;
-        let given = declared.dt();
-        let refused = |why: String| Error::System { name: declared.spec().name.clone(), why };
-        if declared.has_simulator() {
-            return Err(refused(
-                "its task file has a simulator, and the data are a log: they are one or the other".into(),
-            ));
+        let task = without_simulator(path, Some(source.dt()))?;
+        let refused = |why: String| Error::System { name: task.spec().name.clone(), why };
+        if (task.spec().dt / source.dt() - 1.0).abs() > 1e-6 {
+            return Err(refused(format!("its `dt` is {} s, a step of the log is {} s", task.spec().dt, source.dt())));
         }
-        let log = read(declared.spec(), source, given)?;
-        let dt = given.unwrap_or(log.spec.dt);
-        if (dt / log.spec.dt - 1.0).abs() > 1e-6 {
-            return Err(refused(format!("its `dt` is {dt} s, a step of the log is {} s", log.spec.dt)));
-        }
-        let task = TaskFile::load(path, Some(log.spec.dt))?.with_precision(log.spec.precision);
-        if log.times.is_some() && source.models.is_none() {
-            return Err(refused(format!(
-                "the samples of {} are not evenly spaced: identify it first, and train with the model",
-                source.log.display()
-            )));
-        }
+        let task = task.with_precision(source.precision());
+        let Contents { log, identified, files } = source.read(task.spec())?;
         let data = Arc::new(seen(&log, task.spec(), &*task.task(), &task.sensors())?);
-        let models = match &source.models {
-            None => None,
-            Some(path) => {
-                let bytes = std::fs::read(path).map_err(|e| refused(format!("cannot read {}: {e}", path.display())))?;
-                let identified = identified_of(&bytes).map_err(|why| refused(format!("{}: {why}", path.display())))?;
-                same_signals(&identified, task.spec())?;
-                Some((bytes, identified))
-            }
-        };
-        Ok(Self { task, log, data, models })
+        Ok(Self { task, data, identified, files })
     }
 }
 
-/// Reads the log that `source` names, with columns as `spec` declares states and controls.
-fn read(spec: &Spec, source: &LogSource, dt: Option<f64>) -> Result<Log, Error> {
-    let names = |is: &dyn Fn(Kind) -> bool| {
-        spec.state.iter().filter(|c| is(c.kind)).map(|c| c.name.clone()).collect::<Vec<_>>()
-    };
-    let rates = spec.state.iter().filter_map(|c| match c.kind {
-        Kind::RateOf(of) => Some((c.name.clone(), spec.state[of].name.clone())),
-        _ => None,
-    });
-    let mut options = LogOptions::new(names(&|_| true)).with_inputs(spec.control.iter().map(|c| c.name.clone()));
-    options.angles = Some(names(&|kind| kind == Kind::Angle));
-    options.rates = Some(rates.collect());
-    options.circles = Some(Vec::new());
-    if let Some(Sampling { dt, precision }) = source.sampling {
-        (options.clock, options.precision) = (Clock::Given(dt), Some(precision));
-    }
-    match (Log::read(&source.log, &options), dt) {
-        (Err(sindyna_logs::LogError::NoTime { .. }), Some(dt)) => {
-            options.clock = Clock::Given(dt);
-            Ok(Log::read(&source.log, &options)?)
+/// What the task file at `path` declares, whatever its system is; `dt` \[s\] is the control interval where it tells none.
+///
+/// # Errors
+/// [`Error::TaskFile`] if it describes no task.
+pub fn declared(path: &Path, dt: f64) -> Result<Arc<dyn Problem>, Error> {
+    Ok(Arc::new(TaskFile::load(path, Some(dt))?))
+}
+
+/// The logs at `paths` as those of the task in the file `task_file`: its states and controls are columns. States that are rates of others need be none: these are told
+/// too, as (rate, state). `options` say how cells and time stamps are read.
+///
+/// # Errors
+/// [`Error::Log`] if a log cannot be read so, [`Error::System`] if the task has a simulator.
+pub fn read_logs<P: AsRef<Path>>(
+    task_file: &Path,
+    paths: &[P],
+    options: LogOptions,
+) -> Result<(Log, Vec<(String, String)>), Error> {
+    let task = without_simulator(task_file, Some(1.0))?;
+    let (mut options, mut unmeasured) = (columns(task.spec(), options), Vec::new());
+    loop {
+        match (Log::read_all(paths, &options), task.dt()) {
+            (Err(LogError::NoTime { .. }), Some(dt)) => options.clock = Clock::Given(dt),
+            (Err(LogError::UnknownColumn { column, .. }), _) if has_rate(&options, &column) => {
+                unmeasured.extend(take_rate(&mut options, &column));
+            }
+            (log, _) => return Ok((log?, unmeasured)),
         }
-        (log, _) => Ok(log?),
     }
+}
+
+/// Whether `column` is the rate of another state.
+fn has_rate(options: &LogOptions, column: &str) -> bool {
+    options.rates.iter().flatten().any(|(rate, _)| rate == column)
+}
+
+/// Takes the state `column` and what it is the rate of out of `options`.
+fn take_rate(options: &mut LogOptions, column: &str) -> Vec<(String, String)> {
+    options.states.retain(|state| state != column);
+    options.limits.retain(|(state, ..)| state != column);
+    let (taken, kept) = options.rates.take().unwrap_or_default().into_iter().partition(|(rate, _)| rate == column);
+    options.rates = Some(kept);
+    taken
+}
+
+/// The task file at `path`, which must have no simulator.
+fn without_simulator(path: &Path, dt: Option<f64>) -> Result<TaskFile, Error> {
+    let file = TaskFile::load(path, dt)?;
+    if file.has_simulator() {
+        let why = "its task file has a simulator, and the data are a log: they are one or the other".into();
+        return Err(Error::System { name: file.spec().name.clone(), why });
+    }
+    Ok(file)
 }
 
 /// The data of `log` as `sensors` show its states, with the rewards of `task`.
@@ -144,21 +125,6 @@ fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Da
     Ok(data)
 }
 
-/// Refuses models of other states or inputs than the task declares.
-fn same_signals(identified: &Identified, spec: &Spec) -> Result<(), Error> {
-    let names = |channels: &[sindyna_core::Channel]| channels.iter().map(|c| c.name.clone()).collect::<Vec<_>>();
-    for (what, theirs, ours) in [
-        ("states", identified.model.states(), names(&spec.state)),
-        ("inputs", identified.model.controls(), names(&spec.control)),
-    ] {
-        if theirs != ours {
-            let why = format!("its {what} are {}, those of the model {}", ours.join(", "), theirs.join(", "));
-            return Err(Error::System { name: spec.name.clone(), why });
-        }
-    }
-    Ok(())
-}
-
 impl Problem for Recorded {
     fn spec(&self) -> &Spec {
         self.task.spec()
@@ -189,7 +155,7 @@ impl Problem for Recorded {
     }
 
     fn identified(&self) -> Option<&Identified> {
-        self.models.as_ref().map(|(_, identified)| identified)
+        Some(&self.identified)
     }
 
     fn check(&self) -> Result<(), Error> {
@@ -198,8 +164,7 @@ impl Problem for Recorded {
 
     fn files(&self) -> Result<Vec<(&'static str, Vec<u8>)>, Error> {
         let mut files = self.task.files()?;
-        files.push((RECORDED_LOG, log_csv(&self.log.spec, &self.log.data, self.log.times.as_deref())?));
-        files.extend(self.models.as_ref().map(|(bytes, _)| (RECORDED_MODELS, bytes.clone())));
+        files.extend(self.files.iter().cloned());
         Ok(files)
     }
 }

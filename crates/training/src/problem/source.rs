@@ -7,10 +7,11 @@ use sindyna_core::Task;
 use sindyna_envs::System;
 
 use super::Problem;
+use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
 use super::pipe::{PipeSource, Piped};
-use super::recorded::{LogSource, Recorded, Sampling};
+use super::recorded::Recorded;
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -37,6 +38,22 @@ pub fn of_file(path: &Path) -> Result<Arc<dyn Problem>, Error> {
     Ok(Arc::new(TaskFile::with_simulator(path)?))
 }
 
+/// The problem that the task file at `path` describes, on what `sindyna identify` left in `directory`: a log, and equations found in it.
+///
+/// # Errors
+/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Delayed`] if inputs act late.
+pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error> {
+    on_log(path, &LogSource::of_model(directory)?)
+}
+
+/// The problem that the task file at `path` describes, on a log with the equations found in it.
+///
+/// # Errors
+/// [`Error::TaskFile`] if it describes none, [`Error::System`] if it is one of another system.
+pub fn on_log(path: &Path, source: &LogSource) -> Result<Arc<dyn Problem>, Error> {
+    Ok(Arc::new(Recorded::load(path, source)?))
+}
+
 /// The system that comes along under `name`.
 pub fn system(name: &str) -> Result<System, Error> {
     sindyna_envs::find(name).ok_or_else(|| Error::UnknownName {
@@ -53,7 +70,7 @@ pub enum Source {
     Named(String),
     /// A task file describes it.
     File(PathBuf),
-    /// A task file describes the task on it, and there is a log of it.
+    /// A task file describes the task on it, and there is a log of it in which equations were found.
     Log(PathBuf, LogSource),
     /// A task file describes the task on it, and a program is it; which one no record tells.
     Pipe(PathBuf, Option<PipeSource>),
@@ -66,11 +83,7 @@ impl Source {
             (Some(file), None) if config.simulator == SimulatorName::Pipe => {
                 Self::Pipe(directory.join(file), pipe.cloned())
             }
-            (Some(file), Some(data)) => {
-                let sampling = Some(Sampling { dt: data.dt, precision: data.precision.into() });
-                let models = data.models.as_ref().map(|models| directory.join(models));
-                Self::Log(directory.join(file), LogSource { log: directory.join(&data.log), sampling, models })
-            }
+            (Some(file), Some(data)) => Self::Log(directory.join(file), LogSource::of_record(data, directory)),
             (Some(file), None) => Self::File(directory.join(file)),
             (None, _) => Self::Named(config.task.clone()),
         }

@@ -67,7 +67,7 @@ named! {
         Ilqr = "ilqr",
         /// Model predictive path integral control
         Mppi = "mppi",
-        /// The one of lqr, mppi and ilqr with the highest return in the equations
+        /// The planner (lqr, mppi or ilqr) with the highest return in the equations
         Auto = "auto",
     }
 }
@@ -117,7 +117,7 @@ named! {
 named! {
     /// Sparse regression.
     SolverName {
-        /// Smallest subset of terms that explains the data
+        /// Best subset of terms by the extended BIC of its predictions
         BestSubset = "best-subset",
         /// Sequentially thresholded least squares (PySINDy's, and the paper's)
         Stlsq = "stlsq",

@@ -13,4 +13,4 @@ pub use choices::{
 };
 pub use identification::IdentificationConfig;
 pub use overrides::key;
-pub use train::{DataConfig, TrainConfig, agent};
+pub use train::{DataConfig, RECORDED_LOG, RECORDED_MODELS, TrainConfig, agent};

@@ -1,7 +1,7 @@
 //! `config.toml`: everything that is needed to run a run again.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Agent, Channel, Rng, Space, Spec, Task};
+use sindyna_core::{Agent, Channel, Dataset, Precision, Rng, Space, Spec, Task};
 use sindyna_dyna::{Optimality, Refit, Rollouts, Schedule};
 use sindyna_rl::{Isa, Sac, SacConfig, SacDiscrete, Scaling};
 use sindyna_sindy::{Identifier, NoiseChoice};
@@ -11,6 +11,13 @@ use super::{
     overrides,
 };
 use crate::Error;
+use crate::shown::shown;
+
+/// Name of the log in a run directory, and in that of an identification.
+pub const RECORDED_LOG: &str = "data.csv";
+
+/// Name of what was identified in it, in a run directory and in that of an identification.
+pub const RECORDED_MODELS: &str = "posterior.bin";
 
 /// The settings of `sindyna train`, defaults filled in.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -61,9 +68,8 @@ pub struct TrainConfig {
 pub struct DataConfig {
     /// The log, relative to this file.
     pub log: String,
-    /// What was identified in it, relative to this file; none where this run identifies.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub models: Option<String>,
+    /// What was identified in it, relative to this file.
+    pub models: String,
     /// Sampling interval \[s\].
     pub dt: f64,
     /// How finely the states were recorded.
@@ -194,6 +200,19 @@ impl TrainConfig {
         }
     }
 
+    /// Makes these the settings of a run on `log`: all of it at once, and no system to ask again.
+    pub fn on_log(&mut self, log: &Dataset, precision: Precision) {
+        self.data = Some(DataConfig {
+            log: RECORDED_LOG.into(),
+            models: RECORDED_MODELS.into(),
+            dt: log.dt(),
+            precision: precision.into(),
+        });
+        (self.warmup.rollouts, self.warmup.rollout_len) = (1, log.n_steps());
+        self.imagination.rollouts_per_real = ImaginedRollouts(Rollouts::Unlimited);
+        self.imagination.refit = false;
+    }
+
     /// Reads a `config.toml`.
     pub fn parse(text: &str) -> Result<Self, Error> {
         toml::from_str(text).map_err(|e| Error::Configuration { why: e.to_string() })
@@ -221,7 +240,7 @@ impl TrainConfig {
 
     /// The identification these settings describe. How noisy the sensors are is not told: it is estimated.
     pub fn identifier(&self, spec: &Spec) -> Result<Identifier, Error> {
-        let identifier = self.identification.identifier(spec)?.with_noise(NoiseChoice::Estimated);
+        let identifier = self.identification.identifier(&shown(spec))?.with_noise(NoiseChoice::Estimated);
         let (steps, needed) = (self.warmup.rollouts * self.warmup.rollout_len, identifier.needed_rows());
         if steps < needed {
             return Err(Error::TooFewSteps { task: spec.name.clone(), steps, needed });

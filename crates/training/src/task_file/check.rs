@@ -30,7 +30,7 @@ impl Document {
             ensure!(mark.is_finite(), "solved_at must be finite, got {mark}");
         }
         self.check_names()?;
-        for (name, value) in &self.parameters {
+        for (name, value) in self.numbers() {
             ensure!(value.is_finite(), "parameter `{name}` must be finite, got {value}");
         }
         let mut rates = Vec::new();

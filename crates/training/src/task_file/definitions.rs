@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::{Context as _, bail, ensure};
 use sindyna_sindy::{Expr, parse};
 
-use super::document::Document;
+use super::document::{Document, Parameter};
 
 /// Characters of a definition once it is written out.
 const LONGEST: usize = 20_000;
@@ -19,8 +19,11 @@ struct Progress<'a> {
 impl Document {
     /// The definitions, in the order of their names, as terms of the states.
     pub(super) fn defined(&self) -> anyhow::Result<Vec<(String, Expr)>> {
-        let parameters = self.parameters.iter().map(|(name, value)| (name.as_str(), Expr::Constant(*value)));
-        let mut progress = Progress { found: parameters.collect(), begun: Vec::new() };
+        let numbers = self.parameters.iter().filter_map(|(name, parameter)| match parameter {
+            Parameter::Number(value) => Some((name.as_str(), Expr::Constant(*value))),
+            Parameter::Drawn(_) => None,
+        });
+        let mut progress = Progress { found: numbers.collect(), begun: Vec::new() };
         for name in self.definitions.keys() {
             self.definition(name, &mut progress)?;
         }

@@ -17,9 +17,9 @@ pub(super) struct Document {
     pub(super) dt: Option<f64>,
     /// The rate of each state, as a formula of states, controls and parameters.
     pub(super) equations: Option<BTreeMap<String, String>>,
-    /// Numbers with names, for all formulas.
+    /// Numbers with names, for all formulas; those that are drawn for every episode are states from [`Document::with_drawn`] on.
     #[serde(default)]
-    pub(super) parameters: BTreeMap<String, f64>,
+    pub(super) parameters: BTreeMap<String, Parameter>,
     /// Names for terms of the states and of each other.
     #[serde(default, rename = "let")]
     pub(super) definitions: BTreeMap<String, String>,
@@ -29,6 +29,16 @@ pub(super) struct Document {
     pub(super) state: Vec<State>,
     pub(super) control: Vec<Control>,
     pub(super) task: Formulas,
+}
+
+/// A number with a name.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "a parameter must be a number, [low, high] or { mean = …, std = … }")]
+pub(super) enum Parameter {
+    /// The same always.
+    Number(f64),
+    /// Drawn for every episode.
+    Drawn(StartValue),
 }
 
 #[derive(Debug, Deserialize)]
@@ -45,6 +55,9 @@ pub(super) struct State {
     #[serde(default)]
     pub(super) kind: StateKind,
     pub(super) rate_of: Option<String>,
+    /// Whether it is a parameter, which never changes within an episode.
+    #[serde(skip)]
+    pub(super) still: bool,
 }
 
 /// How a start value is drawn.

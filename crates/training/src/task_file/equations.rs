@@ -28,7 +28,7 @@ impl Equations {
         let n = names.len();
         names.extend(definitions.iter().map(|(name, _)| name.clone()));
         names.extend(document.parameters.keys().cloned());
-        let parameters: Vec<f64> = document.parameters.values().copied().collect();
+        let parameters: Vec<f64> = document.numbers().map(|(_, value)| value).collect();
         for name in written.keys() {
             document.state_named(name).context("[equations]")?;
         }
@@ -50,7 +50,7 @@ impl Equations {
             }));
             lines.push(format!("d{}/dt = {}", state.name, text.trim()));
         }
-        let of_parameters = document.parameters.iter().map(|(name, value)| format!("{name} = {value}"));
+        let of_parameters = document.numbers().map(|(name, value)| format!("{name} = {value}"));
         lines.extend(of_parameters);
         lines.extend(document.definitions.iter().map(|(name, text)| format!("{name} = {}", text.trim())));
         Ok(Some(Self { rates, lines }))

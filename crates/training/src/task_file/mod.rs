@@ -4,7 +4,10 @@
 mod check;
 mod definitions;
 mod document;
+mod drawn;
 mod equations;
+mod observed;
+mod places;
 #[cfg(test)]
 mod rewards;
 mod simulator;
@@ -15,13 +18,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::Context as _;
-use sindyna_core::{Dynamics, EnvError, Environment, Precision, Protocol, Sensors, Simulated, Spec, Task};
+use sindyna_core::{Computed, Dynamics, EnvError, Environment, Precision, Protocol, Sensors, Simulated, Spec, Task};
 use sindyna_mujoco::MujocoEnvironment;
 
 use crate::Error;
 use crate::problem::{FormulaTask, Problem};
 use document::Document;
-use simulator::Simulator;
+use simulator::{Compiled, Simulator};
 
 /// Name of the task file in a run directory.
 pub const RECORDED_TASK: &str = "task.toml";
@@ -31,6 +34,8 @@ pub const RECORDED_TASK: &str = "task.toml";
 pub(crate) struct TaskFile {
     task: Arc<FormulaTask>,
     sensors: Sensors,
+    /// Observed values that are formulas.
+    functions: Vec<(String, Computed)>,
     simulator: Simulator,
     text: String,
     path: PathBuf,
@@ -73,12 +78,15 @@ impl TaskFile {
 
     fn read(path: &Path, text: String, dt: Option<f64>) -> anyhow::Result<Self> {
         let document: Document = toml::from_str(&text)?;
+        let document = document.with_drawn();
         document.check()?;
-        let (simulator, task) = Simulator::of(&document, path, dt)?;
-        let sensors = Sensors::new(&task.spec).expect("every observation was made for a state");
+        let (simulator, task, document) = Simulator::of(document, path, dt)?;
+        let functions = document.observed(&task.spec.state)?.functions;
+        let sensors = Sensors::computing(&task.spec, &functions).context("an observation shows no state")?;
         Ok(Self {
             task: Arc::new(task),
             sensors,
+            functions,
             simulator,
             text,
             path: path.to_owned(),
@@ -90,7 +98,7 @@ impl TaskFile {
     /// The same with noise on its sensors: `fraction` of every observation channel's scale.
     pub(crate) fn with_noise(mut self, fraction: f64) -> Self {
         Arc::make_mut(&mut self.task).spec.noise = fraction;
-        self.sensors = Sensors::new(&self.task.spec).expect("noise changes no channel");
+        self.sensors = Sensors::computing(&self.task.spec, &self.functions).expect("noise changes no channel");
         self
     }
 
@@ -141,7 +149,9 @@ impl Problem for TaskFile {
         let (task, sensors) = (self.task(), self.sensors());
         Ok(match &self.simulator {
             Simulator::Mujoco(compiled) => {
-                Box::new(MujocoEnvironment::new(&compiled.model, compiled.frame_skip, task, sensors)?)
+                let still = task.spec().state_dim() - compiled.model.state_dim();
+                let Compiled { model, frame_skip, .. } = compiled;
+                Box::new(MujocoEnvironment::with_still_states(model, *frame_skip, task, sensors, still)?)
             }
             Simulator::Equations { dynamics, .. } => Box::new(Simulated::new(dynamics.clone(), task, sensors)),
             Simulator::None => {

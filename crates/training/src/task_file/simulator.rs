@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, ensure};
 use sindyna_core::{Bounded, Dynamics, Held, Scheme};
-use sindyna_mujoco::{Library, MujocoModel, Search};
+use sindyna_mujoco::{Library, MujocoModel, Search, Tree};
 
 use super::document::Document;
 use super::equations::Equations;
@@ -47,16 +47,23 @@ pub(super) struct Compiled {
 
 impl Simulator {
     /// The simulator of the task file `document`, which lies at `path`, and its task; `dt` \[s\] is the control interval where the file tells none.
-    pub(super) fn of(document: &Document, path: &Path, dt: Option<f64>) -> anyhow::Result<(Self, FormulaTask)> {
+    /// The document comes back with what the simulator tells of it.
+    pub(super) fn of(
+        document: Document,
+        path: &Path,
+        dt: Option<f64>,
+    ) -> anyhow::Result<(Self, FormulaTask, Document)> {
         if let (Some(model), Some(frame_skip)) = (&document.model, document.frame_skip) {
             let compiled = Compiled::new(model.get_ref(), model.span(), frame_skip, path)?;
-            compiled.check(document)?;
-            let task = document.task(frame_skip as f64 * compiled.model.timestep(), compiled.model.rest())?;
-            return Ok((Self::Mujoco(compiled), task));
+            compiled.check(&document)?;
+            let document = document.placed(&Tree::of(&compiled.model)?, compiled.model.position_dim())?;
+            let rest = [compiled.model.rest(), &vec![0.0; document.state.len() - document.moving()]].concat();
+            let task = document.task(frame_skip as f64 * compiled.model.timestep(), &rest)?;
+            return Ok((Self::Mujoco(compiled), task, document));
         }
         let dt = document.dt.or(dt).context("there is no `dt`: the seconds of one control interval")?;
         let task = document.task(dt, &vec![0.0; document.state.len()])?;
-        let simulator = match Equations::of(document)? {
+        let simulator = match Equations::of(&document)? {
             Some(equations) => {
                 let lines = equations.lines().to_vec();
                 let held = Held::new(equations, Scheme::Rk4 { substeps: SUBSTEPS }, dt);
@@ -64,7 +71,7 @@ impl Simulator {
             }
             None => Self::None,
         };
-        Ok((simulator, task))
+        Ok((simulator, task, document))
     }
 
     /// The text of a task file for a record, `text` as it was, and the files beside it.
@@ -88,7 +95,7 @@ impl Compiled {
     /// Refuses a model that has other states or controls than are declared.
     fn check(&self, document: &Document) -> anyhow::Result<()> {
         let (nq, nv, nu) = (self.model.position_dim(), self.model.velocity_dim(), self.model.control_dim());
-        let (states, controls) = (document.state.len(), document.control.len());
+        let (states, controls) = (document.moving(), document.control.len());
         let needed = nq + nv;
         ensure!(
             states == needed,

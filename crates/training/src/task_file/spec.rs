@@ -1,6 +1,6 @@
 //! What a task file declares: channels, reward, end.
 
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, bail};
 use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec};
 
 use super::document::{Document, Normal, StartValue, State, StateKind};
@@ -20,7 +20,7 @@ impl Document {
         });
         let start_if = self.task.start_if.as_deref();
         let formulas = (self.task.reward.as_str(), self.task.terminated.as_deref());
-        let parameters: Vec<(String, f64)> = self.parameters.clone().into_iter().collect();
+        let parameters: Vec<(String, f64)> = self.numbers().collect();
         let names = Names { definitions: &self.defined()?, parameters: &parameters };
         let task = FormulaTask::defined(self.spec(dt)?, self.max_steps, (start.collect(), start_if), formulas, names);
         let task = task.map_err(|e| match e {
@@ -42,7 +42,7 @@ impl Document {
         let (low, high) = self.control.iter().map(|c| (c.low, c.high)).unzip();
         Ok(Spec {
             name: self.name.clone(),
-            observation: self.observation(&state)?,
+            observation: self.observed(&state)?.channels,
             state,
             control: control.collect(),
             action_space: Space::Box { low, high },
@@ -65,38 +65,6 @@ impl Document {
         })
     }
 
-    /// What the sensors show: what the file lists, or every state, angles that go round as cosine and sine.
-    fn observation(&self, state: &[Channel]) -> anyhow::Result<Vec<Channel>> {
-        let cosine = |i: usize| waving("cos", Kind::CosOf(i), &state[i]);
-        let sine = |i: usize| waving("sin", Kind::SinOf(i), &state[i]);
-        let Some(listed) = &self.observation else {
-            let shown = state.iter().enumerate().flat_map(|(i, channel)| match channel.kind {
-                Kind::Angle if !channel.is_bounded() => vec![cosine(i), sine(i)],
-                _ => vec![channel.clone()],
-            });
-            return Ok(shown.collect());
-        };
-        let show = |text: &String| match text.split_once(' ') {
-            Some(("cos", name)) => Ok(cosine(self.state_named(name)?)),
-            Some(("sin", name)) => Ok(sine(self.state_named(name)?)),
-            _ => anyhow::Ok(state[self.state_named(text)?].clone()),
-        };
-        let shown: Vec<Channel> = listed.iter().map(show).collect::<Result<_, _>>().context("observation")?;
-        for (i, channel) in state.iter().enumerate() {
-            let shows = |what: &Channel| shown.iter().any(|o| o.name == what.name);
-            let (name, turned) = (&channel.name, shows(&cosine(i)) && shows(&sine(i)));
-            ensure!(
-                shows(channel) || turned,
-                "observation does not show state `{name}`: equations are found for what is seen. List `{name}`, or \
-                 both `cos {name}` and `sin {name}`"
-            );
-        }
-        for (i, channel) in shown.iter().enumerate() {
-            ensure!(!shown[..i].contains(channel), "observation lists `{}` twice", channel.name);
-        }
-        Ok(shown)
-    }
-
     pub(super) fn state_named(&self, name: &str) -> anyhow::Result<usize> {
         self.state.iter().position(|s| s.name == name).with_context(|| {
             let known: Vec<_> = self.state.iter().map(|s| s.name.as_str()).collect();
@@ -112,11 +80,6 @@ impl Document {
         let defined = self.definitions.keys().flat_map(|name| [name.clone(), format!("next_{name}")]);
         states.chain(controls).chain(after).chain(defined).chain(self.parameters.keys().cloned()).collect()
     }
-}
-
-/// Cosine or sine of an angle as a channel.
-fn waving(function: &str, kind: Kind, of: &Channel) -> Channel {
-    Channel::new(&format!("{function} {}", of.name), "", kind, 1.0).within(-1.0, 1.0)
 }
 
 #[cfg(test)]

@@ -261,8 +261,8 @@ fn by_steps(page: Page, tasks: &[&Group], stem: &str) -> Page {
         .text(
             "*Refused*: fewer steps than a model linear in states and inputs has unknowns. *Said so*: the report tells that residuals are larger than the sensors' rounding \
              explains (`reached_floor` is false). *STLSQ*: sequentially thresholded least squares on increments with the same candidate terms and the paper's threshold of \
-             0.0009; *best threshold*: the nearest to the truth of 11 thresholds from 1e-4 to 10, on increments and on central differences, which only who knows the truth \
-             can choose.",
+             0.0009; *best threshold*: the nearest to the truth of 11 thresholds from 1e-4 to 10, on increments and on central differences, chosen with \
+             knowledge of the true equations.",
         )
 }
 

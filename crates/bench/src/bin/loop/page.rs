@@ -104,13 +104,13 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
         (runs > 0).then(|| format!("{level} {solved} of {runs} runs solve their task ({}).", share(solved, runs)))
     });
     let interval = format!(
-        "The 90 % interval of the return that is predicted before the evaluation holds it in **{held} of {predicted}** runs ({}).",
+        "The predicted 90 % interval contains the mean return of the evaluation in **{held} of {predicted}** runs ({}).",
         share(held, predicted)
     );
     let warned = (failed > 0).then(|| {
         format!(
-            "Of {} that did not solve the task {} had said that this may be so: the interval reached below the threshold, or a real episode had not come out as \
-             predicted.",
+            "{} did not solve the task. In {} of these the run had warned: the interval reached below the threshold, or a real episode disagreed with its \
+             prediction.",
             plural(failed, "run"),
             failed - silent
         )

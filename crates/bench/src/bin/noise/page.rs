@@ -267,7 +267,7 @@ fn equations(page: Page, groups: &[Group], stem: &str) -> Page {
     page.text(&format!(
         "{told}Errors of accelerations (velocity increments for mountain-car) are over 10,000 states and inputs from the task's box, as parts of the true ones' standard \
          deviation there; medians over seeds. Coefficients are compared where the terms are the true ones. *STLSQ*: the same candidate terms with the paper's threshold, on \
-         increments; *best threshold*: the nearest to the truth of 11 thresholds, on increments and on central differences, which only who knows the truth can choose."
+         increments; *best threshold*: the nearest to the truth of 11 thresholds, on increments and on central differences, chosen with knowledge of the true equations."
     ))
 }
 
