@@ -30,6 +30,7 @@ impl Document {
             ensure!(mark.is_finite(), "solved_at must be finite, got {mark}");
         }
         self.check_names()?;
+        self.check_places()?;
         for (name, value) in self.numbers() {
             ensure!(value.is_finite(), "parameter `{name}` must be finite, got {value}");
         }
@@ -93,6 +94,22 @@ impl Document {
                 "the name `{name}` is there twice (`next_` begins the state after a step)"
             );
         }
+        Ok(())
+    }
+
+    /// Sites and bodies are those of a model, and stand in definitions.
+    fn check_places(&self) -> anyhow::Result<()> {
+        let holds = |text: &String| text.contains("site(\"") || text.contains("body(\"");
+        let defined = self.definitions.values().any(holds);
+        ensure!(!defined || self.model.is_some(), "site() and body() are places of a `model`, and there is none");
+        let task = [Some(&self.task.reward), self.task.terminated.as_ref(), self.task.start_if.as_ref()];
+        let others = self.observation.iter().flatten().chain(self.equations.iter().flat_map(|all| all.values()));
+        let elsewhere = task.into_iter().flatten().chain(others).find(|text| holds(text));
+        ensure!(
+            elsewhere.is_none(),
+            "site() and body() stand in [let] alone: give the coordinate in `{}` a name there",
+            elsewhere.map_or("", String::as_str)
+        );
         Ok(())
     }
 

@@ -102,9 +102,19 @@ mod tests {
             ("k = \"x\"", "the name `k` is there twice"),
             ("\"a b\" = \"x\"", "`a b` is no name for formulas"),
             (&long, "is longer than 20000 characters"),
+            ("a = 'site(\"tip\").x'", "site() and body() are places of a `model`, and there is none"),
         ] {
             let refusal = format!("{:#}", point(definitions, "u", "-x^2", "next_x > 9").err().unwrap());
             assert!(refusal.contains(says), "{definitions}: {refusal}");
         }
+    }
+
+    #[test]
+    fn places_stand_in_definitions_alone() {
+        let refusal = format!(
+            "{:#}",
+            point("", "u", "site('tip').x".replace('\'', "\\\"").as_str(), "next_x > 9").err().unwrap()
+        );
+        assert!(refusal.contains("site() and body() stand in [let] alone"), "{refusal}");
     }
 }
