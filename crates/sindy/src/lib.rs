@@ -29,6 +29,7 @@ pub mod export;
 mod expr;
 mod identify;
 mod library;
+mod mechanics;
 mod model;
 mod motion;
 mod names;

@@ -7,10 +7,9 @@ use super::problem::{Problem, Structure};
 use super::propose::THOROUGHLY;
 use super::search::Level;
 use crate::Triangle;
-use crate::data::Signals;
-use crate::design::LOBATTO;
-use crate::expr::Tape;
+use crate::data::{Segment, Signals};
 use crate::library::{Lagrangian, Term};
+use crate::mechanics::{Steps, balance};
 use crate::motion::Stepping;
 
 /// Steps over which momenta are balanced together where samples have noise, which averages out.
@@ -96,52 +95,12 @@ impl Problem<'_> {
     }
 
     /// Per segment and joint, a row for each step of the states `x` (T + 1, n): what every parameter would change of the momentum minus what it does (T, P).
-    ///
-    /// Momenta are those of the samples. Forces are averaged along the cubics through positions and speeds at both ends of a step, or, of steps
-    /// whose forces are those at their beginning, taken there.
     fn balance(&self, lagrangian: &Lagrangian, x: &[Array2<f64>], stepping: Stepping) -> Vec<Vec<Array2<f64>>> {
-        let n_joints = lagrangian.joints.len();
-        let n_parameters = lagrangian.parameters.len();
-        let (mut momenta, mut forces) = (Vec::new(), Vec::new());
-        for p in 0..n_parameters {
-            momenta.extend(lagrangian.momenta(p).into_iter().map(|(row, expr)| (p, row, expr)));
-            forces.extend(lagrangian.forces(p).into_iter().map(|(row, expr, factor)| (p, row, expr, factor)));
-        }
-        let n = self.rates.len();
-        let of_momenta = Tape::new(n + self.n_controls, momenta.iter().map(|(_, _, expr)| expr));
-        let of_forces = Tape::new(n + self.n_controls, forces.iter().map(|(_, _, expr, _)| expr));
-        let mut registers = vec![0.0; of_momenta.n_registers().max(of_forces.n_registers())];
-        let continuous = stepping.is_continuous();
-        let places: &[(f64, f64)] = if continuous { &LOBATTO } else { &[(0.0, 1.0)] };
-        let mut balance = Vec::with_capacity(self.segments.len());
-        for (segment, x) in self.segments.iter().zip(x) {
-            let mut at_samples = Array2::zeros((segment.len() + 1, momenta.len()));
-            for t in 0..=segment.len() {
-                registers[..n].iter_mut().zip(x.row(t)).for_each(|(r, x)| *r = *x);
-                of_momenta.run(&mut registers);
-                of_momenta.outputs().iter().enumerate().for_each(|(m, &r)| at_samples[[t, m]] = registers[r as usize]);
-            }
-            let mut rows = vec![Array2::<f64>::zeros((segment.len(), n_parameters)); n_joints];
-            for t in 0..segment.len() {
-                for (m, (p, row, _)) in momenta.iter().enumerate() {
-                    rows[*row][[t, *p]] += at_samples[[t + 1, m]] - at_samples[[t, m]];
-                }
-                let dt = segment.dt[t];
-                registers[n..n + self.n_controls].iter_mut().zip(segment.u.row(t)).for_each(|(r, u)| *r = *u);
-                for (at, weight) in places {
-                    for &(q, v) in &lagrangian.joints {
-                        let ends = [x[[t, q]], x[[t, v]], x[[t + 1, q]], x[[t + 1, v]]];
-                        (registers[q], registers[v]) = between(ends, dt, *at);
-                    }
-                    of_forces.run(&mut registers);
-                    for ((p, row, _, factor), &r) in forces.iter().zip(of_forces.outputs()) {
-                        rows[*row][[t, *p]] -= dt * weight * factor * registers[r as usize];
-                    }
-                }
-            }
-            balance.push(rows);
-        }
-        balance
+        let of = |(segment, x): (&Segment, &Array2<f64>)| {
+            let steps = Steps { x: x.view(), u: segment.u.view(), dt: &segment.dt };
+            balance(lagrangian, steps, !stepping.is_continuous())
+        };
+        self.segments.iter().zip(x).map(of).collect()
     }
 
     /// The terms and coefficients of the likeliest Lagrangians, momenta balanced over `window` steps.
@@ -253,12 +212,6 @@ impl Problem<'_> {
         }
         Some((supports, coefficients.concat()))
     }
-}
-
-/// Position and speed at the part `at` of a step of `dt` seconds on the cubic through both at its ends.
-fn between([q, v, q_next, v_next]: [f64; 4], dt: f64, at: f64) -> (f64, f64) {
-    let (c, d) = (3.0 * (q_next - q) - dt * (2.0 * v + v_next), 2.0 * (q - q_next) + dt * (v + v_next));
-    (q + at * (dt * v + at * (c + at * d)), v + at * (2.0 * c + 3.0 * at * d) / dt)
 }
 
 /// Rows added up over windows of that many steps with a weight that vanishes smoothly at both ends; the rows themselves for one step.

@@ -15,7 +15,7 @@ use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure, estimate};
-use crate::library::{Extent, Lagrangian, Term, general, shaped};
+use crate::library::{Extent, Joints, Lagrangian, Term, general, shaped};
 use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
@@ -200,7 +200,8 @@ impl Identifier {
         terms.extend(self.terms_with_parameters(segments));
         let rates = self.rates();
         let n_controls = self.spec.control_dim();
-        let lagrangian = if self.constraints.is_empty() { Lagrangian::new(&self.inputs(), &rates) } else { None };
+        let joints = if self.constraints.is_empty() { Joints::new(&self.inputs(), &rates, &[]) } else { None };
+        let lagrangian = joints.as_ref().and_then(Lagrangian::new);
         let problem = Problem {
             terms: &terms,
             n_plain,

@@ -7,7 +7,7 @@ use super::Identifier;
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
-use crate::library::{Term, Tiers};
+use crate::library::{Joints, Term, Tiers};
 use crate::regression::{Space, design};
 use crate::{BestSubset, Stage, Watch, motion};
 
@@ -59,6 +59,11 @@ impl Identifier {
         // Of few steps, rounding first: it tells equations apart that no statistics does.
         let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
         let rounded = may_be_exact && search.is_short();
+        // Of several joints one Lagrangian has the fewest unknowns.
+        let joints = if may_be_exact { Joints::new(&self.inputs(), &rates, &still) } else { None };
+        if let Some(found) = joints.and_then(|joints| search.mechanical(&joints, &self.inputs())) {
+            return Ok(warned(self.of_mechanics(found, &search, counts)));
+        }
         let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
         if exact.is_none() && rounded {
             // What explains parts of the data to rounding explains all but a few steps.
@@ -111,6 +116,17 @@ impl Identifier {
             (&model, &errors),
         );
         Ok(warned(Identified { model, report, models: None }))
+    }
+
+    /// What one Lagrangian says of all joints. Its parameters are fitted already.
+    fn of_mechanics(&self, of: motion::Mechanical, search: &motion::Search<'_>, counts: Counts) -> Identified {
+        let motion::Mechanical { terms, found, errors } = of;
+        let model = found.model.clone();
+        let system = motion::System { terms: &terms, core: terms.len(), ..*search.system };
+        let residuals = motion::Search { system: &system, ..*search }.residuals(&found, &model);
+        let fitted = (&model, &errors[..]);
+        let report = Report::in_motion(&self.names(), &terms, counts, Noise::Rounding, found, &residuals, fitted);
+        Identified { model, report, models: None }
     }
 
     /// The samples of `runs`, and the smallest error of each state (n) that is believed.

@@ -94,15 +94,20 @@ impl Terms<'_> {
         if self.terms.iter().any(|t| t.rate == rate && t.expr == expr) {
             return;
         }
-        let names: Vec<String> = self.inputs.iter().map(|i| i.name.clone()).collect();
-        let roles: Vec<Role> = self.inputs.iter().map(|i| i.role).collect();
-        let (name, complexity) = match rate {
-            None => (expr.display(&names).to_string(), complexity(&expr, &roles)),
-            Some(l) if expr.is_one() => (format!("d{}/dt", names[l]), OF_A_RATE),
-            Some(l) => (format!("d{}/dt*{}", names[l], expr.display(&names)), OF_A_RATE + complexity(&expr, &roles)),
-        };
-        self.terms.push(Term { expr, name, complexity, rate, shape: None });
+        self.terms.push(term(self.inputs, expr, rate));
     }
+}
+
+/// `expr` times the derivative of the state `rate`, if there is one.
+pub(crate) fn term(inputs: &[Input], expr: Expr, rate: Option<usize>) -> Term {
+    let names: Vec<String> = inputs.iter().map(|i| i.name.clone()).collect();
+    let roles: Vec<Role> = inputs.iter().map(|i| i.role).collect();
+    let (name, complexity) = match rate {
+        None => (expr.display(&names).to_string(), complexity(&expr, &roles)),
+        Some(l) if expr.is_one() => (format!("d{}/dt", names[l]), OF_A_RATE),
+        Some(l) => (format!("d{}/dt*{}", names[l], expr.display(&names)), OF_A_RATE + complexity(&expr, &roles)),
+    };
+    Term { expr, name, complexity, rate, shape: None }
 }
 
 fn waves(a: Expr) -> [Expr; 2] {

@@ -9,6 +9,7 @@ mod averages;
 mod choice;
 mod fitting;
 mod found;
+mod mechanics;
 mod polish;
 mod runs;
 mod search;
@@ -21,6 +22,7 @@ mod untangle;
 
 pub(crate) use averages::System;
 pub(crate) use found::{Found, Search};
+pub(crate) use mechanics::Mechanical;
 pub(crate) use polish::polished;
 pub(crate) use runs::{Run, at_limit, runs};
 pub(crate) use stepping::{MOST_SEMI_IMPLICIT, Stepping, shown, simulators};

@@ -52,6 +52,11 @@ impl Search<'_> {
         if found.is_none() && self.is_short() { self.once().ok().filter(Found::explains) } else { found }
     }
 
+    /// Steps in which terms are looked for that all steps judge: the first ones.
+    pub(super) fn few(&self) -> Vec<Run> {
+        runs_between(self.runs, 0, 2 * PART)
+    }
+
     /// Equations in continuous time, of the first tier, that explain one part of the runs to rounding and have the terms to explain another too: data with
     /// noise, and laws that no terms can say, are told by a few of them. `None` of short runs.
     pub(crate) fn of_parts(&self) -> Option<Found> {
