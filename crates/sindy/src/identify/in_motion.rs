@@ -61,10 +61,15 @@ impl Identifier {
         let rounded = may_be_exact && search.is_short();
         // Of several joints one Lagrangian has the fewest unknowns.
         let joints = if may_be_exact { Joints::new(&self.inputs(), &rates, &still) } else { None };
-        if let Some(found) = joints.and_then(|joints| search.mechanical(&joints, &self.inputs())) {
-            return Ok(warned(self.of_mechanics(found, &search, counts)));
+        let mechanical = joints.and_then(|joints| search.mechanical(&joints, &self.inputs()));
+        let mut exact = match mechanical {
+            None => rounded.then(|| search.exact()).flatten(),
+            Some(found) => match search.tilted_instead(&found) {
+                None => return Ok(warned(self.of_mechanics(found, &search, counts))),
+                tilted => tilted,
+            },
         }
-        let mut exact = rounded.then(|| search.exact()).flatten().map(|found| (found, None, 0));
+        .map(|found| (found, None, 0));
         if exact.is_none() && rounded {
             // What explains parts of the data to rounding explains all but a few steps.
             exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
@@ -120,7 +125,7 @@ impl Identifier {
 
     /// What one Lagrangian says of all joints. Its parameters are fitted already.
     fn of_mechanics(&self, of: motion::Mechanical, search: &motion::Search<'_>, counts: Counts) -> Identified {
-        let motion::Mechanical { terms, found, errors } = of;
+        let motion::Mechanical { terms, found, errors, .. } = of;
         let model = found.model.clone();
         let system = motion::System { terms: &terms, core: terms.len(), ..*search.system };
         let residuals = motion::Search { system: &system, ..*search }.residuals(&found, &model);

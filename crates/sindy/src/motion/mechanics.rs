@@ -17,6 +17,10 @@ pub(crate) struct Mechanical {
     pub(crate) found: Found,
     /// Standard errors of the coefficients, one equation after the other.
     pub(crate) errors: Vec<f64>,
+    /// Parameters that were fitted.
+    unknowns: usize,
+    /// Whether zeros of angles may be off.
+    is_tilted: bool,
 }
 
 impl Search<'_> {
@@ -25,6 +29,18 @@ impl Search<'_> {
         let explains = |found: &Mechanics| self.of_mechanics(found, inputs);
         let few = (&self.few()[..], self.system.rates, self.system.dt);
         mechanics(joints, few, self.is_short(), explains, self.watch)
+    }
+
+    /// Equations that explain the steps with the zeros of angles elsewhere, and with no more numbers than `other`.
+    pub(crate) fn tilted_instead(&self, other: &Mechanical) -> Option<Found> {
+        if !other.is_tilted || !self.is_short() {
+            return None;
+        }
+        let is_simpler = |found: &Found| {
+            let is_tilted = found.model.offsets().iter().any(|offset| *offset != 0.0);
+            is_tilted && found.model.fitted().len() <= other.unknowns
+        };
+        self.exactly().filter(is_simpler)
     }
 
     fn of_mechanics(&self, of: &Mechanics, inputs: &[Input]) -> Option<Mechanical> {
@@ -61,7 +77,8 @@ impl Search<'_> {
         for ((fit, explained), residual) in found.fits.iter_mut().zip(explained).zip(residuals) {
             (fit.reached_floor, fit.residual) = (explained, residual.0);
         }
-        found.explains().then_some(Mechanical { terms, found, errors })
+        let (unknowns, is_tilted) = (of.parameters.len() - 1, of.lagrangian.is_tilted(&of.parameters));
+        found.explains().then_some(Mechanical { terms, found, errors, unknowns, is_tilted })
     }
 }
 

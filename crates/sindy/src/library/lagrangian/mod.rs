@@ -178,6 +178,21 @@ impl Lagrangian {
         (0..n).flat_map(|a| (0..n).map(move |b| (a, b))).filter_map(entry).collect()
     }
 
+    /// Whether every wave comes as sine and cosine together, as where the zero of an angle is off.
+    pub(crate) fn is_tilted(&self, of: &[(usize, f64)]) -> bool {
+        let wave = |p: usize| match self.parameters[p] {
+            Parameter::Inertia(w, i, j) if w > 0 => Some((Some((i, j)), &self.waves[w])),
+            Parameter::Potential(w) => Some((None, &self.waves[w])),
+            _ => None,
+        };
+        let used: Vec<_> = of.iter().filter_map(|(p, _)| wave(*p)).collect();
+        let is_paired = |(place, one): &(Option<(usize, usize)>, &Wave)| {
+            let is_other = |other: &Wave| other.multiples == one.multiples && other.is_sine != one.is_sine;
+            used.iter().any(|(at, other)| at == place && is_other(other))
+        };
+        !used.is_empty() && used.iter().all(is_paired)
+    }
+
     /// The momenta ∂L/∂q̇ of parameter p with coefficient 1: (joint, expression, factor).
     pub(crate) fn momenta(&self, p: usize) -> Vec<(usize, Expr, f64)> {
         let Parameter::Inertia(w, i, j) = self.parameters[p] else { return Vec::new() };
