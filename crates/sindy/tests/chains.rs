@@ -17,7 +17,6 @@ fn is_exact(make: impl Fn(&mut Rng) -> Mechanism, steps: usize) {
         let log = mechanism.recordings(steps, DT, &mut rng);
         let found = Identifier::new(&mechanism.spec(DT)).identify_recordings(&log).expect("equations");
         let deviation = mechanism.deviation(&found.model);
-        eprintln!("{} {seed}: {deviation:.1e}", mechanism.name);
         assert!(deviation < 1e-4, "{} {seed}: {deviation:e}\n{found}", mechanism.name);
         assert!(found.report.equations.iter().all(|e| e.reached_floor), "{} {seed}\n{found}", mechanism.name);
     }

@@ -83,7 +83,7 @@ impl Data<'_> {
                     (0..n_free).for_each(|p| row[p] = flight[(2 + p) * n + i] / sigma);
                     row[n_free] = (run.x[[t + 1, i]] - flight[i]) / sigma;
                     squares += row[n_free].powi(2);
-                    count += usize::from(flight[i].to_bits() != run.x[[t, i]].to_bits());
+                    count += usize::from((flight[i] - run.x[[t, i]]).abs() > 0.0);
                 }
             }
             triangle.push(rows.view()).ok()?;

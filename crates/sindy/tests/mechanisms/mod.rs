@@ -68,10 +68,10 @@ pub(crate) fn chain(links: usize, cart: bool, absolute: bool, rng: &mut Rng) -> 
                 mass[i * n] = mass[i];
                 force[0] += moments[a] * phi[i].sin() * rate[i].powi(2);
             }
-            for b in 0..links {
+            for (b, inertia) in inertias[a].iter().enumerate() {
                 let j = b + first;
-                mass[i * n + j] = inertias[a][b] * (phi[i] - phi[j]).cos();
-                force[i] -= inertias[a][b] * (phi[i] - phi[j]).sin() * rate[j].powi(2);
+                mass[i * n + j] = inertia * (phi[i] - phi[j]).cos();
+                force[i] -= inertia * (phi[i] - phi[j]).sin() * rate[j].powi(2);
             }
         }
         let mut found = solved(mass, force);
@@ -152,8 +152,8 @@ impl Mechanism {
                 let u: Vec<f64> = (0..6).map(|_| rng.random_range(-1.0..1.0)).collect();
                 let mut x = Array2::zeros((7, 2 * n));
                 x.row_mut(0).assign(&ndarray::aview1(&start));
-                for t in 0..6 {
-                    let next = self.step(&x.row(t).to_vec(), u[t], dt);
+                for (t, push) in u.iter().enumerate() {
+                    let next = self.step(&x.row(t).to_vec(), *push, dt);
                     x.row_mut(t + 1).assign(&ndarray::aview1(&next));
                 }
                 let u = Array2::from_shape_vec((6, 1), u).expect("a column");
