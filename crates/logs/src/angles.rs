@@ -2,8 +2,8 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::column::Column;
 use crate::recording::Recording;
-use crate::table::Column;
 use crate::{Note, rates, roles, units};
 
 /// The states, whose columns are `states`, that turn as only angles do: beyond a whole turn, or from one end of it to the other at

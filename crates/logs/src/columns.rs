@@ -1,7 +1,8 @@
 //! Which columns of a table are what.
 
+use crate::column::Column;
 use crate::recording::{Selected, Source};
-use crate::table::{Column, Table};
+use crate::table::Table;
 use crate::{LogError, LogOptions, Note, TRAJECTORY, roles, time};
 
 /// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.

@@ -6,10 +6,10 @@ use ndarray::Array2;
 use sindyna_core::{Channel, Kind, Precision, Prior, Space, Spec};
 
 use crate::circles::Reading;
+use crate::column::Column;
 use crate::positions::positions;
 use crate::recording::Recording;
 use crate::resolution::Step;
-use crate::table::Column;
 use crate::{LogError, StateOption};
 
 /// The system as its columns show it, each of the `states` and `inputs` a channel of its own.

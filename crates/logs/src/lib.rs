@@ -26,6 +26,7 @@ mod alike;
 mod angles;
 mod circles;
 mod clock;
+mod column;
 mod columns;
 mod declare;
 mod doubts;

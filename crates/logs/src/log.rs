@@ -6,15 +6,16 @@ use std::path::Path;
 use sindyna_core::{Dataset, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
+use crate::column::Column;
 use crate::columns::{named, refuse_unit, same_units, selected, unused};
 use crate::formats;
 use crate::positions::positions;
 use crate::recording::{Cell, Digits, Recording, Source, place, recordings};
 use crate::resolution::Step;
-use crate::table::{Column, Table};
+use crate::table::Table;
 use crate::{
     Clock, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments, quality, rates,
-    resolution, states, text, units,
+    resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -74,7 +75,7 @@ impl Log {
     /// # Errors
     /// [`LogError`], with the line and column that is wrong.
     pub fn parse(name: impl AsRef<Path>, text: String, options: &LogOptions) -> Result<Self, LogError> {
-        Self::interpret(vec![text::parse(name.as_ref(), text, options.delimiter, false)?], options)
+        Self::interpret(vec![Table::parse(name.as_ref(), text, options.delimiter)?], options)
     }
 
     fn interpret(mut tables: Vec<Table>, options: &LogOptions) -> Result<Self, LogError> {

@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use crate::text::Text;
+use crate::column::Column;
+use crate::text::{self, Text};
 use crate::values::Values;
 use crate::{LogError, Note, Row};
 
@@ -25,30 +26,18 @@ enum Cells {
     Values { columns: Vec<Values>, rows: usize },
 }
 
-/// A column as the header names it: `th`, or `th [rad]` with its unit.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Column {
-    pub(crate) name: String,
-    pub(crate) unit: String,
-}
-
-impl Column {
-    pub(crate) fn new(header: &str) -> Self {
-        let in_brackets = header.strip_suffix(']').and_then(|h| h.rsplit_once('['));
-        // `speed (m/s)` has a unit, `cos(th)` has none.
-        let in_parentheses = header.strip_suffix(')').and_then(|h| h.rsplit_once('('));
-        let parted = in_parentheses.filter(|(name, unit)| name.ends_with(char::is_whitespace) || unit.contains('/'));
-        match in_brackets.or(parted) {
-            Some((name, unit)) if !name.trim().is_empty() => {
-                Self { name: name.trim().to_owned(), unit: unit.trim().to_owned() }
-            }
-            _ => Self { name: header.to_owned(), unit: String::new() },
-        }
-    }
-}
-
 impl Table {
-    pub(crate) fn of_text(path: &Path, columns: Vec<Column>, text: Text) -> Self {
+    /// The text in `bytes`, which messages call `path`.
+    pub(crate) fn read(path: &Path, bytes: Vec<u8>, delimiter: Option<u8>) -> Result<Self, LogError> {
+        Ok(Self::of_text(path, text::read(path, bytes, delimiter)?))
+    }
+
+    /// The text `text`, which messages call `path`.
+    pub(crate) fn parse(path: &Path, text: String, delimiter: Option<u8>) -> Result<Self, LogError> {
+        Ok(Self::of_text(path, text::parse(path, text, delimiter, false)?))
+    }
+
+    fn of_text(path: &Path, (columns, text): (Vec<Column>, Text)) -> Self {
         Self { path: path.to_owned(), columns, cells: Cells::Text(text), left_out: Vec::new() }
     }
 
@@ -157,9 +146,110 @@ mod tests {
             let unknown = table.column("c").unwrap_err().to_string();
             assert!(unknown.contains("no column named `c`; known: `a`, `b`"), "{unknown}");
         };
-        let text = crate::text::parse(Path::new("log.csv"), "a,b\n1,2\n".into(), None, false).unwrap();
+        let text = Table::parse(Path::new("log.csv"), "a,b\n1,2\n".into(), None).unwrap();
         check(&text, 2, "log.csv, line 2");
         let columns = ["a", "b"].map(|name| (Column::new(name), Values::F64(vec![1.0]))).to_vec();
         check(&Table::of_values(Path::new("log.npz"), columns, 1, Vec::new()), 1, "log.npz, row 1");
+    }
+
+    fn parse(text: &str) -> Result<Table, LogError> {
+        Table::parse(Path::new("log.csv"), text.to_owned(), None)
+    }
+
+    #[test]
+    fn cells_are_read_with_quotes_units_marks_and_either_line_break() {
+        let table = parse("\u{feff}t [s],\"th, left [rad]\",w\r\n0, 1.5 ,\"2\"\r\n0.1,\"-3e-2\",4\r\n\r\n").unwrap();
+        let names: Vec<_> = table.columns().iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+        assert_eq!(names, [("t", "s"), ("th, left", "rad"), ("w", "")]);
+        let rows: Vec<_> = table.rows().collect();
+        assert_eq!(rows[0], (2, vec!["0".into(), "1.5".into(), "2".into()]));
+        assert_eq!(rows[1].1[1], "-3e-2");
+        assert_eq!(table.number(3, 1, "-3e-2").unwrap(), -0.03);
+    }
+
+    #[test]
+    fn cells_are_separated_by_what_is_said() {
+        let table = Table::parse(Path::new("log.csv"), "a;\"b;c\"\n1;2\n".into(), Some(b';')).unwrap();
+        assert_eq!(table.columns().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["a", "b;c"]);
+        assert_eq!(table.rows().next().unwrap().1, ["1", "2"]);
+        let failure = Table::parse(Path::new("log.csv"), "a,b\n1,2\n".into(), Some(b'\t')).map(drop).unwrap_err();
+        assert!(failure.to_string().contains("is one column"), "{failure}");
+    }
+
+    #[test]
+    fn files_are_read_as_programs_write_them() {
+        let names = |table: &Table| {
+            table.columns().iter().map(|c| format!("{}|{}", c.name, c.unit)).collect::<Vec<_>>().join(" ")
+        };
+        for (text, expected) in [
+            ("t;x [m];\n0;1,5;\n1;2,5;\n", "t| x|m |"),
+            ("t;x [m]\n0;1,5;\n1;2,5;\n", "t| x|m"),
+            (
+                "t x (m)\n0 1.5\n1 2.5\n"
+                    .replace(" x (m)", "\tx (m)")
+                    .replace("0 ", "0\t")
+                    .replace("1 ", "1\t")
+                    .as_str(),
+                "t| x|m",
+            ),
+            ("%time,x(m/s),cos(th)\n0,1.5,0\n1,2.5,0\n", "time| x|m/s cos(th)|"),
+            ("t,x\r0,1.5\r1,2.5\r", "t| x|"),
+            ("t,x\n[s],[mm]\n0,1.5\n1,2.5\n", "t|s x|mm"),
+            ("// made today\nt x\n 0  1.5\n 1  2.5\n", "t| x|"),
+        ] {
+            let table = parse(text).unwrap();
+            assert_eq!(names(&table), expected, "{text:?}");
+            let x: Vec<String> = table.rows().map(|row| row.1[1].to_string()).collect();
+            assert_eq!(x, ["1.5", "2.5"], "{text:?}");
+        }
+        let latin = Table::read(Path::new("log.csv"), b"t,a [\xb0]\n0,1\n".to_vec(), None).unwrap();
+        assert_eq!(names(&latin), "t| a|\u{b0}");
+        assert!(latin.notes().contains(&Note::Latin));
+        let binary = Table::read(Path::new("log.csv"), b"t,a\n0,\xb0\0\n".to_vec(), None).map(drop).unwrap_err();
+        assert!(binary.to_string().contains("line 2: not UTF-8"), "{binary}");
+    }
+
+    #[test]
+    fn a_header_of_a_hundred_thousand_columns_is_read_in_seconds() {
+        let names: Vec<String> = (0..100_000).map(|i| format!("c{i}")).collect();
+        let begun = std::time::Instant::now();
+        let table = parse(&format!("{}\n{}\n", names.join(","), vec!["0"; names.len()].join(","))).unwrap();
+        assert_eq!(table.columns().len(), names.len());
+        assert!(begun.elapsed() < std::time::Duration::from_secs(5), "{:?}", begun.elapsed());
+    }
+
+    #[test]
+    fn comments_are_left_out_and_names_after_a_mark_are_names() {
+        for text in
+            ["# made today\na,b\n1,2\n# half\n3,4\n", "\u{feff}# made today\n# a,b\n1,2\n3,4\n", "#a,b\n1,2\n3,4\n"]
+        {
+            let table = parse(text).unwrap();
+            let names: Vec<_> = table.columns().iter().map(|c| c.name.as_str()).collect();
+            let rows: Vec<_> = table.rows().map(|row| row.1).collect();
+            assert!(names == ["a", "b"] && rows == [["1", "2"], ["3", "4"]], "{text:?}: {names:?} {rows:?}");
+        }
+        let failure = parse("# made, today\n# a,b\n1,2,3\n").unwrap_err().to_string();
+        assert!(failure.contains("line 3: `1,2,3` is a row of numbers"), "{failure}");
+        assert!(parse("# nothing\n").unwrap_err().to_string().contains("is empty"));
+    }
+
+    #[test]
+    fn whatever_is_wrong_is_named_with_its_line() {
+        for (text, says) in [
+            ("", "is empty"),
+            ("\n\n", "is empty"),
+            ("a,b\n", "no rows"),
+            ("a,b\n1,2\n3\n4,5\n", "line 3: 1 cell where the header names 2 columns"),
+            ("a,b\n1,2\n3,4,5\n", "line 3: 3 cells where"),
+            ("a,b\n1,2\n3", "line 3: cut off (`3`)"),
+            ("a,b\n1,2\n3,\"4", "line 3: cut off"),
+            ("a,b\n1,\"2\n3,4\n", "line 2: a quote"),
+            ("a,b\n1,2\n\n3,4\n", "line 3: empty"),
+            ("a,b,a\n1,2,3\n", "columns 1 and 3 are both named `a`"),
+            ("0.1,0.2\n0.2,0.3\n", "row of numbers"),
+        ] {
+            let failure = parse(text).map(drop).unwrap_err().to_string();
+            assert!(failure.contains(says) && failure.contains("log.csv"), "{text:?}: {failure}");
+        }
     }
 }

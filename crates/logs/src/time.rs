@@ -1,8 +1,9 @@
 //! Which column holds the time, and in which unit.
 
+use crate::column::Column;
 use crate::rates;
 use crate::recording::Recording;
-use crate::table::{Column, Table};
+use crate::table::Table;
 use crate::time_unit::{TimeUnit, UnitBy};
 
 /// The units that are told by powers of a thousand, longest first.

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::Note;
+use crate::column::Column;
 use crate::recording::Recording;
-use crate::table::Column;
 
 /// Radians, and the unit they are in, that are one of `unit`; `None` for what is no angle and no rate of one.
 fn radians(unit: &str) -> Option<(f64, &'static str)> {

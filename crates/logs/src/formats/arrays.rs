@@ -4,7 +4,8 @@ use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use crate::LogError;
-use crate::table::{Column, Table};
+use crate::column::Column;
+use crate::table::Table;
 use crate::values::Values;
 
 /// An array of a file.

@@ -2,8 +2,8 @@
 
 use hdf5_pure::{DType, Dataset, File, Group};
 
-use super::Budget;
 use super::arrays::{Array, Named};
+use super::budget::Budget;
 use crate::values::Values;
 
 /// How a file of MATLAB's begins.

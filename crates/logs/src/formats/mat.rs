@@ -2,8 +2,8 @@
 //!
 //! Read here, not by a crate: `matfile` 0.5 reads no structs, prints to standard output what it does not know, and unpacks without a limit.
 
-use super::Budget;
 use super::arrays::{Array, Named};
+use super::budget::Budget;
 use crate::values::Number;
 
 /// Structs within structs that are followed.

@@ -8,8 +8,9 @@ use std::path::Path;
 use mcap::read::LinearReader;
 use mcap::records::Record;
 
+use super::budget::Budget;
+use super::format::Format;
 use super::messages::{Messages, joint_state, json};
-use super::{Budget, Format};
 use crate::LogError;
 use crate::table::Table;
 

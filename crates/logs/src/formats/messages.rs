@@ -5,9 +5,11 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use super::{Format, MOST_NUMBERS};
+use super::budget::MOST_NUMBERS;
+use super::format::Format;
 use crate::LogError;
-use crate::table::{Column, Table};
+use crate::column::Column;
+use crate::table::Table;
 use crate::values::Values;
 
 /// Numbers of a message that are read, and lists within lists that are followed.

@@ -3,8 +3,8 @@
 //! Read here, not by a crate: `npyz` 0.9 brings a grammar of Python's literals (`pest`) and integers of any size for a header of three keys.
 //! Objects, which are pickled programs, are not read.
 
-use super::Budget;
 use super::arrays::{Array, Named};
+use super::budget::Budget;
 use super::literal::{Literal, parse};
 use crate::values::{Number, Values};
 

@@ -3,7 +3,8 @@
 use std::io::Cursor;
 
 use super::arrays::Named;
-use super::{Budget, npy};
+use super::budget::Budget;
+use super::npy;
 
 /// How the file begins; the second is an archive of nothing.
 pub(super) const MAGIC: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];

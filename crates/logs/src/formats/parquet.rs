@@ -4,8 +4,8 @@ use bytes::Bytes;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::{Field, Row};
 
-use super::Budget;
 use super::arrays::{Array, Named};
+use super::budget::Budget;
 use crate::values::Values;
 
 /// The columns in `bytes`.

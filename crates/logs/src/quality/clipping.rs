@@ -1,6 +1,7 @@
 //! Signals that run into a limit: a sensor's, an actuator's, the brim of a tank.
 
-use super::{At, Clock, Finding, Signal, differences};
+use super::finding::{At, Finding};
+use super::signal::{Clock, Signal, differences, median};
 
 /// Samples that stay at a limit.
 const STAYS: usize = 3;
@@ -43,7 +44,7 @@ fn usual_move(signal: &Signal<'_>, ends: [f64; 2]) -> f64 {
         let moves = differences(piece.values).into_iter().map(f64::abs);
         moves.zip(piece.values.iter().copied()).filter(|(_, from)| !ends.contains(from)).map(|(moved, _)| moved)
     });
-    super::median(moves.collect()).unwrap_or(0.0)
+    median(moves.collect()).unwrap_or(0.0)
 }
 
 /// When `signal` comes to `limit` and stays, if it moves by `least` from one sample to the next before it comes or after it has left. What comes to rest near its end, or turns

@@ -2,7 +2,8 @@
 
 use ndarray::Array1;
 
-use super::{Finding, Signal};
+use super::finding::Finding;
+use super::signal::Signal;
 use crate::response::{orthonormal, without};
 
 /// Share of its variance from which an input has next to nothing of its own.

@@ -4,61 +4,18 @@ mod clipping;
 mod feedback;
 mod finding;
 mod oscillation;
+mod signal;
 mod spikes;
 
 pub use finding::{At, Finding};
 
-use ndarray::{Array1, ArrayView1, s};
+use ndarray::{ArrayView1, s};
 use sindyna_core::{Channel, Kind, Spec};
 
 use crate::clock::Gaps;
 use crate::recording::{Recording, Source};
 use crate::resolution::Step;
-
-/// A trajectory, and when it began.
-pub(crate) struct Trajectory<'a> {
-    recording: &'a Recording,
-    /// Since the first sample of its file \[s\].
-    start: f64,
-}
-
-/// One signal in all trajectories.
-struct Signal<'a> {
-    name: &'a str,
-    /// Distance of neighbouring values, where it is known.
-    step: Option<f64>,
-    pieces: Vec<Piece<'a>>,
-}
-
-/// A signal in one trajectory.
-struct Piece<'a> {
-    trajectory: &'a Trajectory<'a>,
-    values: ArrayView1<'a, f64>,
-}
-
-impl Piece<'_> {
-    /// When sample number `i` was taken \[s\].
-    fn seconds(&self, i: usize) -> f64 {
-        let times = &self.trajectory.recording.times;
-        self.trajectory.start + times.get(i).map_or(0.0, |t| t - times[0])
-    }
-}
-
-/// Tells which file a trajectory is of, and when.
-struct Clock<'a> {
-    sources: &'a [Source<'a>],
-}
-
-impl Clock<'_> {
-    fn at(&self, table: usize, seconds: f64) -> At {
-        let file = (self.sources.len() > 1).then(|| self.sources[table].path().to_owned());
-        At { file, seconds }
-    }
-
-    fn of(&self, piece: &Piece<'_>, i: usize) -> At {
-        self.at(piece.trajectory.recording.table, piece.seconds(i))
-    }
-}
+use signal::{Clock, Piece, Signal, Trajectory, differences};
 
 /// When each of `recordings` began \[s\].
 pub(crate) fn starts(recordings: &[Recording]) -> Vec<f64> {
@@ -148,15 +105,4 @@ fn few_values(signal: &Signal<'_>) -> Option<Finding> {
     values.dedup();
     let few = signal.step.is_none() && moves > TAKEN * values.len();
     few.then(|| Finding::FewValues { signal: signal.name.to_owned(), values: values.len() })
-}
-
-/// From each value to the next.
-fn differences(values: ArrayView1<'_, f64>) -> Array1<f64> {
-    let n = values.len().saturating_sub(1);
-    Array1::from_shape_fn(n, |i| values[i + 1] - values[i])
-}
-
-fn median(mut values: Vec<f64>) -> Option<f64> {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied()
 }

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use ndarray::ArrayView1;
 
-use super::{Finding, Signal};
+use super::finding::Finding;
+use super::signal::{Signal, median};
 
 /// Samples of a piece of which a spectrum is made.
 const PIECE: usize = 256;
@@ -33,7 +34,7 @@ pub(super) fn of(signal: &Signal<'_>, dt: f64) -> Option<Finding> {
     let motion = (1..power.len()).max_by(|a, b| power[*a].total_cmp(&power[*b]))?;
     let around = |k: usize| {
         let near = (1..power.len()).filter(|i| i.abs_diff(k) <= 12 && i.abs_diff(k) > 3);
-        super::median(near.map(change).collect()).unwrap_or(f64::INFINITY)
+        median(near.map(change).collect()).unwrap_or(f64::INFINITY)
     };
     let fast = FASTER * motion.max(2)..power.len();
     let peak = fast.max_by(|a, b| change(*a).total_cmp(&change(*b)))?;

@@ -1,6 +1,7 @@
 //! Single samples that are off.
 
-use super::{Clock, Finding, Signal, median};
+use super::finding::Finding;
+use super::signal::{Clock, Signal, median};
 
 /// Standard deviations by which a sample is off.
 const FAR: f64 = 8.0;
