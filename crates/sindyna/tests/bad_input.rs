@@ -43,7 +43,7 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--imagined-rollouts", "0"], &["`inf`", "`0`"]);
     refuses(&["train", "pendulum", "--learning-rate", "NaN"], &["learning_rate", "NaN"]);
     refuses(&["train", "pendulum", "--discount", "1.5"], &["discount", "1.5"]);
-    refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1", "a thousand steps ahead"]);
+    refuses(&["train", "pendulum", "--discount", "1"], &["discount", "below 1", "a horizon of a thousand steps"]);
     refuses(&["train", "pendulum", "--solver", "least-squares", "--ridge", "-1"], &["ridge", "-1"]);
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
     refuses(
