@@ -266,7 +266,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
         let last = rows.trim_end().rfind(',').unwrap();
         log.extend(format!("{},", &rows[..last]).lines().map(|row| format!("{label},{row},fine\n")));
     }
-    found(&log, &[], &["in 2 rollouts", "steps used: 58", "`remark` is not used", exact]);
+    found(&log, &[], &["in 2 trajectories", "steps used: 58", "`remark` is not used", exact]);
     // No stamps, but an interval.
     let bare: String = rows(3.0, 40, |_| 0.0).lines().map(|r| r.trim_start_matches("0,").to_owned() + "\n").collect();
     found(&("th,w,u\n".to_owned() + &bare), &["--dt", "0.05"], &["sampling interval 0.05 s", exact]);
