@@ -9,14 +9,11 @@ use super::search::Level;
 use crate::Triangle;
 use crate::data::{Segment, Signals};
 use crate::library::{Lagrangian, Term};
-use crate::mechanics::{Steps, balance};
+use crate::mechanics::{Steps, balance, weighed};
 use crate::motion::Stepping;
 
 /// Steps over which momenta are balanced together where samples have noise, which averages out.
 const WINDOW: usize = 16;
-
-/// Times the rows of each joint are weighed by the momentum that it exchanges.
-const WEIGHINGS: usize = 3;
 
 /// Sets of parameters that are tried.
 const ELBOWS: usize = 4;
@@ -110,46 +107,12 @@ impl Problem<'_> {
         let mut found: Vec<Elbow> = Vec::new();
         for unit in lagrangian.units() {
             let choice: Vec<usize> = lagrangian.others(unit);
-            let Some(triangle) = self.weighed(lagrangian, &rows, (unit, &choice)) else { continue };
+            let Some(triangle) = weighed(lagrangian, &rows, (unit, &choice)) else { continue };
             found.extend(self.elbows(&triangle, (unit, &choice)));
         }
         found.sort_by(|a, b| b.jump.total_cmp(&a.jump));
         found.truncate(ELBOWS);
         found.iter().filter_map(|elbow| self.structure(lagrangian, &elbow.parameters)).collect()
-    }
-
-    /// The triangle of the parameters `choice` for what `unit` explains, rows of each joint weighed by the momentum it exchanges.
-    fn weighed(
-        &self,
-        lagrangian: &Lagrangian,
-        rows: &[Vec<Array2<f64>>],
-        (unit, choice): (usize, &[usize]),
-    ) -> Option<Triangle> {
-        let n_joints = lagrangian.joints.len();
-        let triangle_of = |weights: &[f64]| {
-            let mut triangle = Triangle::new(choice.len() + 1);
-            for rows in rows {
-                for (own, weight) in rows.iter().zip(weights) {
-                    let column = |c: usize| choice.get(c).map_or((unit, -weight), |&p| (p, *weight));
-                    let of = |(t, c): (usize, usize)| column(c).1 * own[[t, column(c).0]];
-                    triangle.push(Array2::from_shape_fn((own.nrows(), choice.len() + 1), of).view()).ok()?;
-                }
-            }
-            Some(triangle)
-        };
-        let mut triangle = triangle_of(&vec![1.0; n_joints])?;
-        let all: Vec<usize> = (0..choice.len()).collect();
-        for _ in 0..WEIGHINGS {
-            let values = triangle.solve_unit(&all, choice.len());
-            let parameters: Vec<(usize, f64)> = choice.iter().copied().zip(values).chain([(unit, 1.0)]).collect();
-            let exchanged = |i: usize| self.exchanged_momentum(lagrangian, rows, i, &parameters);
-            let weights: Vec<f64> = (0..n_joints).map(|i| 1.0 / exchanged(i)).collect();
-            if weights.iter().any(|w| !w.is_finite()) {
-                return None;
-            }
-            triangle = triangle_of(&weights)?;
-        }
-        Some(triangle)
     }
 
     /// The best sets of parameters of each size, at which the residual falls most.
@@ -174,26 +137,6 @@ impl Problem<'_> {
         elbows.sort_by(|a, b| b.jump.total_cmp(&a.jump));
         elbows.truncate(ELBOWS);
         elbows
-    }
-
-    /// RMS of the momentum that joint `i` exchanges in a row.
-    fn exchanged_momentum(
-        &self,
-        lagrangian: &Lagrangian,
-        rows: &[Vec<Array2<f64>>],
-        i: usize,
-        parameters: &[(usize, f64)],
-    ) -> f64 {
-        let inertias: Vec<(usize, f64)> =
-            parameters.iter().copied().filter(|(p, _)| !lagrangian.momenta(*p).is_empty()).collect();
-        let (mut sum, mut count) = (0.0, 0.0);
-        for rows in rows {
-            for row in rows[i].rows() {
-                sum += inertias.iter().map(|(p, c)| c * row[*p]).sum::<f64>().powi(2);
-                count += 1.0;
-            }
-        }
-        (sum / f64::max(count, 1.0)).sqrt()
     }
 
     /// The terms of the problem that the equations of a Lagrangian have. `None` if one is missing there.

@@ -8,6 +8,8 @@ mod elimination;
 mod fit;
 mod mechanism;
 mod search;
+mod weighing;
 
 pub(crate) use balance::{Steps, balance};
 pub(crate) use search::{Mechanics, mechanics};
+pub(crate) use weighing::weighed;
