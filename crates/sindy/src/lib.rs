@@ -33,6 +33,7 @@ mod mechanics;
 mod model;
 mod motion;
 mod names;
+mod pieces;
 mod plain;
 mod regression;
 mod shooting;

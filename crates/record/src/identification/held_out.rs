@@ -19,7 +19,8 @@ pub struct HeldOut {
     pub predictions: Vec<FreeRun>,
 }
 
-/// How well windows of one length are predicted, each from its first sample under the inputs that were recorded. Windows begin every fifth of their length.
+/// How well windows of one length are predicted under the inputs that were recorded. Windows begin every fifth of their length; each begins at the end of the path
+/// of the model that is nearest to the samples of a tenth of its length before it, where the noise of these is known, else at its first sample.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FreeRun {
     /// Steps of a window; `null` for all of a trajectory.
@@ -82,13 +83,14 @@ fn usual_step(recordings: &[Recording]) -> f64 {
 }
 
 impl HeldOut {
-    /// How well `model` predicts `recordings` that it was not fitted to; of states that were `unmeasured` there is nothing to compare with.
+    /// How well `model` predicts `recordings` that it was not fitted to, whose samples have errors of the sizes `noise` (n; none if not known); of states that
+    /// were `unmeasured` there is nothing to compare with.
     #[must_use]
-    pub fn of(model: &Model, recordings: &[Recording], unmeasured: &[String]) -> Self {
+    pub fn of(model: &Model, recordings: &[Recording], unmeasured: &[String], noise: &[f64]) -> Self {
         let asked = HORIZONS.iter().filter_map(|ahead| Some((ahead, ahead.steps(recordings)?)));
         let of = |(ahead, steps): (&Ahead, Option<usize>)| {
             let seconds = if let Ahead::Seconds(seconds) = ahead { Some(*seconds) } else { None };
-            Ok::<_, AnalysisError>(FreeRun { seconds, ..FreeRun::of(model, recordings, steps, unmeasured)? })
+            Ok::<_, AnalysisError>(FreeRun { seconds, ..FreeRun::of(model, (recordings, noise), steps, unmeasured)? })
         };
         let (predictions, failed): (Vec<_>, Vec<_>) = asked.map(of).partition(Result::is_ok);
         Self {
@@ -109,7 +111,7 @@ impl HeldOut {
 impl FreeRun {
     fn of(
         model: &Model,
-        recordings: &[Recording],
+        (recordings, noise): (&[Recording], &[f64]),
         horizon: Option<usize>,
         unmeasured: &[String],
     ) -> Result<Self, AnalysisError> {
@@ -119,11 +121,17 @@ impl FreeRun {
         for (number, recording) in recordings.iter().enumerate() {
             let steps = recording.controls.nrows();
             let length = horizon.unwrap_or(steps).min(steps);
-            let starts = (0..=steps - length).step_by((length / 5).max(1));
+            let before = if horizon.is_some() && noise.len() == n { (length / 10).min(steps - length) } else { 0 };
+            let starts = (before..=steps - length).step_by((length / 5).max(1));
             for from in starts.filter(|_| length > 0) {
                 let to = from + length;
                 let dt: Vec<f64> = recording.times[from..=to].windows(2).map(|t| t[1] - t[0]).collect();
-                let start = recording.states.row(from).to_vec();
+                let first = from - before;
+                let earlier: Vec<f64> = recording.times[first..=from].windows(2).map(|t| t[1] - t[0]).collect();
+                let (x, u) =
+                    (recording.states.slice(s![first..=from, ..]), recording.controls.slice(s![first..from, ..]));
+                let start = model.state_after(x, u, &earlier, noise);
+                let start = start.unwrap_or_else(|| recording.states.row(from).to_vec());
                 let seen = recording.states.slice(s![from + 1..=to, ..]);
                 let error = match model.simulate_at(&start, recording.controls.slice(s![from..to, ..]), &dt) {
                     Ok(ahead) => Some(&ahead.slice(s![1.., ..]) - &seen),

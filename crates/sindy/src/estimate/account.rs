@@ -41,6 +41,8 @@ pub enum Doubt {
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
     AboveRounding,
+    /// It follows short pieces of the data alone, each from a start of its own; what disturbs the system between and in them is not known.
+    Disturbed,
 }
 
 impl Doubt {
@@ -68,6 +70,7 @@ impl fmt::Display for Doubt {
             Self::Asymmetric => "it is coupled to another joint otherwise than that one to it: masses are symmetric",
             Self::Large => "it leaves ten times what the smoothness of the signal allows",
             Self::AboveRounding => "it leaves more than rounding",
+            Self::Disturbed => "it was fitted to short pieces of the data, since the system is disturbed",
         })
     }
 }

@@ -21,8 +21,8 @@ struct Member {
     supports: Vec<Vec<usize>>,
     /// Coefficients, then parameters inside terms.
     xi: Vec<f64>,
-    /// Factor of what the data tell of these.
-    factor: Triangle,
+    /// Factor of what the data tell of these; `None` if they were drawn already.
+    factor: Option<Triangle>,
     /// Terms with parameters inside.
     free: Vec<usize>,
 }
@@ -46,7 +46,7 @@ impl Problem<'_> {
             odds: (0.5 * (best.score - h.score)).exp(),
             supports: h.supports.clone(),
             xi: h.fit.xi.clone(),
-            factor: h.fit.triangle.clone(),
+            factor: Some(h.fit.triangle.clone()),
             free: self.free(&h.supports),
         };
         let rate = |v: &Option<usize>| {
@@ -64,6 +64,23 @@ impl Problem<'_> {
 }
 
 impl Posterior {
+    /// Equations with the terms `supports` of `terms`, whose coefficients were `drawn`.
+    pub(crate) fn of_draws(
+        terms: Vec<Term>,
+        rates: &[Option<usize>],
+        supports: &[Vec<usize>],
+        drawn: Vec<Vec<f64>>,
+    ) -> Self {
+        let place = |v: usize| terms.iter().position(|t| t.rate.is_none() && t.expr == Expr::Variable(v));
+        let rates: Vec<Option<usize>> = rates.iter().map(|rate| rate.and_then(place)).collect();
+        let own =
+            |(support, rate): (&Vec<usize>, &Option<usize>)| if rate.is_some() { Vec::new() } else { support.clone() };
+        let supports: Vec<Vec<usize>> = supports.iter().zip(&rates).map(own).collect();
+        let member = |xi| Member { odds: 1.0, supports: supports.clone(), xi, factor: None, free: Vec::new() };
+        let members = drawn.into_iter().map(member).collect();
+        Self { given: vec![Vec::new(); rates.len()], terms, rates, members }
+    }
+
     /// Draws equations; `None` if the data do not determine those that the draw fell on.
     pub(crate) fn draw(&self, rng: &mut Rng) -> Option<Written> {
         let total: f64 = self.members.iter().map(|m| m.odds).sum();
@@ -73,8 +90,9 @@ impl Posterior {
             at < 0.0
         });
         let member = chosen.or(self.members.first())?;
+        let Some(factor) = &member.factor else { return Some(self.written(member, &member.xi)) };
         let z: Vec<f64> = member.xi.iter().map(|_| StandardNormal.sample(rng)).collect();
-        let delta = member.factor.whitened_inverse(&z)?;
+        let delta = factor.whitened_inverse(&z)?;
         let xi: Vec<f64> = member.xi.iter().zip(&delta).map(|(xi, delta)| xi + delta).collect();
         Some(self.written(member, &xi))
     }

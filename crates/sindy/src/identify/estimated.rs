@@ -14,7 +14,7 @@ use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure, estimate};
+use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure};
 use crate::library::{Extent, Joints, Lagrangian, Term, general, shaped};
 use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
@@ -222,7 +222,8 @@ impl Identifier {
             spent: &Cell::new(0),
             watch,
         };
-        let Some(mut found) = estimate(&problem, stepping) else { return Ok(None) };
+        let (found, notes) = self.estimated_or_in_pieces(&problem, stepping, space);
+        let Some(mut found) = found else { return Ok(None) };
         if self.noise == NoiseChoice::Rounding && !found.leaves_nothing {
             for (fit, doubt) in found.fits.iter_mut().zip(&mut found.doubts) {
                 fit.reached_floor = false;
@@ -233,7 +234,8 @@ impl Identifier {
         found.rounding = found.rounding.filter(|_| self.spec.noise <= 0.0);
         let model = written(&found, space, self.spec.dt).map_err(failed)?;
         let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..counts };
-        let report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
+        let mut report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
+        report.warnings.extend(notes);
         let dt = self.spec.dt;
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
         Ok(Some(Identified { model, report, models }))
@@ -248,6 +250,6 @@ fn structured(mut rows: Vec<Vec<(usize, f64)>>) -> Structure {
 }
 
 /// The model of the equations found.
-fn written(found: &Estimate, space: &Space, dt: f64) -> Result<Model, String> {
+pub(super) fn written(found: &Estimate, space: &Space, dt: f64) -> Result<Model, String> {
     model(space.clone(), &found.terms, &found.fits, found.stepping.form(), dt).map_err(|e| e.to_string())
 }

@@ -6,6 +6,7 @@ mod constraints;
 mod estimated;
 mod feature;
 mod in_motion;
+mod in_pieces;
 mod knowledge;
 mod known;
 mod models;

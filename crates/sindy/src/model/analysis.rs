@@ -2,9 +2,8 @@
 
 use nalgebra::DMatrix;
 use ndarray::{Array2, ArrayView2};
-use sindyna_core::{Dynamics as _, Held, Seed};
+use sindyna_core::{Dynamics as _, Seed};
 
-use super::step::Own;
 use super::{Form, Model};
 
 /// Why a model could not be simulated, compared or linearised.
@@ -75,9 +74,7 @@ impl Model {
             let (now, u) = (x.row(t).to_vec(), u.to_vec());
             let own = (dt - self.dt()).abs() <= 1e-9 * self.dt();
             let stepped = match self.form() {
-                Form::Continuous(scheme) if !own => {
-                    Held::new(Own(self), scheme, dt).step(&now, &u, &mut rng, &mut next)
-                }
+                Form::Continuous(scheme) if !own => self.held((scheme, dt), &now, &u, &mut rng, &mut next),
                 _ if own => self.step(&now, &u, &mut rng, &mut next),
                 _ => return Err(AnalysisError::Interval { expected: self.dt(), got: dt }),
             };

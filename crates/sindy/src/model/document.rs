@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use sindyna_core::Scheme;
 
+use super::friction::Friction;
 use super::parts::{Entry, Form, ModelParts};
 use super::right_side::RightSide;
 use super::{Model, Reading};
@@ -122,11 +123,17 @@ impl Model {
         let names: Vec<String> = parts.states.iter().chain(&parts.controls).cloned().collect();
         let names = symbols(&names);
         let terms: Vec<Expr> = parts.terms.iter().map(|t| parse(t, &names)).collect::<Result<_, _>>()?;
-        let tape = Tape::new(names.len(), &terms);
+        let mut tape = Tape::new(names.len(), &terms);
         let right = RightSide::new(&parts.equations, tape.outputs());
+        let is_stepped_by_time = matches!(parts.form, Form::Continuous(Scheme::Rk4 { .. }));
+        let friction = if is_stepped_by_time { Friction::among(&parts.equations, &terms, &mut tape) } else { None };
+        let smooth = match &friction {
+            Some(_) => RightSide::new(&Friction::without(&parts.equations, &terms), tape.outputs()),
+            None => right.clone(),
+        };
         let is_semi_implicit = matches!(parts.form, Form::SemiImplicit { .. });
         let positions = if is_semi_implicit { positions(&parts, &terms)? } else { Vec::new() };
-        Ok(Self { parts, terms, tape, right, positions })
+        Ok(Self { parts, terms, tape, right, friction, smooth, positions })
     }
 
     /// The model as JSON, with every digit of every number.

@@ -4,9 +4,11 @@ mod analysis;
 mod document;
 mod equations;
 mod frame;
+mod friction;
 mod linearize;
 mod parts;
 mod right_side;
+mod start;
 mod step;
 
 pub use analysis::AnalysisError;
@@ -15,6 +17,7 @@ pub(crate) use document::as_text;
 pub use frame::Reading;
 pub use parts::{Entry, Form, ModelParts};
 
+use friction::Friction;
 use right_side::RightSide;
 
 use crate::expr::{Expr, Tape};
@@ -29,6 +32,10 @@ pub struct Model {
     terms: Vec<Expr>,
     tape: Tape,
     right: RightSide,
+    /// Dry friction, if there is any and time is continuous.
+    friction: Option<Friction>,
+    /// The right-hand side without it.
+    smooth: RightSide,
     /// Of a semi-implicit model the states whose rate is a state too, each after that state: the order of a step.
     positions: Vec<usize>,
 }
@@ -127,6 +134,17 @@ impl Model {
             entry.coefficient = *value;
         }
         model.right = RightSide::new(&model.parts.equations, self.tape.outputs());
+        let smooth = |friction: &Friction| {
+            let equations = Friction::without(&model.parts.equations, &self.terms);
+            (
+                friction.with_coefficients(&model.parts.equations, &self.terms),
+                RightSide::new(&equations, self.tape.outputs()),
+            )
+        };
+        (model.friction, model.smooth) = match self.friction.as_ref().map(smooth) {
+            Some((friction, smooth)) => (Some(friction), smooth),
+            None => (None, model.right.clone()),
+        };
         model
     }
 

@@ -76,9 +76,21 @@ impl RightSide {
 
     /// Writes ẋ; NaN where the implicit equations are as good as singular.
     pub(super) fn eval(&self, registers: &[f64], x_dot: &mut [f64]) {
-        for (out, weights) in x_dot.iter_mut().zip(&self.explicit) {
+        self.sums(registers, x_dot);
+        self.couple(registers, x_dot);
+    }
+
+    /// Writes h.
+    #[inline(always)]
+    pub(super) fn sums(&self, registers: &[f64], h: &mut [f64]) {
+        for (out, weights) in h.iter_mut().zip(&self.explicit) {
             *out = weights.iter().map(|(c, r)| c * registers[*r as usize]).sum();
         }
+    }
+
+    /// Puts ẋ in the place of h.
+    #[inline(always)]
+    pub(super) fn couple(&self, registers: &[f64], x_dot: &mut [f64]) {
         if self.coupled.is_empty() {
             return;
         }
@@ -88,6 +100,20 @@ impl RightSide {
             q if q * (q + 1) <= STACK => self.solve_for(q, registers, &mut [0.0; STACK][..q * (q + 1)], x_dot),
             q => self.solve_for(q, registers, &mut vec![0.0; q * (q + 1)], x_dot),
         }
+    }
+
+    /// ∂ẋ/∂h over some `states` (q, q), row by row; NaN where the implicit equations are as good as singular.
+    pub(super) fn response(&self, registers: &[f64], states: &[usize]) -> Vec<f64> {
+        let q = states.len();
+        let mut all = vec![0.0; q * q];
+        let mut x_dot = vec![0.0; self.explicit.len()];
+        for (j, state) in states.iter().enumerate() {
+            x_dot.fill(0.0);
+            x_dot[*state] = 1.0;
+            self.couple(registers, &mut x_dot);
+            states.iter().enumerate().for_each(|(i, state)| all[i * q + j] = x_dot[*state]);
+        }
+        all
     }
 
     /// Puts the solution of the q implicit equations in the place of h; `system` is q (q + 1) zeros.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use sindyna_core::{Diverged, Dynamics, Held, Jacobians, Rng, Scheme, VectorField};
+use ndarray::{Array2, ArrayView1};
+use sindyna_core::{Diverged, Dynamics, Held, Jacobians, Rng, Scheme, Seed, VectorField};
 
 use super::frame::back;
 use super::right_side::STACK;
@@ -26,12 +27,18 @@ impl Model {
     }
 
     fn right_side_in(&self, registers: &mut [f64], z: &[f64], u: &[f64], out: &mut [f64]) {
+        self.fill(registers, z, u);
+        self.right.eval(registers, out);
+    }
+
+    /// Writes the terms at a state `z` of the model into their registers.
+    #[inline(always)]
+    pub(super) fn fill(&self, registers: &mut [f64], z: &[f64], u: &[f64]) {
         for ((register, z), offset) in registers.iter_mut().zip(z).zip(&self.parts.offsets) {
             *register = z + offset;
         }
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
         self.tape.run(registers);
-        self.right.eval(registers, out);
     }
 
     /// Writes the right-hand sides (N, n), row by row, at model states (N, n) and controls (N, k); each is what [`VectorField::eval`] gives.
@@ -80,9 +87,26 @@ impl Model {
                     z.copy_from_slice(next);
                 }
             }
-            Form::Continuous(scheme) => return self.held(scheme).step(z, u, rng, next),
+            Form::Continuous(scheme) => return self.held((scheme, self.parts.dt), z, u, rng, next),
         }
         Diverged::check(next)
+    }
+
+    /// Writes the state `dt` seconds later, of a model that is continuous in time.
+    pub(super) fn held(
+        &self,
+        (scheme, dt): (Scheme, f64),
+        z: &[f64],
+        u: &[f64],
+        rng: &mut Rng,
+        next: &mut [f64],
+    ) -> Result<(), Diverged> {
+        let (Some(friction), Scheme::Rk4 { substeps }) = (&self.friction, scheme) else {
+            return Held::new(Own(self), scheme, dt).step(z, u, rng, next);
+        };
+        let mut scratch = self.scratch(friction);
+        next.copy_from_slice(z);
+        (0..substeps).try_for_each(|_| self.rubbed(friction, dt / substeps as f64, next, u, &mut scratch))
     }
 
     /// Writes the state a time h later: rates move first, then the states they belong to by the new ones.
@@ -97,9 +121,25 @@ impl Model {
             next[i] = z[i] + h * moved;
         }
     }
+}
 
-    fn held(&self, scheme: Scheme) -> Held<Own<'_>> {
-        Held::new(Own(self), scheme, self.parts.dt)
+impl Model {
+    /// The states (T + 1, n) from `x0` on under the inputs `u` (T, k), each held for its `dt` \[s\] (T), of a model that is continuous in time and in the states'
+    /// own coordinates; `None` where it diverges.
+    pub(crate) fn along(&self, x0: &[f64], u: &Array2<f64>, dt: &[f64]) -> Option<Array2<f64>> {
+        let Form::Continuous(scheme) = self.parts.form else { return None };
+        let mut rng = Seed::new(0).stream("no randomness", 0);
+        let mut x = Array2::zeros((u.nrows() + 1, x0.len()));
+        let (mut now, mut next) = (x0.to_vec(), x0.to_vec());
+        let mut input = vec![0.0; u.ncols()];
+        x.row_mut(0).assign(&ArrayView1::from(x0));
+        for (t, dt) in dt.iter().enumerate() {
+            input.iter_mut().zip(u.row(t)).for_each(|(slot, u)| *slot = *u);
+            self.held((scheme, *dt), &now, &input, &mut rng, &mut next).ok()?;
+            x.row_mut(t + 1).assign(&ArrayView1::from(&next));
+            std::mem::swap(&mut now, &mut next);
+        }
+        Some(x)
     }
 }
 

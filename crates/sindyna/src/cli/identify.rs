@@ -201,7 +201,10 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     if let Some(Samples { data, times }) = elsewhere.as_ref().or(held_out.as_ref()) {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
         let names = others.iter().map(|path| path.display().to_string()).collect();
-        account.held_out = Some(HeldOut::of(&found.model, &recordings, &account.unmeasured).with_logs(names));
+        account.held_out = Some(
+            HeldOut::of(&found.model, &recordings, &account.unmeasured, &found.report.noise_deviations)
+                .with_logs(names),
+        );
     }
 
     // What was found is told even if it cannot be written down.

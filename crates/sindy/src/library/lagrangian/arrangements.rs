@@ -19,12 +19,21 @@ impl Lagrangian {
     /// In angles of links φ the kinetic energy of such bodies has only waves of φᵢ − φⱼ, and of φᵢ for what slides, the potential energy only waves of
     /// φᵢ: of n joints there are about 2 n² unknowns, where [`Lagrangian::new`] has 2 n⁴.
     pub(crate) fn arrangements(joints: &Joints) -> Vec<Self> {
+        Self::arranged(joints, |motion| motion.contains(&Motion::Turns))
+    }
+
+    /// The same, and bodies of which none turns.
+    pub(crate) fn all_arrangements(joints: &Joints) -> Vec<Self> {
+        Self::arranged(joints, |_| true)
+    }
+
+    fn arranged(joints: &Joints, may_be: impl Fn(&[Motion]) -> bool) -> Vec<Self> {
         let n = joints.pairs.len();
         let declared: Vec<Motion> =
             (0..n).map(|i| if joints.turns(i) { Motion::Turns } else { Motion::Slides }).collect();
         let mut all: Vec<(Vec<Motion>, Vec<Vec<i32>>)> = motions(joints, &declared)
             .into_iter()
-            .filter(|motion| motion.contains(&Motion::Turns))
+            .filter(|motion| may_be(motion))
             .flat_map(|motion| links(&motion).into_iter().map(move |links| (motion.clone(), links)))
             .collect();
         if all.len() > MOST {

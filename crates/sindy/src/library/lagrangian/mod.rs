@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use sindyna_core::number::significant;
+
 use super::{Input, Role};
 use crate::expr::{Expr, Function};
 
@@ -40,15 +42,25 @@ impl Joints {
     /// Of the variables `inputs`, of which `rates` says what is the rate of which; those of the states `still` never move. `None` unless two joints or more move
     /// and all states are positions and speeds of joints.
     pub(crate) fn new(inputs: &[Input], rates: &[Option<usize>], still: &[usize]) -> Option<Self> {
+        Self::any(inputs, rates, still).filter(|joints| joints.pairs.len() > 1)
+    }
+
+    /// The same of one joint or more.
+    pub(crate) fn any(inputs: &[Input], rates: &[Option<usize>], still: &[usize]) -> Option<Self> {
         let all: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(q, v)| Some((q, (*v)?))).collect();
         let is_chain = all.iter().any(|(_, v)| rates[*v].is_some());
         let pairs: Vec<(usize, usize)> =
             all.iter().copied().filter(|(q, v)| !(still.contains(q) && still.contains(v))).collect();
-        if is_chain || pairs.len() < 2 || 2 * all.len() != rates.len() {
+        if is_chain || pairs.is_empty() || 2 * all.len() != rates.len() {
             return None;
         }
         let roles = pairs.iter().map(|(q, _)| inputs[*q].role).collect();
         Some(Self { pairs, roles, n_states: rates.len(), n_controls: inputs.len() - rates.len() })
+    }
+
+    /// The speed of each, as numbers of states.
+    pub(crate) fn speeds(&self) -> Vec<usize> {
+        self.pairs.iter().map(|(_, v)| *v).collect()
     }
 
     /// Whether joint `i` is declared to turn.
@@ -78,7 +90,7 @@ impl Joints {
 }
 
 /// One unknown.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Parameter {
     /// Of wave w in M, row i and column j: w φ̇ᵢ φ̇ⱼ in the kinetic energy (half of it if i = j).
     Inertia(usize, usize, usize),
@@ -96,6 +108,8 @@ pub(crate) enum Parameter {
     Drag(usize),
     /// Dry friction −sign q̇ᵢ.
     Friction(usize),
+    /// Dry friction of a joint i that slides more slowly than about a speed w: −e^(−(q̇ᵢ/w)²) sign q̇ᵢ (Stribeck).
+    SlowFriction(usize, f64),
     /// Input k on joint i.
     Input(usize, usize),
 }
@@ -231,8 +245,23 @@ impl Lagrangian {
             }
             Parameter::Drag(i) => one(i, self.speed(i).times(Expr::Call(Function::Abs, Box::new(self.speed(i)))), -1.0),
             Parameter::Friction(i) => one(i, Expr::Call(Function::Sign, Box::new(self.speed(i))), -1.0),
+            Parameter::SlowFriction(i, w) => {
+                let part = Expr::Div(Box::new(self.speed(i)), Box::new(Expr::Constant(w)));
+                let bell = Expr::Call(Function::Exp, Box::new(Expr::Neg(Box::new(part.to_power(2)))));
+                one(i, Expr::Call(Function::Sign, Box::new(self.speed(i))).times(bell), -1.0)
+            }
             Parameter::Input(k, i) => one(i, Expr::Variable(self.n_states + k), 1.0),
         }
+    }
+
+    /// The same with friction that grows at low speeds: each joint's below the `parts` of its speed (RMS).
+    pub(crate) fn slow_friction(mut self, speeds: &[f64], parts: &[f64]) -> Self {
+        for (i, speed) in speeds.iter().enumerate().filter(|(_, speed)| **speed > 0.0) {
+            // Digits that say more than is known are not printed.
+            let rounded = |part: &f64| significant(part * speed, 2).parse().unwrap_or(part * speed);
+            self.parameters.extend(parts.iter().map(|part| Parameter::SlowFriction(i, rounded(part))));
+        }
+        self
     }
 
     /// d/dt ∂L/∂q̇ − ∂L/∂q − f of parameter p with coefficient 1: (joint, term, factor).

@@ -1,0 +1,297 @@
+//! Dry friction: speeds come to rest and stay there until they are pushed harder.
+
+use sindyna_core::Diverged;
+
+use super::Model;
+use super::parts::Entry;
+use crate::expr::{Expr, Function, Tape};
+
+/// Rounds of projected Gauss–Seidel, at most.
+const SWEEPS: usize = 50;
+
+/// Change of an impulse, as part of the largest possible, below which the impulses are settled.
+const SETTLED: f64 = 1e-13;
+
+/// The dry friction of a model whose time is continuous: v̇ = f(x, u) − F(x, u) sign v in the equations of some states v, with F ≥ 0.
+///
+/// A step of length h is one of Runge–Kutta in which every sign is what it is at the beginning, 0 at rest. Where a speed changes its sign on the way, or is
+/// at rest, friction exchanges another impulse s with it, of the size that stops it if that is within the bounds: v⁺ = v + D s with |s − h F sign v| ≤ h F, D the inverse of the matrix of
+/// masses, and x⁺ = x + h/2 D s for what v is the rate of. So friction holds what is pushed by less than F, and no speed creeps.
+///
+/// # References
+/// Acary, Brogliato (2008), Numerical Methods for Nonsmooth Dynamical Systems, §10 (time stepping), §12.4 (projected Gauss–Seidel).
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Friction {
+    joints: Vec<Joint>,
+    /// The coefficient, the register of F and the joint of each summand.
+    summands: Vec<(f64, u32, usize)>,
+}
+
+/// A state with dry friction.
+#[derive(Debug, Clone, PartialEq)]
+struct Joint {
+    speed: usize,
+    /// The states whose rate it is.
+    positions: Vec<usize>,
+}
+
+/// What multiplies sign(variable `v`) in `expr`; `None` if it is no such product.
+fn beside_sign(expr: &Expr, v: usize) -> Option<Expr> {
+    match expr {
+        Expr::Call(Function::Sign, inner) if **inner == Expr::Variable(v) => Some(Expr::Constant(1.0)),
+        Expr::Neg(a) => Some(Expr::Neg(Box::new(beside_sign(a, v)?))),
+        Expr::Mul(a, b) => {
+            let times = |rest: Expr, other: &Expr| Expr::Mul(Box::new(rest), Box::new(other.clone()));
+            beside_sign(a, v).map(|rest| times(rest, b)).or_else(|| beside_sign(b, v).map(|rest| times(rest, a)))
+        }
+        Expr::Div(a, b) => Some(Expr::Div(Box::new(beside_sign(a, v)?), b.clone())),
+        _ => None,
+    }
+}
+
+/// The factor F of `entry` in the equation of state `i`, if it is dry friction.
+fn factor(terms: &[Expr], entry: &Entry, i: usize) -> Option<Expr> {
+    entry.rate.is_none().then(|| beside_sign(&terms[entry.term], i)).flatten()
+}
+
+impl Friction {
+    /// The dry friction among `equations` over `terms`, whose factors are added to `tape`; `None` if there is none.
+    pub(super) fn among(equations: &[Vec<Entry>], terms: &[Expr], tape: &mut Tape) -> Option<Self> {
+        let mut joints: Vec<Joint> = Vec::new();
+        let mut summands = Vec::new();
+        for (i, row) in equations.iter().enumerate() {
+            for entry in row {
+                let Some(factor) = factor(terms, entry, i) else { continue };
+                if joints.last().is_none_or(|j| j.speed != i) {
+                    let is_rate = |p: &usize| matches!(equations[*p][..], [Entry { term, coefficient: 1.0, rate: None }] if terms[term] == Expr::Variable(i));
+                    joints.push(Joint { speed: i, positions: (0..equations.len()).filter(is_rate).collect() });
+                }
+                tape.extend([&factor]);
+                let register = tape.outputs().last().copied().unwrap_or_default();
+                summands.push((entry.coefficient, register, joints.len() - 1));
+            }
+        }
+        (!joints.is_empty()).then_some(Self { joints, summands })
+    }
+
+    /// The same with the coefficients of `equations`.
+    pub(super) fn with_coefficients(&self, equations: &[Vec<Entry>], terms: &[Expr]) -> Self {
+        let rubs = |(i, row): (usize, &Vec<Entry>)| {
+            row.iter().filter(|e| factor(terms, e, i).is_some()).map(|e| e.coefficient).collect::<Vec<_>>()
+        };
+        let coefficients = equations.iter().enumerate().flat_map(rubs);
+        let summands = self.summands.iter().zip(coefficients).map(|((_, register, joint), c)| (c, *register, *joint));
+        Self { joints: self.joints.clone(), summands: summands.collect() }
+    }
+
+    /// `equations` without dry friction.
+    pub(super) fn without(equations: &[Vec<Entry>], terms: &[Expr]) -> Vec<Vec<Entry>> {
+        let smooth =
+            |(i, row): (usize, &Vec<Entry>)| row.iter().filter(|e| factor(terms, e, i).is_none()).copied().collect();
+        equations.iter().enumerate().map(smooth).collect()
+    }
+
+    /// Adds −F times the sign given for each joint to `sums`.
+    fn add(&self, registers: &[f64], signs: &[f64], sums: &mut [f64]) {
+        for (c, register, joint) in &self.summands {
+            sums[self.joints[*joint].speed] += c * registers[*register as usize] * signs[*joint];
+        }
+    }
+}
+
+/// Room for one step.
+pub(super) struct Scratch {
+    registers: Vec<f64>,
+    /// The state at the beginning (n), and at a stage (n).
+    before: Vec<f64>,
+    at: Vec<f64>,
+    /// Rates at the four stages (4 n).
+    k: Vec<f64>,
+    signs: Vec<f64>,
+}
+
+impl Model {
+    /// Room for steps with dry friction.
+    pub(super) fn scratch(&self, friction: &Friction) -> Scratch {
+        let (n, zeros) = (self.parts.states.len(), |count: usize| vec![0.0; count]);
+        Scratch {
+            registers: zeros(self.tape.n_registers()),
+            before: zeros(n),
+            at: zeros(n),
+            k: zeros(4 * n),
+            signs: zeros(friction.joints.len()),
+        }
+    }
+
+    /// The state a time h after `z`, in its place, with dry friction.
+    pub(super) fn rubbed(
+        &self,
+        friction: &Friction,
+        h: f64,
+        z: &mut [f64],
+        u: &[f64],
+        Scratch { registers, before, at, k, signs }: &mut Scratch,
+    ) -> Result<(), Diverged> {
+        let n = z.len();
+        before.copy_from_slice(z);
+        signs.iter_mut().zip(&friction.joints).for_each(|(s, j)| *s = sign(z[j.speed]));
+        for stage in 0..4 {
+            let (done, now) = k.split_at_mut(stage * n);
+            at.copy_from_slice(before);
+            if stage > 0 {
+                let part = if stage == 3 { h } else { 0.5 * h };
+                at.iter_mut().zip(&done[(stage - 1) * n..]).for_each(|(at, k)| *at += part * k);
+            }
+            self.fill(registers, at, u);
+            self.smooth.sums(registers, &mut now[..n]);
+            friction.add(registers, signs, &mut now[..n]);
+            self.smooth.couple(registers, &mut now[..n]);
+        }
+        for i in 0..n {
+            z[i] += h / 6.0 * (k[i] + 2.0 * k[n + i] + 2.0 * k[2 * n + i] + k[3 * n + i]);
+        }
+        Diverged::check(z)?;
+        let turns = |(joint, sign): (&Joint, &f64)| *sign == 0.0 || z[joint.speed] * sign < 0.0;
+        if friction.joints.iter().zip(&*signs).any(turns) {
+            self.fill(registers, before, u);
+            self.hold(friction, h, z, registers, (before, signs));
+        }
+        Diverged::check(z)
+    }
+
+    /// Exchanges impulses between friction and the speeds of `z`, a time h after the state `before` with these `signs`, where the registers are.
+    fn hold(&self, friction: &Friction, h: f64, z: &mut [f64], registers: &[f64], (before, signs): (&[f64], &[f64])) {
+        let q = friction.joints.len();
+        let mut limits = vec![0.0; q];
+        for (c, register, joint) in &friction.summands {
+            limits[*joint] -= h * c * registers[*register as usize];
+        }
+        let states: Vec<usize> = friction.joints.iter().map(|j| j.speed).collect();
+        let response = self.smooth.response(registers, &states);
+        let mut speeds: Vec<f64> = states.iter().map(|i| z[*i]).collect();
+        let free = speeds.clone();
+        let mut impulses = vec![0.0; q];
+        for _ in 0..SWEEPS {
+            let mut moved = false;
+            for i in 0..q {
+                let own = response[i * q + i];
+                // What drives instead of holding has no impulse of its own.
+                if own <= 0.0 || limits[i] <= 0.0 {
+                    continue;
+                }
+                let used = limits[i] * signs[i];
+                let wanted = (impulses[i] - speeds[i] / own).clamp(used - limits[i], used + limits[i]);
+                let change = wanted - impulses[i];
+                impulses[i] = wanted;
+                (0..q).for_each(|j| speeds[j] += response[j * q + i] * change);
+                moved |= change.abs() > SETTLED * limits[i];
+            }
+            if !moved {
+                break;
+            }
+        }
+        for (i, joint) in friction.joints.iter().enumerate() {
+            // What was stopped is at rest to the last digit.
+            if limits[i] > 0.0 && (impulses[i] - limits[i] * signs[i]).abs() < limits[i] {
+                speeds[i] = 0.0;
+            }
+            z[joint.speed] = speeds[i];
+            for &p in &joint.positions {
+                let stays = signs[i] == 0.0 && speeds[i] == 0.0;
+                z[p] = if stays { before[p] } else { z[p] + 0.5 * h * (speeds[i] - free[i]) };
+            }
+        }
+    }
+}
+
+/// The sign of v; 0 at rest.
+fn sign(v: f64) -> f64 {
+    if v == 0.0 { 0.0 } else { v.signum() }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use sindyna_core::Scheme;
+
+    use super::super::{Entry, Form, Model, ModelParts};
+
+    /// v̇ = −9 x − 1.5 sign v + u, ẋ = v.
+    fn spring(dt: f64) -> Model {
+        Model::new(ModelParts {
+            form: Form::Continuous(Scheme::Rk4 { substeps: 1 }),
+            dt,
+            terms: ["x", "v", "sign(v)", "u"].map(String::from).to_vec(),
+            equations: vec![
+                vec![Entry::new(1, 1.0)],
+                vec![Entry::new(0, -9.0), Entry::new(2, -1.5), Entry::new(3, 1.0)],
+            ],
+            n_features: 4,
+            states: ["x", "v"].map(String::from).to_vec(),
+            controls: vec!["u".into()],
+            readings: None,
+            offsets: vec![0.0; 2],
+            kinematic: vec![true, false],
+        })
+        .expect("a model")
+    }
+
+    fn end(model: &Model, x0: [f64; 2], u: f64, steps: usize) -> Vec<f64> {
+        model.simulate(&x0, Array2::from_elem((steps, 1), u).view()).expect("finite").row(steps).to_vec()
+    }
+
+    #[test]
+    fn what_friction_holds_does_not_creep() {
+        // |u − 9 x| = 1.1 < 1.5.
+        assert_eq!(end(&spring(0.05), [0.1, 0.0], 2.0, 2000), [0.1, 0.0]);
+        // And moves when it is pushed harder: about (u − 1.5)/9 from the side it comes from.
+        assert!(end(&spring(0.05), [0.1, 0.0], 4.0, 3)[1] > 0.1);
+    }
+
+    #[test]
+    fn an_oscillation_loses_four_thirds_of_a_newton_in_every_cycle_and_stops() {
+        // Half a cycle from rest at x₀ ends at rest at −(x₀ − 2 F/k): 1.0, −2/3, 1/3, 0; 1/3 is beyond F/k = 1/6.
+        let half = std::f64::consts::PI / 3.0;
+        for (steps, tolerance) in [(200, 2e-3), (2000, 2e-4)] {
+            let model = spring(half / steps as f64);
+            for (halves, expected) in [(1, -2.0 / 3.0), (2, 1.0 / 3.0), (3, 0.0), (9, 0.0)] {
+                let at = end(&model, [1.0, 0.0], 0.0, halves * steps);
+                assert!((at[0] - expected).abs() < tolerance, "{steps} {halves}: {at:?}");
+            }
+            assert_eq!(end(&model, [1.0, 0.0], 0.0, 5 * steps)[1], 0.0, "it rests");
+        }
+    }
+
+    #[test]
+    fn two_coupled_joints_are_held_together() {
+        // v̇ = 0.4 − sign v − 0.5 ẇ, ẇ = 0.4 − sign w − 0.5 v̇: neither moves; pushed by 2, both do.
+        let model = |push: f64| {
+            let coupled = |rate: usize| Entry { term: 2, coefficient: -0.5, rate: Some(rate) };
+            Model::new(ModelParts {
+                form: Form::Continuous(Scheme::Rk4 { substeps: 1 }),
+                dt: 0.01,
+                terms: ["sign(v)", "sign(w)", "1"].map(String::from).to_vec(),
+                equations: vec![
+                    vec![Entry::new(2, push), Entry::new(0, -1.0), coupled(1)],
+                    vec![Entry::new(2, push), Entry::new(1, -1.0), coupled(0)],
+                ],
+                n_features: 3,
+                states: ["v", "w"].map(String::from).to_vec(),
+                controls: vec![],
+                readings: None,
+                offsets: vec![0.0; 2],
+                kinematic: vec![false; 2],
+            })
+            .expect("a model")
+        };
+        let end = |push: f64, x0: [f64; 2]| {
+            model(push).simulate(&x0, Array2::zeros((300, 0)).view()).expect("finite").row(300).to_vec()
+        };
+        assert_eq!(end(0.4, [0.0, 0.0]), [0.0, 0.0]);
+        assert_eq!(end(0.4, [0.3, -0.2]), [0.0, 0.0]);
+        // (2 − 1)/1.5 for 3 s.
+        for v in end(2.0, [0.0, 0.0]) {
+            assert!((v - 2.0).abs() < 1e-2, "{v}");
+        }
+    }
+}

@@ -1,0 +1,200 @@
+//! Regressions whose rows come in groups that are disturbed as a whole.
+
+use ndarray::Array2;
+
+use crate::{BestSubset, Triangle};
+
+/// Blocks of consecutive groups that are left out in turn.
+pub(super) const BLOCKS: usize = 10;
+
+/// Median misfits at which a group has half its weight.
+const HALF: f64 = 4.0;
+
+/// Times that terms and weights are found in turn.
+const ROUNDS: usize = 3;
+
+/// Times that coefficients and weights are found in turn.
+const SWEEPS: usize = 5;
+
+/// Subsets of one size from which those of the next are grown.
+const STARTS: usize = 2;
+
+/// Rows of one group: candidate columns, then the target (d, C + 1).
+#[derive(Debug, Clone)]
+pub(super) struct Group {
+    pub(super) rows: Array2<f64>,
+    /// The block it belongs to.
+    pub(super) block: usize,
+}
+
+/// What explains most of the groups.
+#[derive(Debug, Clone)]
+pub(super) struct Choice {
+    /// Columns, ascending, and their coefficients.
+    pub(super) support: Vec<usize>,
+    pub(super) xi: Vec<f64>,
+    /// Per group, from 0 to 1.
+    pub(super) weights: Vec<f64>,
+    /// What groups lose when their block was left out, as part of what they lose without any column.
+    pub(super) loss: f64,
+}
+
+/// The block of the group `at` of `count`.
+pub(super) fn block(at: usize, count: usize) -> usize {
+    at * BLOCKS / count.max(1)
+}
+
+/// The misfit at which a group has half its weight.
+pub(super) fn half(misfits: &[f64]) -> f64 {
+    let mut sorted: Vec<f64> = misfits.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    (HALF * sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)).max(f64::MIN_POSITIVE)
+}
+
+/// Weights 1/(1 + m/s) of groups with the mean squares m: those of a Cauchy distribution.
+///
+/// # References
+/// Huber, Ronchetti (2009), Robust Statistics, §7.
+pub(super) fn weights(misfits: &[f64], half: f64) -> Vec<f64> {
+    misfits.iter().map(|m| if m.is_finite() { 1.0 / (1.0 + m / half) } else { 0.0 }).collect()
+}
+
+/// ln(1 + m/s).
+pub(super) fn loss(misfit: f64, half: f64) -> f64 {
+    if misfit.is_finite() { (misfit / half).ln_1p() } else { f64::MAX.ln() }
+}
+
+/// Mean squares of what the columns `support` with coefficients `xi` leave of each group.
+fn misfits(groups: &[Group], support: &[usize], xi: &[f64]) -> Vec<f64> {
+    let of = |group: &Group| {
+        let target = group.rows.ncols() - 1;
+        let square = |row: ndarray::ArrayView1<'_, f64>| {
+            let sum: f64 = support.iter().zip(xi).map(|(j, c)| c * row[*j]).sum();
+            (row[target] - sum).powi(2)
+        };
+        group.rows.rows().into_iter().map(square).sum::<f64>() / group.rows.nrows().max(1) as f64
+    };
+    groups.iter().map(of).collect()
+}
+
+/// One triangle for each block, rows weighed by their group.
+fn triangles(groups: &[Group], weights: &[f64]) -> Option<Vec<Triangle>> {
+    let width = groups.first()?.rows.ncols();
+    let mut all = vec![Triangle::new(width); BLOCKS];
+    for (group, weight) in groups.iter().zip(weights) {
+        let by = (weight / group.rows.nrows().max(1) as f64).sqrt();
+        all[group.block].push((&group.rows * by).view()).ok()?;
+    }
+    Some(all)
+}
+
+/// The columns that explain most of the `groups`, as few as predict blocks that are left out about as well as any more: within one standard error of the
+/// difference.
+///
+/// # References
+/// Breiman, Friedman, Olshen, Stone (1984), Classification and Regression Trees, §3.4.3 (the rule of one standard error).
+pub(super) fn chosen(
+    groups: &[Group],
+    begun: Option<&[f64]>,
+    solver: &BestSubset,
+    go_on: &dyn Fn() -> bool,
+) -> Option<Choice> {
+    let target = groups.first()?.rows.ncols() - 1;
+    let mut weight = begun.map_or_else(|| vec![1.0; groups.len()], <[f64]>::to_vec);
+    let mut found: Option<Choice> = None;
+    for _ in 0..ROUNDS {
+        if !go_on() {
+            return None;
+        }
+        let blocks = triangles(groups, &weight)?;
+        let mut whole = Triangle::new(target + 1);
+        for block in &blocks {
+            whole.merge(block).ok()?;
+        }
+        let without: Vec<Triangle> = (0..BLOCKS)
+            .map(|b| {
+                let mut others = Triangle::new(target + 1);
+                let rest = blocks.iter().enumerate().filter(|(at, _)| *at != b);
+                rest.for_each(|(_, block)| others.merge(block).unwrap_or_default());
+                others
+            })
+            .collect();
+        let sizes = solver.candidates(&whole, (target, STARTS), &vec![0; target], go_on, |_| false).sizes;
+        let supports: Vec<Vec<usize>> =
+            sizes.iter().filter_map(|(subsets, _)| Some(subsets.first()?.support.clone())).collect();
+        let largest = supports.last()?;
+        let half = half(&misfits(groups, largest, &whole.solve_unit(largest, target)));
+        let losses: Vec<Vec<f64>> = supports.iter().map(|s| left_out(groups, &without, s, half)).collect();
+        let sum = |k: &usize| losses[*k].iter().sum::<f64>();
+        let best = (0..losses.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
+        let few = (0..=best).find(|&k| {
+            let differences: Vec<f64> = losses[k].iter().zip(&losses[best]).map(|(a, b)| a - b).collect();
+            sum(&k) - sum(&best) <= standard_error(&differences)
+        })?;
+        let support = supports[few].clone();
+        let mut xi = whole.solve_unit(&support, target);
+        for _ in 0..SWEEPS {
+            let misfits = misfits(groups, &support, &xi);
+            weight = weights(&misfits, self::half(&misfits));
+            let mut all = Triangle::new(target + 1);
+            triangles(groups, &weight)?.iter().for_each(|block| all.merge(block).unwrap_or_default());
+            xi = all.solve_unit(&support, target);
+        }
+        let whole_loss = sum(&0).max(f64::MIN_POSITIVE);
+        let same = found.as_ref().is_some_and(|before| before.support == support);
+        found = Some(Choice { loss: sum(&few) / whole_loss, support, xi, weights: weight.clone() });
+        if same {
+            break;
+        }
+    }
+    found
+}
+
+/// Per block, what its groups lose by the coefficients that the others have.
+fn left_out(groups: &[Group], without: &[Triangle], support: &[usize], half: f64) -> Vec<f64> {
+    let target = groups.first().map_or(0, |g| g.rows.ncols() - 1);
+    let xi: Vec<Vec<f64>> = without.iter().map(|others| others.solve_unit(support, target)).collect();
+    let mut losses = vec![0.0; without.len()];
+    for group in groups {
+        let misfit = misfits(std::slice::from_ref(group), support, &xi[group.block]);
+        losses[group.block] += loss(misfit.first().copied().unwrap_or(0.0), half);
+    }
+    losses
+}
+
+/// The standard error of the sum of `values`.
+fn standard_error(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    (n * variance).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::RngExt as _;
+    use sindyna_core::Seed;
+
+    #[test]
+    fn true_columns_are_chosen_though_a_fifth_of_the_groups_is_disturbed() {
+        let mut rng = Seed::new(1003).stream("groups", 0);
+        let mut uniform = || rng.random_range(-1.0..1.0);
+        let count = 200;
+        let group = |at: usize, uniform: &mut dyn FnMut() -> f64| {
+            let mut rows = Array2::from_shape_fn((2, 13), |_| uniform());
+            for mut row in rows.rows_mut() {
+                row[12] = 2.0 * row[1] - 0.5 * row[7] + 0.02 * uniform();
+                if at % 5 == 0 {
+                    row[12] += 3.0 + uniform();
+                }
+            }
+            Group { rows, block: block(at, count) }
+        };
+        let groups: Vec<Group> = (0..count).map(|at| group(at, &mut uniform)).collect();
+        let found = chosen(&groups, None, &BestSubset::default(), &|| true).expect("columns");
+        assert_eq!(found.support, [1, 7]);
+        assert!((found.xi[0] - 2.0).abs() < 0.01 && (found.xi[1] + 0.5).abs() < 0.01, "{:?}", found.xi);
+        assert!(found.weights.iter().enumerate().all(|(at, w)| (at % 5 == 0) == (*w < 0.1)));
+    }
+}

@@ -1,0 +1,234 @@
+//! From weak-form rows to equations that predict pieces.
+
+use super::account::account;
+use super::cut::{Piece, pieces, time_scale};
+use super::equations::Equations;
+use super::fit::{Data, Fitted};
+use super::grouped::{Choice, Group, chosen};
+use super::linearised;
+use super::weak::{Balances, Weak, balances};
+use crate::BestSubset;
+use crate::Watch;
+use crate::data::{Segment, measures};
+use crate::estimate::Estimate;
+use crate::library::{Joints, Lagrangian};
+use crate::model::{Form, Model};
+use crate::regression::Space;
+
+/// Pieces, at least: fewer do not tell what disturbs some of them.
+const FEWEST: usize = 30;
+
+/// Lengths of the windows of the weak form, in time scales.
+const LENGTHS: [f64; 3] = [1.0, 2.0, 4.0];
+
+/// Times that joints are weighed by the momentum they exchange.
+const WEIGHINGS: usize = 3;
+
+/// Proposals of the weak form that are fitted to pieces.
+const PROPOSALS: usize = 3;
+
+/// Rounds of their first fit.
+const FEW: usize = 6;
+
+/// Times that terms are chosen near the parameters fitted.
+const CHOICES: usize = 4;
+
+/// Parts of the speed of a joint (RMS) below which its friction may be larger than above.
+const SLOW: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 0.25];
+
+/// Equations fitted to pieces, and what speaks of the rest.
+pub(crate) struct Disturbed {
+    pub(crate) found: Estimate,
+    /// What the equations leave of most pieces, as a part of the spread of each state: the largest.
+    pub(crate) left: f64,
+    /// Sentences about pieces that do not follow the equations.
+    pub(crate) notes: Vec<String>,
+}
+
+/// What is looked for, and in what.
+pub(super) struct Problem<'a> {
+    pub(super) segments: &'a [Segment],
+    /// Per state: the state that is declared to be its rate.
+    pub(super) rates: &'a [Option<usize>],
+    pub(super) space: &'a Space,
+    pub(super) dt: f64,
+    pub(super) solver: &'a BestSubset,
+    pub(super) watch: &'a Watch<'a>,
+}
+
+/// A Lagrangian with some of its parameters, as the weak form proposes them.
+struct Proposal {
+    /// Number of the Lagrangian.
+    of: usize,
+    unit: usize,
+    /// Parameters and values beside the unit.
+    parameters: Vec<(usize, f64)>,
+}
+
+/// Recordings cut into pieces.
+pub(crate) struct Cut<'a> {
+    segments: &'a [Segment],
+    floor: &'a [f64],
+    /// Time scale \[s\].
+    scale: f64,
+    pieces: Vec<Piece>,
+    measured: Vec<bool>,
+    spread: Vec<f64>,
+}
+
+impl<'a> Cut<'a> {
+    /// The pieces of `segments`, whose samples have errors of at least `floor` (n); `None` where they are too few to tell what disturbs some of them.
+    pub(crate) fn new(segments: &'a [Segment], floor: &'a [f64]) -> Option<Self> {
+        let spread: Vec<f64> = (0..floor.len()).map(|i| spread(segments, i)).collect();
+        let moving: Vec<usize> = (0..floor.len()).filter(|&i| spread[i] > 0.0).collect();
+        let scale = time_scale(segments, &moving)?;
+        let measured = (0..floor.len()).map(|i| measures(segments, i)).collect();
+        let pieces = pieces(segments, scale);
+        (pieces.len() >= FEWEST).then_some(Self { segments, floor, scale, pieces, measured, spread })
+    }
+
+    fn data<'b>(&'b self, watch: &'b Watch<'b>) -> Data<'b> {
+        Data { pieces: &self.pieces, measured: &self.measured, floor: self.floor, spread: &self.spread, watch }
+    }
+
+    /// What `model` leaves of most pieces, each from the start that suits it best: a part of the spread of each state, the largest. `None` where it cannot
+    /// follow them.
+    pub(crate) fn left_by(&self, model: &Model, watch: &Watch<'_>) -> Option<f64> {
+        if !matches!(model.form(), Form::Continuous(_)) {
+            return None;
+        }
+        let data = self.data(watch);
+        let fitted = data.fitted(&|_| Some(model.clone()), &[1.0], None, FEW)?;
+        Some(left(&fitted, &data))
+    }
+
+    /// Equations of the machine, whose `joints` rub and are disturbed. `None` where nothing follows the data.
+    pub(crate) fn disturbed(
+        &self,
+        joints: &Joints,
+        rates: &[Option<usize>],
+        (space, dt): (&Space, f64),
+        (solver, watch): (&BestSubset, &Watch<'_>),
+    ) -> Option<Disturbed> {
+        let problem = Problem { segments: self.segments, rates, space, dt, solver, watch };
+        let data = self.data(watch);
+        let speeds: Vec<f64> = joints.speeds().iter().map(|&v| size(self.segments, v)).collect();
+        let lagrangians: Vec<Lagrangian> =
+            Lagrangian::all_arrangements(joints).into_iter().map(|l| l.slow_friction(&speeds, &SLOW)).collect();
+        let proposals = problem.proposals(&lagrangians, self.scale);
+        let some: Vec<Piece> = self.pieces.iter().step_by(self.pieces.len().div_ceil(2 * FEWEST)).cloned().collect();
+        let of_some = Data { pieces: &some, ..data };
+        let first = |proposal: &Proposal| {
+            let others = proposal.parameters.iter();
+            let chosen: Vec<usize> = std::iter::once(proposal.unit).chain(others.clone().map(|p| p.0)).collect();
+            let equations = Equations::new(&lagrangians[proposal.of], &chosen, space, dt)?;
+            let theta: Vec<f64> = std::iter::once(1.0).chain(others.map(|p| p.1)).collect();
+            let fitted = of_some.fitted(&|theta| equations.at(theta), &theta, None, FEW)?;
+            Some((left(&fitted, &of_some), proposal.of, equations, fitted))
+        };
+        let best = proposals.iter().filter_map(first).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, of, equations, fitted) = best?;
+        let (equations, fitted) = refined(&problem, &data, &lagrangians[of], equations, &fitted.theta)?;
+        account(&problem, &data, &equations, &fitted)
+    }
+}
+
+/// What most pieces leave, as a part of the spread of each measured state: the largest.
+pub(super) fn left(fitted: &Fitted, data: &Data<'_>) -> f64 {
+    let parts = fitted.sigma.iter().zip(data.spread).zip(data.measured);
+    let moving = parts.filter(|((_, spread), measured)| **measured && **spread > 0.0);
+    moving.map(|((s, spread), _)| s / spread).fold(0.0, f64::max)
+}
+
+/// Terms chosen near the parameters fitted, and fitted again, until they stay.
+fn refined(
+    problem: &Problem<'_>,
+    data: &Data<'_>,
+    lagrangian: &Lagrangian,
+    mut equations: Equations,
+    theta: &[f64],
+) -> Option<(Equations, Fitted)> {
+    let unit = equations.chosen[0];
+    let all: Vec<usize> = std::iter::once(unit).chain(lagrangian.others(unit)).collect();
+    let everything = Equations::new(lagrangian, &all, problem.space, problem.dt)?;
+    let mut fitted = data.fitted(&|theta| equations.at(theta), theta, None, usize::MAX)?;
+    for _ in 0..CHOICES {
+        let value = |p: &usize| equations.chosen.iter().position(|q| q == p).map_or(0.0, |at| fitted.theta[at]);
+        let theta: Vec<f64> = all.iter().map(value).collect();
+        let (groups, weights): (Vec<Group>, Vec<f64>) = linearised::groups(data, &everything, &theta, &fitted)
+            .into_iter()
+            .zip(&fitted.weights)
+            .filter_map(|(group, weight)| Some((group?, *weight)))
+            .unzip();
+        let Some(choice) = chosen(&groups, Some(&weights), problem.solver, problem.watch.asks()) else { break };
+        let own: Vec<usize> = std::iter::once(unit).chain(choice.support.iter().map(|c| all[1 + c])).collect();
+        let same = own.len() == equations.chosen.len() && own.iter().all(|p| equations.chosen.contains(p));
+        let xi: Vec<f64> = std::iter::once(1.0).chain(choice.xi.iter().copied()).collect();
+        if same {
+            break;
+        }
+        let Some(next) = Equations::new(lagrangian, &own, problem.space, problem.dt) else { break };
+        let Some(better) = data.fitted(&|theta| next.at(theta), &xi, Some(&fitted), usize::MAX) else { break };
+        (equations, fitted) = (next, better);
+    }
+    Some((equations, fitted))
+}
+
+impl Problem<'_> {
+    /// What the weak form proposes, the smallest losses of each arrangement and unit.
+    fn proposals(&self, lagrangians: &[Lagrangian], scale: f64) -> Vec<Proposal> {
+        let mut all: Vec<(f64, Proposal)> = Vec::new();
+        for (of, lagrangian) in lagrangians.iter().enumerate() {
+            let balances = balances(lagrangian, self.segments);
+            for unit in lagrangian.units() {
+                all.extend(self.proposed(lagrangian, &balances, (of, unit), scale));
+            }
+        }
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.truncate(PROPOSALS * LENGTHS.len());
+        all.into_iter().map(|(_, proposal)| proposal).collect()
+    }
+
+    fn proposed(
+        &self,
+        lagrangian: &Lagrangian,
+        balances: &Balances,
+        (of, unit): (usize, usize),
+        scale: f64,
+    ) -> Vec<(f64, Proposal)> {
+        let choice = lagrangian.others(unit);
+        let of_length = |length: &f64| {
+            let weak = Weak::new(balances, self.segments, length * scale);
+            if weak.len() < FEWEST {
+                return None;
+            }
+            let mut sizes = vec![1.0; lagrangian.joints.len()];
+            let mut found: Option<Choice> = None;
+            for _ in 0..WEIGHINGS {
+                let groups = weak.groups((unit, &choice), &sizes);
+                found = Some(chosen(&groups, found.as_ref().map(|f| &f.weights[..]), self.solver, self.watch.asks())?);
+                let parameters: Vec<(usize, f64)> =
+                    found.iter().flat_map(|f| f.support.iter().map(|c| choice[*c]).zip(f.xi.iter().copied())).collect();
+                sizes = weak.exchanged(lagrangian, &parameters);
+            }
+            let found = found?;
+            let parameters = found.support.iter().map(|c| choice[*c]).zip(found.xi.iter().copied()).collect();
+            Some((found.loss, Proposal { of, unit, parameters }))
+        };
+        LENGTHS.iter().filter_map(of_length).collect()
+    }
+}
+
+/// Standard deviation of the samples of state `i`.
+fn spread(segments: &[Segment], i: usize) -> f64 {
+    let all: Vec<f64> = segments.iter().flat_map(|s| s.x.column(i).to_vec()).collect();
+    let mean = all.iter().sum::<f64>() / all.len().max(1) as f64;
+    (all.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / all.len().max(1) as f64).sqrt()
+}
+
+/// RMS of the samples of state `i`.
+fn size(segments: &[Segment], i: usize) -> f64 {
+    let (sum, count) =
+        segments.iter().flat_map(|s| s.x.column(i).to_vec()).fold((0.0, 0.0), |(s, c), v| (s + v * v, c + 1.0));
+    (sum / f64::max(count, 1.0)).sqrt()
+}
