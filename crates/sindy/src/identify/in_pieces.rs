@@ -5,14 +5,16 @@ use std::cell::Cell;
 use super::Identifier;
 use super::estimated::written;
 use crate::LibraryChoice;
+use crate::data::sample_of;
 use crate::estimate::{Estimate, Problem, estimate};
 use crate::library::Joints;
 use crate::motion::Stepping;
 use crate::pieces::{Cut, Disturbed};
 use crate::regression::Space;
 
-/// Part of the budget after which machines are taken for disturbed, if their data are long.
-const FIRST: u64 = 8;
+/// Steps in which equations that leave noise alone are looked for first, and the part of the budget for that.
+const PART: usize = 600;
+const SHARE: u64 = 8;
 
 /// Part of its spread that equations leave of a state in most pieces, beyond which they explain little.
 const EXPLAINED: f64 = 0.2;
@@ -29,16 +31,17 @@ impl Identifier {
         let joints = if self.may_be_disturbed() { Joints::any(&self.inputs(), problem.rates, &[]) } else { None };
         let cut = joints.and_then(|joints| Some((joints, Cut::new(problem.segments, problem.floor)?)));
         let Some((joints, cut)) = cut else { return (estimate(problem, stepping), Vec::new()) };
-        let spent = Cell::new(0);
-        let quickly = Problem { budget: problem.budget / FIRST, spent: &spent, ..*problem };
         let settled = |found: &Estimate| !found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt());
+        let (part, spent) = (sample_of(problem.segments, PART), Cell::new(0));
+        let quickly = Problem { segments: &part, budget: problem.budget / SHARE, spent: &spent, ..*problem };
         let first = estimate(&quickly, stepping);
         if first.as_ref().is_some_and(settled) || !problem.watch.go_on() {
-            return (first, Vec::new());
+            return (estimate(problem, stepping), Vec::new());
         }
         let disturbed = cut.disturbed(&joints, problem.rates, (space, self.spec.dt), (problem.solver, problem.watch));
-        let is_explained = disturbed.as_ref().is_some_and(|d| d.left < EXPLAINED);
-        let found = if is_explained { first } else { estimate(problem, stepping) };
+        let noise = first.as_ref().map(|first| &first.signal_noise[..]);
+        let is_disturbed = disturbed.as_ref().is_some_and(|d| d.left < EXPLAINED && d.leaves_more_than(noise));
+        let found = if is_disturbed { None } else { estimate(problem, stepping) };
         let Some(Disturbed { found: of_pieces, left, notes }) = disturbed else { return (found, Vec::new()) };
         let is_better = |found: &Estimate| {
             let model = written(found, space, self.spec.dt).ok();

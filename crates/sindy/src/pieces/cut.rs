@@ -11,7 +11,7 @@ const CORRELATED: f64 = 0.5;
 const CELLS: f64 = 32.0;
 
 /// Length of a piece in time scales.
-const LENGTH: f64 = 2.0;
+const LENGTH: f64 = 1.5;
 
 /// A short part of a recording, cut into cells.
 #[derive(Debug, Clone)]

@@ -30,6 +30,19 @@ fn sum(of: &Combination, theta: &[f64]) -> f64 {
     of.iter().map(|(place, factor)| factor * theta[*place]).sum()
 }
 
+/// The same with each parameter once, without those that cancel.
+fn added_up(of: Combination) -> Combination {
+    let mut all: Combination = Vec::new();
+    for (place, factor) in of {
+        match all.iter_mut().find(|(known, _)| *known == place) {
+            Some((_, sum)) => *sum += factor,
+            None => all.push((place, factor)),
+        }
+    }
+    all.retain(|(_, factor)| *factor != 0.0);
+    all
+}
+
 impl Equations {
     /// The equations of `lagrangian` with the parameters `chosen`, in a model of `space` whose steps take `dt` \[s\]. `None` if a joint has no inertia.
     pub(super) fn new(lagrangian: &Lagrangian, chosen: &[usize], space: &Space, dt: f64) -> Option<Self> {
@@ -70,8 +83,11 @@ impl Equations {
             } else if let Some(joint) = speeds.iter().position(|v| *v == state) {
                 // Sums that cancel whatever the parameters are have no term.
                 for (key, sum) in rows[joint].drain(..) {
-                    supports[state].push(place(&key));
-                    ratios.push((sum, joint));
+                    let sum = added_up(sum);
+                    if !sum.is_empty() {
+                        supports[state].push(place(&key));
+                        ratios.push((sum, joint));
+                    }
                 }
             }
         }

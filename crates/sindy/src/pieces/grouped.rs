@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 
+use crate::solve::Subset;
 use crate::{BestSubset, Triangle};
 
 /// Blocks of consecutive groups that are left out in turn.
@@ -15,6 +16,13 @@ const ROUNDS: usize = 3;
 
 /// Times that coefficients and weights are found in turn.
 const SWEEPS: usize = 5;
+
+/// Standard errors by which fewer columns may predict blocks worse: between the smallest loss, which keeps what says nothing, and one, which leaves out
+/// friction that only a few pieces show.
+const ERRORS: f64 = 0.5;
+
+/// Operations for the subsets of one size.
+const BUDGET: u64 = 50_000;
 
 /// Subsets of one size from which those of the next are grown.
 const STARTS: usize = 2;
@@ -88,16 +96,16 @@ fn triangles(groups: &[Group], weights: &[f64]) -> Option<Vec<Triangle>> {
     Some(all)
 }
 
-/// The columns that explain most of the `groups`, as few as predict blocks that are left out about as well as any more: within one standard error of the
-/// difference.
+/// The columns that explain most of the `groups`, as few as predict blocks that are left out about as well as any more: within [`ERRORS`] standard errors of the
+/// difference. Coefficients of columns that are `positive` (C) are so.
 ///
 /// # References
-/// Breiman, Friedman, Olshen, Stone (1984), Classification and Regression Trees, §3.4.3 (the rule of one standard error).
+/// Breiman, Friedman, Olshen, Stone (1984), Classification and Regression Trees, §3.4.3 (there one standard error).
 pub(super) fn chosen(
     groups: &[Group],
     begun: Option<&[f64]>,
-    solver: &BestSubset,
-    go_on: &dyn Fn() -> bool,
+    positive: &[bool],
+    (solver, go_on): (&BestSubset, &dyn Fn() -> bool),
 ) -> Option<Choice> {
     let target = groups.first()?.rows.ncols() - 1;
     let mut weight = begun.map_or_else(|| vec![1.0; groups.len()], <[f64]>::to_vec);
@@ -119,9 +127,16 @@ pub(super) fn chosen(
                 others
             })
             .collect();
+        let solver = solver.within(BUDGET);
         let sizes = solver.candidates(&whole, (target, STARTS), &vec![0; target], go_on, |_| false).sizes;
-        let supports: Vec<Vec<usize>> =
-            sizes.iter().filter_map(|(subsets, _)| Some(subsets.first()?.support.clone())).collect();
+        let has_signs = |support: &[usize]| {
+            let xi = whole.solve_unit(support, target);
+            support.iter().zip(xi).all(|(&j, xi)| !positive[j] || xi >= 0.0)
+        };
+        let best = |(subsets, _): &(Vec<Subset>, bool)| {
+            subsets.iter().map(|subset| subset.support.clone()).find(|support| has_signs(support))
+        };
+        let supports: Vec<Vec<usize>> = sizes.iter().filter_map(best).collect();
         let largest = supports.last()?;
         let half = half(&misfits(groups, largest, &whole.solve_unit(largest, target)));
         let losses: Vec<Vec<f64>> = supports.iter().map(|s| left_out(groups, &without, s, half)).collect();
@@ -129,7 +144,7 @@ pub(super) fn chosen(
         let best = (0..losses.len()).min_by(|a, b| sum(a).total_cmp(&sum(b)))?;
         let few = (0..=best).find(|&k| {
             let differences: Vec<f64> = losses[k].iter().zip(&losses[best]).map(|(a, b)| a - b).collect();
-            sum(&k) - sum(&best) <= standard_error(&differences)
+            sum(&k) - sum(&best) <= ERRORS * standard_error(&differences)
         })?;
         let support = supports[few].clone();
         let mut xi = whole.solve_unit(&support, target);
@@ -164,7 +179,8 @@ fn left_out(groups: &[Group], without: &[Triangle], support: &[usize], half: f64
 
 /// The standard error of the sum of `values`.
 fn standard_error(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
+    // Blocks without groups differ in nothing.
+    let n = values.iter().filter(|v| **v != 0.0).count().max(1) as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
     (n * variance).sqrt()
@@ -192,7 +208,7 @@ mod tests {
             Group { rows, block: block(at, count) }
         };
         let groups: Vec<Group> = (0..count).map(|at| group(at, &mut uniform)).collect();
-        let found = chosen(&groups, None, &BestSubset::default(), &|| true).expect("columns");
+        let found = chosen(&groups, None, &[false; 12], (&BestSubset::default(), &|| true)).expect("columns");
         assert_eq!(found.support, [1, 7]);
         assert!((found.xi[0] - 2.0).abs() < 0.01 && (found.xi[1] + 0.5).abs() < 0.01, "{:?}", found.xi);
         assert!(found.weights.iter().enumerate().all(|(at, w)| (at % 5 == 0) == (*w < 0.1)));

@@ -15,16 +15,19 @@ use crate::library::{Joints, Lagrangian};
 use crate::model::{Form, Model};
 use crate::regression::Space;
 
-/// Pieces, at least: fewer do not tell what disturbs some of them.
-const FEWEST: usize = 30;
+/// Pieces, at least.
+const FEWEST: usize = 4;
 
-/// Lengths of the windows of the weak form, in time scales.
-const LENGTHS: [f64; 3] = [1.0, 2.0, 4.0];
+/// Pieces by which proposals are compared, about.
+const COMPARED: usize = 60;
+
+/// Lengths of the windows of the weak form, in time scales; all arrangements are tried with the first.
+const LENGTHS: [f64; 3] = [2.0, 1.0, 4.0];
 
 /// Times that joints are weighed by the momentum they exchange.
-const WEIGHINGS: usize = 3;
+const WEIGHINGS: usize = 2;
 
-/// Proposals of the weak form that are fitted to pieces.
+/// Arrangements and units that are fitted to pieces.
 const PROPOSALS: usize = 3;
 
 /// Rounds of their first fit.
@@ -43,6 +46,17 @@ pub(crate) struct Disturbed {
     pub(crate) left: f64,
     /// Sentences about pieces that do not follow the equations.
     pub(crate) notes: Vec<String>,
+}
+
+/// Multiple of the noise of sensors beyond which what is left of a state is not that alone.
+const NOISE: f64 = 2.0;
+
+impl Disturbed {
+    /// Whether the equations leave more of a state that was measured than the `noise` (n) of its sensor.
+    pub(crate) fn leaves_more_than(&self, noise: Option<&[f64]>) -> bool {
+        let more = |i: usize| noise.is_none_or(|noise| self.found.sigma[i] > NOISE * noise[i]);
+        (0..self.found.sigma.len()).any(|i| self.found.measured[i] && more(i))
+    }
 }
 
 /// What is looked for, and in what.
@@ -116,7 +130,7 @@ impl<'a> Cut<'a> {
         let lagrangians: Vec<Lagrangian> =
             Lagrangian::all_arrangements(joints).into_iter().map(|l| l.slow_friction(&speeds, &SLOW)).collect();
         let proposals = problem.proposals(&lagrangians, self.scale);
-        let some: Vec<Piece> = self.pieces.iter().step_by(self.pieces.len().div_ceil(2 * FEWEST)).cloned().collect();
+        let some: Vec<Piece> = self.pieces.iter().step_by(self.pieces.len().div_ceil(COMPARED)).cloned().collect();
         let of_some = Data { pieces: &some, ..data };
         let first = |proposal: &Proposal| {
             let others = proposal.parameters.iter();
@@ -150,6 +164,7 @@ fn refined(
 ) -> Option<(Equations, Fitted)> {
     let unit = equations.chosen[0];
     let all: Vec<usize> = std::iter::once(unit).chain(lagrangian.others(unit)).collect();
+    let positive: Vec<bool> = all[1..].iter().map(|&p| lagrangian.dissipates(p)).collect();
     let everything = Equations::new(lagrangian, &all, problem.space, problem.dt)?;
     let mut fitted = data.fitted(&|theta| equations.at(theta), theta, None, usize::MAX)?;
     for _ in 0..CHOICES {
@@ -160,7 +175,9 @@ fn refined(
             .zip(&fitted.weights)
             .filter_map(|(group, weight)| Some((group?, *weight)))
             .unzip();
-        let Some(choice) = chosen(&groups, Some(&weights), problem.solver, problem.watch.asks()) else { break };
+        let Some(choice) = chosen(&groups, Some(&weights), &positive, (problem.solver, problem.watch.asks())) else {
+            break;
+        };
         let own: Vec<usize> = std::iter::once(unit).chain(choice.support.iter().map(|c| all[1 + c])).collect();
         let same = own.len() == equations.chosen.len() && own.iter().all(|p| equations.chosen.contains(p));
         let xi: Vec<f64> = std::iter::once(1.0).chain(choice.xi.iter().copied()).collect();
@@ -175,47 +192,52 @@ fn refined(
 }
 
 impl Problem<'_> {
-    /// What the weak form proposes, the smallest losses of each arrangement and unit.
+    /// What the weak form proposes: the smallest losses over windows of middle length, and over others with the same arrangement and unit.
     fn proposals(&self, lagrangians: &[Lagrangian], scale: f64) -> Vec<Proposal> {
-        let mut all: Vec<(f64, Proposal)> = Vec::new();
-        for (of, lagrangian) in lagrangians.iter().enumerate() {
-            let balances = balances(lagrangian, self.segments);
-            for unit in lagrangian.units() {
-                all.extend(self.proposed(lagrangian, &balances, (of, unit), scale));
-            }
-        }
-        all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        all.truncate(PROPOSALS * LENGTHS.len());
-        all.into_iter().map(|(_, proposal)| proposal).collect()
+        let balances: Vec<Balances> = lagrangians.iter().map(|l| balances(l, self.segments)).collect();
+        let proposed = |(of, unit): (usize, usize), length: f64| {
+            self.proposed(&lagrangians[of], &balances[of], (of, unit), length * scale)
+        };
+        let pairs =
+            lagrangians.iter().enumerate().flat_map(|(of, l)| l.units().into_iter().map(move |unit| (of, unit)));
+        let mut first: Vec<(f64, Proposal)> = pairs.filter_map(|pair| proposed(pair, LENGTHS[0])).collect();
+        first.sort_by(|a, b| a.0.total_cmp(&b.0));
+        first.truncate(PROPOSALS);
+        let others: Vec<(f64, Proposal)> = first
+            .iter()
+            .flat_map(|(_, p)| LENGTHS[1..].iter().map(move |length| ((p.of, p.unit), *length)))
+            .filter_map(|(pair, length)| proposed(pair, length))
+            .collect();
+        first.into_iter().chain(others).map(|(_, proposal)| proposal).collect()
     }
 
+    /// What windows of `seconds` propose, and what they lose by it.
     fn proposed(
         &self,
         lagrangian: &Lagrangian,
         balances: &Balances,
         (of, unit): (usize, usize),
-        scale: f64,
-    ) -> Vec<(f64, Proposal)> {
+        seconds: f64,
+    ) -> Option<(f64, Proposal)> {
         let choice = lagrangian.others(unit);
-        let of_length = |length: &f64| {
-            let weak = Weak::new(balances, self.segments, length * scale);
-            if weak.len() < FEWEST {
-                return None;
-            }
-            let mut sizes = vec![1.0; lagrangian.joints.len()];
-            let mut found: Option<Choice> = None;
-            for _ in 0..WEIGHINGS {
-                let groups = weak.groups((unit, &choice), &sizes);
-                found = Some(chosen(&groups, found.as_ref().map(|f| &f.weights[..]), self.solver, self.watch.asks())?);
-                let parameters: Vec<(usize, f64)> =
-                    found.iter().flat_map(|f| f.support.iter().map(|c| choice[*c]).zip(f.xi.iter().copied())).collect();
-                sizes = weak.exchanged(lagrangian, &parameters);
-            }
-            let found = found?;
-            let parameters = found.support.iter().map(|c| choice[*c]).zip(found.xi.iter().copied()).collect();
-            Some((found.loss, Proposal { of, unit, parameters }))
+        let positive: Vec<bool> = choice.iter().map(|&p| lagrangian.dissipates(p)).collect();
+        let weak = Weak::new(balances, self.segments, seconds);
+        if weak.len() * lagrangian.joints.len() <= choice.len() {
+            return None;
+        }
+        let mut sizes = vec![1.0; lagrangian.joints.len()];
+        let mut found: Option<Choice> = None;
+        let parameters = |found: &Choice| -> Vec<(usize, f64)> {
+            found.support.iter().map(|c| choice[*c]).zip(found.xi.iter().copied()).collect()
         };
-        LENGTHS.iter().filter_map(of_length).collect()
+        for _ in 0..WEIGHINGS {
+            let groups = weak.groups((unit, &choice), &sizes);
+            let begun = found.as_ref().map(|f| &f.weights[..]);
+            let next = chosen(&groups, begun, &positive, (self.solver, self.watch.asks()))?;
+            sizes = weak.exchanged(lagrangian, &parameters(&next));
+            found = Some(next);
+        }
+        found.map(|found| (found.loss, Proposal { of, unit, parameters: parameters(&found) }))
     }
 }
 

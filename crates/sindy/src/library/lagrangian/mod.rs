@@ -181,6 +181,12 @@ impl Lagrangian {
         (0..self.parameters.len()).filter(|&p| p != unit && !is_same(&self.parameters[p])).collect()
     }
 
+    /// Whether parameter p takes energy out of the system, which a negative one would bring in.
+    pub(crate) fn dissipates(&self, p: usize) -> bool {
+        use Parameter::{Between, Damping, Drag, Friction, SlowFriction};
+        matches!(self.parameters[p], Damping(_) | Between(..) | Drag(_) | Friction(_) | SlowFriction(..))
+    }
+
     /// The symmetric K of Σ Kₐᵦ q̇ₐ q̇ᵦ/2 that φ̇ᵢ φ̇ⱼ is (half of it if i = j): the entries that are not zero.
     fn metric(&self, i: usize, j: usize) -> Vec<(usize, usize, f64)> {
         let n = self.joints.len();
