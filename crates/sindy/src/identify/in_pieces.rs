@@ -14,7 +14,7 @@ use crate::regression::Space;
 
 /// Steps in which equations that leave noise alone are looked for first, and the part of the budget for that.
 const PART: usize = 600;
-const SHARE: u64 = 8;
+const SHARE: u64 = 32;
 
 /// Part of its spread that equations leave of a state in most pieces, beyond which they explain little.
 const EXPLAINED: f64 = 0.2;
@@ -29,7 +29,8 @@ impl Identifier {
         space: &Space,
     ) -> (Option<Estimate>, Vec<String>) {
         let joints = if self.may_be_disturbed() { Joints::any(&self.inputs(), problem.rates, &[]) } else { None };
-        let cut = joints.and_then(|joints| Some((joints, Cut::new(problem.segments, problem.floor)?)));
+        let cut = joints
+            .and_then(|joints| Some((joints.clone(), Cut::new(problem.segments, problem.floor, &joints.speeds())?)));
         let Some((joints, cut)) = cut else { return (estimate(problem, stepping), Vec::new()) };
         let settled = |found: &Estimate| !found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt());
         let (part, spent) = (sample_of(problem.segments, PART), Cell::new(0));

@@ -28,7 +28,7 @@ pub(super) struct Piece {
     pub(super) dt: Vec<f64>,
 }
 
-/// The shortest time \[s\] in which one of the `states` forgets where it was; `None` if none moves.
+/// The longest time \[s\] in which one of the `states` forgets where it was; `None` if none moves.
 pub(super) fn time_scale(segments: &[Segment], states: &[usize]) -> Option<f64> {
     let steps: usize = segments.iter().map(Segment::len).sum();
     let seconds: f64 = segments.iter().flat_map(|s| &s.dt).sum();
@@ -51,7 +51,7 @@ pub(super) fn time_scale(segments: &[Segment], states: &[usize]) -> Option<f64> 
         let variance = correlation(0);
         (variance > 0.0).then(|| (1..longest / 2).find(|&lag| correlation(lag) < CORRELATED * variance)).flatten()
     };
-    let lag = states.iter().filter_map(of).min()?;
+    let lag = states.iter().filter_map(of).max()?;
     Some(lag as f64 * mean_step)
 }
 
@@ -148,7 +148,7 @@ mod tests {
             assert!((pair[0].start + pair[0].seconds() - pair[1].start).abs() < 1e-9);
             assert_eq!(pair[0].x.row(pair[0].x.nrows() - 1), pair[1].x.row(0));
         }
-        // An input that rises with the time is a cell late by less than half of it.
+        // An input that rises with the time is late by less than a cell.
         let mut time = all[3].start;
         for (u, dt) in all[3].u.iter().zip(&all[3].dt) {
             assert!((u - time).abs() < *dt, "{u} {time}");

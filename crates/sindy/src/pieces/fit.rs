@@ -7,9 +7,6 @@ use super::grouped::{half, loss, weights};
 use crate::Watch;
 use crate::model::Model;
 
-/// Rounds of Gauss–Newton, at most.
-const ROUNDS: usize = 40;
-
 /// Part of the loss below which a round has settled.
 const SETTLED: f64 = 1e-4;
 
@@ -152,7 +149,7 @@ impl Data<'_> {
         let free: Vec<usize> = (1..theta.len()).collect();
         let mut damping = 1e-3;
         let mut settled = 0;
-        for _ in 0..rounds.min(ROUNDS) {
+        for _ in 0..rounds {
             if !self.watch.go_on() {
                 return None;
             }

@@ -21,6 +21,10 @@ const SWEEPS: usize = 5;
 /// friction that only a few pieces show.
 const ERRORS: f64 = 0.5;
 
+/// Part of the squares that a column more must explain, and how many in a row may not before larger subsets are of no interest.
+const GAIN: f64 = 0.01;
+const PATIENCE: usize = 3;
+
 /// Operations for the subsets of one size.
 const BUDGET: u64 = 50_000;
 
@@ -128,7 +132,13 @@ pub(super) fn chosen(
             })
             .collect();
         let solver = solver.within(BUDGET);
-        let sizes = solver.candidates(&whole, (target, STARTS), &vec![0; target], go_on, |_| false).sizes;
+        let (mut least, mut idle) = (f64::INFINITY, 0);
+        let enough = |best: &Subset| {
+            idle = if best.rss < (1.0 - GAIN) * least { 0 } else { idle + 1 };
+            least = least.min(best.rss);
+            idle >= PATIENCE
+        };
+        let sizes = solver.candidates(&whole, (target, STARTS), &vec![0; target], go_on, enough).sizes;
         let has_signs = |support: &[usize]| {
             let xi = whole.solve_unit(support, target);
             support.iter().zip(xi).all(|(&j, xi)| !positive[j] || xi >= 0.0)

@@ -30,8 +30,10 @@ const WEIGHINGS: usize = 2;
 /// Arrangements and units that are fitted to pieces.
 const PROPOSALS: usize = 3;
 
-/// Rounds of their first fit.
+/// Rounds of their first fit; of fits between choices of terms; of the last one.
 const FEW: usize = 6;
+const SOME: usize = 10;
+const MANY: usize = 40;
 
 /// Times that terms are chosen near the parameters fitted.
 const CHOICES: usize = 4;
@@ -91,11 +93,10 @@ pub(crate) struct Cut<'a> {
 }
 
 impl<'a> Cut<'a> {
-    /// The pieces of `segments`, whose samples have errors of at least `floor` (n); `None` where they are too few to tell what disturbs some of them.
-    pub(crate) fn new(segments: &'a [Segment], floor: &'a [f64]) -> Option<Self> {
+    /// The pieces of `segments`, whose samples have errors of at least `floor` (n), as long as the `speeds` among the states need; `None` where there are too few.
+    pub(crate) fn new(segments: &'a [Segment], floor: &'a [f64], speeds: &[usize]) -> Option<Self> {
         let spread: Vec<f64> = (0..floor.len()).map(|i| spread(segments, i)).collect();
-        let moving: Vec<usize> = (0..floor.len()).filter(|&i| spread[i] > 0.0).collect();
-        let scale = time_scale(segments, &moving)?;
+        let scale = time_scale(segments, speeds)?;
         let measured = (0..floor.len()).map(|i| measures(segments, i)).collect();
         let pieces = pieces(segments, scale);
         (pieces.len() >= FEWEST).then_some(Self { segments, floor, scale, pieces, measured, spread })
@@ -166,7 +167,7 @@ fn refined(
     let all: Vec<usize> = std::iter::once(unit).chain(lagrangian.others(unit)).collect();
     let positive: Vec<bool> = all[1..].iter().map(|&p| lagrangian.dissipates(p)).collect();
     let everything = Equations::new(lagrangian, &all, problem.space, problem.dt)?;
-    let mut fitted = data.fitted(&|theta| equations.at(theta), theta, None, usize::MAX)?;
+    let mut fitted = data.fitted(&|theta| equations.at(theta), theta, None, SOME)?;
     for _ in 0..CHOICES {
         let value = |p: &usize| equations.chosen.iter().position(|q| q == p).map_or(0.0, |at| fitted.theta[at]);
         let theta: Vec<f64> = all.iter().map(value).collect();
@@ -185,9 +186,10 @@ fn refined(
             break;
         }
         let Some(next) = Equations::new(lagrangian, &own, problem.space, problem.dt) else { break };
-        let Some(better) = data.fitted(&|theta| next.at(theta), &xi, Some(&fitted), usize::MAX) else { break };
+        let Some(better) = data.fitted(&|theta| next.at(theta), &xi, Some(&fitted), SOME) else { break };
         (equations, fitted) = (next, better);
     }
+    let fitted = data.fitted(&|theta| equations.at(theta), &fitted.theta, Some(&fitted), MANY)?;
     Some((equations, fitted))
 }
 
@@ -195,33 +197,30 @@ impl Problem<'_> {
     /// What the weak form proposes: the smallest losses over windows of middle length, and over others with the same arrangement and unit.
     fn proposals(&self, lagrangians: &[Lagrangian], scale: f64) -> Vec<Proposal> {
         let balances: Vec<Balances> = lagrangians.iter().map(|l| balances(l, self.segments)).collect();
-        let proposed = |(of, unit): (usize, usize), length: f64| {
-            self.proposed(&lagrangians[of], &balances[of], (of, unit), length * scale)
+        let weak = |of: usize, length: f64| Weak::new(&balances[of], self.segments, length * scale);
+        let of_all = |(of, lagrangian): (usize, &Lagrangian)| {
+            let weak = weak(of, LENGTHS[0]);
+            lagrangian
+                .units()
+                .into_iter()
+                .filter_map(|unit| self.proposed(lagrangian, &weak, (of, unit)))
+                .collect::<Vec<_>>()
         };
-        let pairs =
-            lagrangians.iter().enumerate().flat_map(|(of, l)| l.units().into_iter().map(move |unit| (of, unit)));
-        let mut first: Vec<(f64, Proposal)> = pairs.filter_map(|pair| proposed(pair, LENGTHS[0])).collect();
+        let mut first: Vec<(f64, Proposal)> = lagrangians.iter().enumerate().flat_map(of_all).collect();
         first.sort_by(|a, b| a.0.total_cmp(&b.0));
         first.truncate(PROPOSALS);
         let others: Vec<(f64, Proposal)> = first
             .iter()
             .flat_map(|(_, p)| LENGTHS[1..].iter().map(move |length| ((p.of, p.unit), *length)))
-            .filter_map(|(pair, length)| proposed(pair, length))
+            .filter_map(|((of, unit), length)| self.proposed(&lagrangians[of], &weak(of, length), (of, unit)))
             .collect();
         first.into_iter().chain(others).map(|(_, proposal)| proposal).collect()
     }
 
-    /// What windows of `seconds` propose, and what they lose by it.
-    fn proposed(
-        &self,
-        lagrangian: &Lagrangian,
-        balances: &Balances,
-        (of, unit): (usize, usize),
-        seconds: f64,
-    ) -> Option<(f64, Proposal)> {
+    /// What the windows `weak` propose, and what they lose by it.
+    fn proposed(&self, lagrangian: &Lagrangian, weak: &Weak, (of, unit): (usize, usize)) -> Option<(f64, Proposal)> {
         let choice = lagrangian.others(unit);
         let positive: Vec<bool> = choice.iter().map(|&p| lagrangian.dissipates(p)).collect();
-        let weak = Weak::new(balances, self.segments, seconds);
         if weak.len() * lagrangian.joints.len() <= choice.len() {
             return None;
         }
