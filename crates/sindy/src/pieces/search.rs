@@ -50,17 +50,6 @@ pub(crate) struct Disturbed {
     pub(crate) notes: Vec<String>,
 }
 
-/// Multiple of the noise of sensors beyond which what is left of a state is not that alone.
-const NOISE: f64 = 2.0;
-
-impl Disturbed {
-    /// Whether the equations leave more of a state that was measured than the `noise` (n) of its sensor.
-    pub(crate) fn leaves_more_than(&self, noise: Option<&[f64]>) -> bool {
-        let more = |i: usize| noise.is_none_or(|noise| self.found.sigma[i] > NOISE * noise[i]);
-        (0..self.found.sigma.len()).any(|i| self.found.measured[i] && more(i))
-    }
-}
-
 /// What is looked for, and in what.
 pub(super) struct Problem<'a> {
     pub(super) segments: &'a [Segment],
