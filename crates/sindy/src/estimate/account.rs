@@ -58,16 +58,16 @@ impl Doubt {
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooFewSamples => "fewer than three samples a term",
-            Self::Correlated => "what it leaves is correlated",
-            Self::OtherTerms => "other terms explain the data as well",
+            Self::TooFewSamples => "fewer than three samples per term",
+            Self::Correlated => "its residuals are correlated",
+            Self::OtherTerms => "other terms fit the data equally well",
             Self::Inconstant => "its coefficients differ between the halves of the data",
             Self::Unfinished => "the search for its terms ended early",
-            Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
-            Self::Series => "its last terms explain little: they are a series of others",
-            Self::Asymmetric => "it is coupled to another joint otherwise than that one to it: masses are symmetric",
-            Self::Large => "it leaves ten times what the smoothness of the signal allows",
-            Self::AboveRounding => "it leaves more than rounding",
+            Self::Cancelling => "its terms cancel to less than a thousandth of their size",
+            Self::Series => "its last terms explain little: they approximate others, as a series does",
+            Self::Asymmetric => "its coupling to another joint is not symmetric, as that of masses is",
+            Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
+            Self::AboveRounding => "its residuals are above the level of rounding",
         })
     }
 }
