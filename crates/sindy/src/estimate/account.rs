@@ -5,7 +5,7 @@ use std::fmt;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use super::hypothesis::FLOOR;
+use super::hypothesis::{FLOOR, TOLD_APART};
 use super::posterior::Posterior;
 use super::problem::Problem;
 use super::searched::Searched;
@@ -83,6 +83,8 @@ pub(crate) struct Estimate {
     pub(crate) fits: Vec<Selected>,
     /// Terms in use, each with a candidate that is the same on all data.
     pub(crate) twins: Vec<(usize, usize)>,
+    /// Per state: the terms whose declared sign the data contradict, and the coefficients that they would have.
+    pub(crate) contradicted: Vec<Vec<(usize, f64)>>,
     /// How many terms of each equation, the last ones, have coefficients that were given.
     pub(crate) n_known: Vec<usize>,
     /// Standard errors of the coefficients of each equation.
@@ -157,6 +159,8 @@ impl Problem<'_> {
             }
         };
         let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
+        let contradicted = regressions.iter().map(|r| r.contradicted(TOLD_APART, |support| self.penalty(support)));
+        let contradicted = contradicted.collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
@@ -211,6 +215,7 @@ impl Problem<'_> {
             fits,
             errors,
             twins,
+            contradicted,
             n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),

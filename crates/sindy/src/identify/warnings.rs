@@ -66,7 +66,22 @@ fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
     (0..found.fits.len()).filter(coarse).map(told).collect()
 }
 
+/// Warnings of coefficients whose declared sign the data contradict.
+fn wrong_signs(names: &[String], found: &Estimate) -> Vec<String> {
+    let told = |i: usize, (term, coefficient): &(usize, f64)| {
+        format!(
+            "the data contradict the declared sign of `{}` in the equation of `{}`: without it the coefficient is about {}",
+            feature(&found.terms[*term], names),
+            names[i],
+            significant(*coefficient, 3)
+        )
+    };
+    let of = |(i, terms): (usize, &Vec<(usize, f64)>)| terms.iter().map(|term| told(i, term)).collect::<Vec<_>>();
+    found.contradicted.iter().enumerate().flat_map(of).collect()
+}
+
 /// All of them.
 pub(super) fn of(names: &[String], found: &Estimate) -> Vec<String> {
-    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found)].concat()
+    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found), wrong_signs(names, found)]
+        .concat()
 }
