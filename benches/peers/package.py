@@ -215,13 +215,13 @@ def sac_in_equations(made, seed, steps):
     returns, _ = evaluate_policy(agent, true, 100, return_episode_rewards=True)
     learned = Monitor(found.env())
     learned.reset(seed=1000 + seed)
-    promised, _ = evaluate_policy(agent, learned, 100, return_episode_rewards=True)
+    predicted, _ = evaluate_policy(agent, learned, 100, return_episode_rewards=True)
     return {
         "seed": seed,
         "real_steps": found.real_steps,
         "steps_in_the_learned_environment": steps,
         "mean_return": float(np.mean(returns)),
-        "mean_return_in_the_learned_environment": float(np.mean(promised)),
+        "mean_return_in_the_learned_environment": float(np.mean(predicted)),
         "sindyna's_own_policy": found.mean_return,
         "solved": bool(np.mean(returns) >= -200.0),
         "seconds": round(time.perf_counter() - begun, 1),

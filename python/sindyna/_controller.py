@@ -129,7 +129,7 @@ class Controller:
     def policy(self) -> Policy:
         own = self._document
         if own["policy"] is None:
-            raise ValueError(f"training came to no policy: {self._training['failure'] or 'it was not trained'}")
+            raise ValueError(f"training produced no policy: {self._training['failure'] or 'it was not trained'}")
         return Policy(_sindyna.Policy.from_bytes(base64.b64decode(own["policy"])), own["first"], self._shape)
 
     @property
@@ -282,7 +282,7 @@ class Controller:
     def __str__(self) -> str:
         lines = [*self.equations, ""]
         if self._document["account"] is not None and self.report_.certainty == "doubted":
-            lines.append("the equations are in doubt: report_ tells why; angles=, rates= or more real_steps may help")
+            lines.append("the equations may be wrong: see report_; angles=, rates= or more real_steps may help")
         own = f"that of {self.summary['task']}" if self._document["system"] is None else "a function"
         lines.append(f"reward: {self.reward or own}" + (f", ends if {self.terminated}" if self.terminated else ""))
         if self.predicted_return is not None:
@@ -343,7 +343,7 @@ def load(
             document["policy"] and controller.policy,
         )
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        raise ValueError(f"{path} is not a whole controller of sindyna: {error!r}") from None
+        raise ValueError(f"{path} is an incomplete controller of sindyna: {error!r}") from None
     return controller
 
 
@@ -353,7 +353,7 @@ def _of_run(path: Path) -> Controller:
     def read(name: str) -> bytes:
         file = path / name
         if not file.is_file():
-            raise ValueError(f"{path} is not a run of `sindyna train` that came to a policy: it has no {name}")
+            raise ValueError(f"{path} is not a run of `sindyna train` with a policy: it has no {name}")
         return file.read_bytes()
 
     try:
@@ -375,7 +375,7 @@ def _of_run(path: Path) -> Controller:
         controller = Controller(document)
         _ = controller.policy, controller.returns, controller.equations
     except (KeyError, TypeError) as error:
-        raise ValueError(f"{path} is not a whole run: {error!r}") from None
+        raise ValueError(f"{path} is not a complete run: {error!r}") from None
     return controller
 
 

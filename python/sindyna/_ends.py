@@ -63,7 +63,7 @@ def identified(symbols: Symbols, episodes: Episodes) -> Box | None:
     if len(boxes) > 1 or len(ended) < n_sides + SPARE:
         several = " or ".join(" and ".join(symbols.states[i] for i in some) for some in boxes)
         raise ValueError(
-            f"episodes were terminated, and the data do not tell exactly where: {len(ended)} ends, where {several} left what was seen elsewhere. Collect more "
+            f"episodes were terminated, and the data do not determine where: {len(ended)} ends, where {several} left what was seen elsewhere. Collect more "
             f"real_steps, or give terminated=, a condition such as 'abs(next_{symbols.observed[0]}) > 1' or a function of next_obs ({seen})"
         )
     limits = {i: _limits(one) for i, one in sides.items()}

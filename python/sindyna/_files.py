@@ -15,7 +15,7 @@ from ._fit import Fitted
 from ._formula import Names
 from ._params import Parameters
 
-FORMAT = 1
+FORMAT = 2
 
 _CLASSES: dict[str, type[Parameters]] = {
     c.__name__: c
@@ -126,5 +126,5 @@ def load(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], Fitted]:
         # What does not fit together is told here, not later.
         _ = fitted.report, fitted.features
     except (ValueError, KeyError, TypeError, IndexError, AttributeError) as error:
-        raise ValueError(f"{path} is not a whole model of sindyna: {error!r}") from None
+        raise ValueError(f"{path} is an incomplete model of sindyna: {error!r}") from None
     return kind, params, fitted

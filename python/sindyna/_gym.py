@@ -150,7 +150,7 @@ def horizon(env: Any, given: int | None) -> int:
     """Steps after which an episode is cut off."""
     told = given if given is not None else getattr(getattr(env, "spec", None), "max_episode_steps", None)
     if told is None:
-        raise ValueError("the environment does not tell how long an episode is: give max_steps=")
+        raise ValueError("the environment has no maximum number of steps: give max_steps=")
     if int(told) != told or not 1 <= told <= 10_000_000:
         raise ValueError(f"max_steps must be a whole number of 1 to 10000000, got {told}")
     return int(told)

@@ -117,7 +117,7 @@ def learn(
         most = None if max_real_steps is None else _whole("max_real_steps", max_real_steps, 1)
         return _task_file.of_file(task_file, data, model, _whole("seed", seed, 0), chosen, most)
     if model is not None:
-        raise ValueError("a model that was identified before needs a task_file: it says what pays")
+        raise ValueError("an identified model needs a task_file, which defines the reward")
     if (env is None) == (data is None):
         raise ValueError("learn needs an environment, data or a task_file, and not both")
     if data is not None:
@@ -162,7 +162,7 @@ def _of_log(
     """A controller from a log alone."""
     (reward, terminated), (angles, rates) = task, known
     if reward is None or max_steps is None:
-        raise ValueError("a log tells neither what pays nor how long an episode is: give reward= and max_steps=")
+        raise ValueError("a log defines neither reward nor length of an episode: give reward= and max_steps=")
     length = _whole("max_steps", max_steps, 1)
     system, states, notes = _recognised(log, log.data(length), log.names, ([log.dt], length), angles, rates)
     data = _sindyna.Data(json.dumps(system), log.data(length).episodes())

@@ -96,7 +96,7 @@ class STLSQ(Optimizer):
             if getattr(self, name) is not None:
                 raise NotImplementedError(f"STLSQ has no {name} in sindyna, got {getattr(self, name)!r}; leave it None")
         if self.verbose:
-            raise NotImplementedError("STLSQ tells nothing while it runs; leave verbose=False and read report_")
+            raise NotImplementedError("STLSQ has no progress output; leave verbose=False and read report_")
         return {
             "stlsq": {
                 "threshold": at_least_zero("threshold", self.threshold),

@@ -47,8 +47,8 @@ class Equation:
     n_known: int
     #: Parameters inside its terms: the term, the value, its standard error.
     parameters: tuple[tuple[str, float, float], ...]
-    #: Other sets of terms that the data cannot tell from these.
-    ties: tuple[tuple[str, ...], ...]
+    #: Other sets of terms that the data do not distinguish from these.
+    equally_good: tuple[tuple[str, ...], ...]
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -102,9 +102,9 @@ class Report:
         return {equation.state: equation.doubt for equation in self.equations}
 
     @property
-    def ties(self) -> dict[str, tuple[tuple[str, ...], ...]]:
+    def equally_good(self) -> dict[str, tuple[tuple[str, ...], ...]]:
         """Sets of terms that explain the data as well as those of the equation of each state."""
-        return {equation.state: equation.ties for equation in self.equations}
+        return {equation.state: equation.equally_good for equation in self.equations}
 
     def __str__(self) -> str:
         lines = [f"certainty: {self.certainty}; {self.stepping}; {self.rows} steps"]
@@ -128,7 +128,7 @@ class Report:
                 error = ", as given" if given else "" if math.isnan(s.standard_error) else f" ± {s.standard_error:.1e}"
                 lines.append(f"  {s.term:<24} {s.coefficient: .6e}{error}")
             lines += [f"  {f'in {term}':<24} {value: .6e} ± {error:.1e}" for term, value, error in equation.parameters]
-            lines += [f"  as good: {', '.join(tie)}" for tie in equation.ties]
+            lines += [f"  equally good: {', '.join(other)}" for other in equation.equally_good]
         if self.noise is not None:
             noises = ", ".join(f"{name} {sigma:.2e}" for name, sigma in self.noise.items())
             lines.append(f"\nnoise: {noises}")
@@ -217,7 +217,7 @@ def report(
                     (feature(told["features"][p["term"]], names), p["value"], _number(p["standard_error"]))
                     for p in own["parameters"]
                 ),
-                ties=tuple(tuple(feature(told["features"][j], names) for j in tie) for tie in own["ties"]),
+                equally_good=tuple(tuple(feature(told["features"][j], names) for j in other) for other in own["equally_good"]),
             )
         )
 

@@ -147,7 +147,7 @@ def identified(symbols: Symbols, episodes: Episodes) -> str:
                 return " + ".join(parts).replace("+ -", "- ")
     if not np.isfinite(best):
         raise ValueError(
-            "the reward was 0 in every step, so the data do not tell what pays: give reward= as a formula or as a function of (obs, action, next_obs)"
+            "the reward was 0 in every step, so it cannot be identified: give reward= as a formula or as a function of (obs, action, next_obs)"
         )
     raise ValueError(
         f"no formula of few terms explains the rewards seen (the best leaves {100 * best:.2g} % of their spread): "

@@ -64,14 +64,14 @@ def trained(wanted: Wanted, data: _sindyna.Data) -> Controller:
         first = episode()
         if _ends.agrees(wanted.symbols, box, first):
             steps = len(first[1])
-            note = f"{box.note}; an episode of the policy, {steps} steps, ended as it says"
+            note = f"{box.note}; an episode of the policy, {steps} steps, agrees with it"
             found = replace(found, notes=[*wanted.notes, note], resets=wanted.resets + 1)
             return _controller(found, _attempt(found, data), steps)
         more = [first, *(episode() for _ in range(SPARE))]
         data = _sindyna.Data(json.dumps(wanted.symbols.system), [*data.episodes(), *more])
         if wanted.max_real_steps is not None and data.n_steps > wanted.max_real_steps:
             raise ValueError(
-                f"an episode of the policy ended otherwise than {box.condition} says, and all of max_real_steps are made: give terminated="
+                f"an episode of the policy ended otherwise than by {box.condition}, and max_real_steps is reached: give terminated="
             )
         again = _ends.identified(wanted.symbols, data.episodes())
         box = box if again is None else again

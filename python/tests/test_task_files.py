@@ -153,5 +153,5 @@ def test_ends_are_found_where_the_data_tell_them():
     assert controller.reward == "1 - v^2"
     assert any("an episode of the policy" in note for note in controller.notes)
     assert controller.mean_return > 40
-    with pytest.raises(ValueError, match=r"do not tell exactly where: \d ends"):
+    with pytest.raises(ValueError, match=r"do not determine where: \d ends"):
         sindyna.learn(Rail(), names=["x", "v"], max_steps=50, real_steps=150, seed=2)

@@ -90,7 +90,7 @@ fn shown(truth: &Truth, identifier: &Identifier, found: &Identified) -> bool {
     let Ok(terms) = identifier.terms() else { return false };
     truth.judged().all(|(i, _)| {
         let report = &found.report.equations[i];
-        report.path.iter().map(|size| &size.support).chain(&report.ties).any(|support| {
+        report.path.iter().map(|size| &size.support).chain(&report.equally_good).any(|support| {
             let chosen: Option<Vec<_>> = support.iter().map(|&j| terms.get(j).map(|t| (&t.expr, t.rate))).collect();
             let is_true = |terms| compare(truth, &[(i, terms)], found.model.offsets());
             chosen.is_some_and(|terms| matches!(is_true(terms), Structure::True { .. }))

@@ -40,7 +40,7 @@ pub fn identify(log: &Log) -> anyhow::Result<Found> {
         equations: (0..log.states.len()).map(row).collect(),
         adequate: (0..log.states.len()).filter(judged).all(|i| {
             let equation = &found.report.equations[i];
-            equation.reached_floor && equation.ties.is_empty()
+            equation.reached_floor && equation.equally_good.is_empty()
         }),
         dynamics: Box::new(model),
     })

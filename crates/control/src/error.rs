@@ -27,11 +27,11 @@ pub enum ControlError {
         value: f64,
     },
     /// The dynamics have no linear form at the point asked for.
-    #[error("there is no linear form here")]
+    #[error("the model cannot be linearised there")]
     NotLinear(#[from] Diverged),
     /// No gain keeps the system at rest.
     #[error(
-        "no gain was found after {doublings} doublings: in this model the controls do not reach all that is unstable"
+        "no stabilising gain after {doublings} doublings: the controls do not reach every unstable part of this model"
     )]
     NotStabilisable {
         /// Doublings made.

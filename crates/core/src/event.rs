@@ -55,8 +55,8 @@ pub enum Event<'a> {
     Confirmed {
         /// Its return there.
         real: f64,
-        /// The return expected from the same start by the model.
-        promised: f64,
+        /// The return that the model predicts from the same start state.
+        predicted: f64,
     },
     /// The policy was evaluated on the system, after everything else.
     Evaluated {

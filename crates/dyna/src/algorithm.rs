@@ -16,8 +16,8 @@ use crate::trust::Trust;
 /// 1. Imagined rollouts run side by side and are shorter than an episode; some begin anywhere in and around the data
 ///    ([`Schedule`] says how many). The paper imagines whole episodes from the task's start states.
 /// 2. "While π is not optimal" is the rule of [`crate::Optimality`], judged in the model. Where the model is not believed ([`crate::Rollouts`]), the policy
-///    that is optimal there has one real episode to keep what the models promise; else the model is fitted anew, with that episode among the
-///    data, and training begins anew.
+///    that is optimal there has one real episode, which is compared with its prediction; if they differ, the model is fitted again, with that episode
+///    among the data, and training starts again.
 /// 3. Where a learner gives a posterior, every imagined system follows a model of its own, drawn from it.
 ///
 /// # References
@@ -44,8 +44,8 @@ pub struct Learned<M> {
     pub model: Option<Arc<M>>,
     /// Where the model is believed.
     pub trust: Option<Arc<Trust>>,
-    /// The policy that was best in the model; of those that were tried on the system the one that kept its promise, or that earned most if none
-    /// did; none if training never came to a trial.
+    /// The policy that was best in the model; of those with a confirmation episode the one that was confirmed, or the one with the highest return if none
+    /// was; none if training ended before a trial.
     pub policy: Option<Arc<dyn TrainedPolicy>>,
     /// What that policy scored in the model.
     pub model_return: Option<f64>,

@@ -1,9 +1,9 @@
 //! Algorithm 1 as a value that is advanced step by step.
 
 mod ask;
+mod handover;
 mod improve;
 mod plan;
-mod promise;
 mod saved;
 
 use std::sync::Arc;
@@ -71,7 +71,7 @@ struct Course {
     believed: usize,
     /// Whether the model before predicted as well what came in after it.
     is_tested: bool,
-    /// Whether a policy kept its promise, and the next model has to say the same of it.
+    /// Whether a confirmation episode agreed with its prediction, and the next model has to predict the same.
     in_review: bool,
     /// Start states of the trials that it was chosen by.
     tried_from: usize,
@@ -261,8 +261,8 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(if stands { Phase::Predict } else { Phase::Improve })
     }
 
-    /// Whether the policy that kept its promise earns in the models of `belief`, which know its episode, what it was chosen for in those before. One episode is
-    /// little of a return; that the equations of where it went are as they were believed to be says more.
+    /// Whether the confirmed policy has the same return in the models of `belief`, which know its episode, as in those before. One episode is a poor
+    /// estimate of a mean return; equations that stay the same where it went are better evidence.
     fn stands(&mut self, belief: &Belief<'a>) -> Result<bool, DynaError> {
         let rule = &self.parts.schedule.optimality;
         let Some((best, confirmation)) = &self.tried else { return Ok(false) };
@@ -276,7 +276,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         Ok(false)
     }
 
-    /// What was learned in a model that broke its promise, or from too near, stands in the way of learning anew.
+    /// What was learned in a model whose prediction failed, or from data too near, hinders learning again.
     fn learn_anew(&mut self) -> Result<(), CheckpointError> {
         self.base.agent.restore(&self.beginner)?;
         self.course.is_beginner = true;
@@ -338,11 +338,11 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         if interrupted() {
             return Ok(Phase::Confirm);
         }
-        observer.on(&Event::Confirmed { real: confirmation.real, promised: confirmation.expected() })?;
-        let (kept, rule, best_return) = (confirmation.is_kept(), &self.parts.schedule.optimality, best.model_return);
-        let shown = self.tried.as_ref().filter(|(_, before)| before.is_kept()).map(|(before, _)| before.model_return);
-        // Training in a new model may make a policy worse: of those that broke their promise the one that earned most is handed over.
-        if self.tried.as_ref().is_none_or(|(_, before)| kept || confirmation.real >= before.real) {
+        observer.on(&Event::Confirmed { real: confirmation.real, predicted: confirmation.expected() })?;
+        let (agrees, rule, best_return) = (confirmation.agrees(), &self.parts.schedule.optimality, best.model_return);
+        let shown = self.tried.as_ref().filter(|(_, before)| before.agrees()).map(|(before, _)| before.model_return);
+        // Training in a new model may make a policy worse: of those that were not confirmed the one with the highest return is handed over.
+        if self.tried.as_ref().is_none_or(|(_, before)| agrees || confirmation.real >= before.real) {
             self.tried = Some((best.clone(), confirmation));
         }
         // Planners make no updates: they are asked a few times.
@@ -352,8 +352,8 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         // A policy that works far from the data has widened their support: there may be more to gain beyond.
         let earlier = shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
         let refits = self.parts.schedule.refit == Refit::AfterRollouts;
-        if exhausted || (kept && !(self.course.trials.is_far() && earlier)) {
-            self.course.in_review = kept && refits && self.certainty() < Certainty::Exact;
+        if exhausted || (agrees && !(self.course.trials.is_far() && earlier)) {
+            self.course.in_review = agrees && refits && self.certainty() < Certainty::Exact;
             self.course.tried_from = self.course.trials.episodes(rule);
             return Ok(if self.course.in_review { next } else { Phase::Predict });
         }

@@ -23,7 +23,7 @@ const PLANNED: usize = 20;
 /// Probability of the interval that is called wide.
 const LEVEL: f64 = 0.9;
 
-/// Width of such an interval as a part of the returns' magnitude: what keeps a promise from being believed, as a standard deviation, to both sides.
+/// Width of such an interval as a part of the returns' magnitude: the disagreement at which no confirmation episode agrees, as a standard deviation, to both sides.
 const WIDE: f64 = 0.2;
 
 /// Means drawn, of which an interval's ends are quantiles.

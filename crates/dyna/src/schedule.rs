@@ -5,7 +5,7 @@ use crate::Optimality;
 /// N of Algorithm 1: how long a policy is improved in the model before the system is asked again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Rollouts {
-    /// So many imagined rollouts. A policy that is optimal in the model has one real episode to keep what the model promises.
+    /// So many imagined rollouts. A policy that is optimal in the model has one real episode, which is compared with its prediction.
     Count(u64),
     /// As many as it takes: the model is trusted until the policy is optimal in it, and the system is not asked again.
     Unlimited,

@@ -7,7 +7,7 @@ use sindyna_core::{Dynamics, Rng, Seed, Support};
 /// Where a learned model is believed: near the data that it was compared with, and where the models that the data allow agree.
 ///
 /// All that depends on it asks here: what a step far from the data is charged, where a rollout ends because nobody follows the model any further, when a policy
-/// works too far from the data for its promise to be taken, where rollouts begin that need not begin where episodes do, and what data to collect next.
+/// works too far from the data for its prediction to be trusted, where rollouts begin that need not begin where episodes do, and what data to collect next.
 pub struct Trust {
     support: Support,
     /// Models as likely as each other, stepped coarsely where they can be.
@@ -113,7 +113,7 @@ impl Trust {
     }
 
     /// Whether there are models to be told apart.
-    pub(crate) fn has_rivals(&self) -> bool {
+    pub(crate) fn has_alternatives(&self) -> bool {
         self.models.len() > 1
     }
 

@@ -114,17 +114,17 @@ impl From<String> for Written {
 /// A language to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Language {
-    /// A module that needs NumPy alone
+    /// A module that needs NumPy only
     Python,
-    /// A C99 file without allocation that needs <math.h> alone
+    /// A C99 file without allocation that needs <math.h> only
     C,
     /// A module for Node.js and browsers
     Javascript,
-    /// A module that needs std alone
+    /// A module that needs std only
     Rust,
-    /// Formulas
+    /// Formulas for a LaTeX document
     Latex,
-    /// A page to play with: it moves, every coefficient has a slider, the pointer pushes
+    /// An interactive page: a running simulation, a slider for every coefficient, inputs by the pointer
     Html,
     /// A Python module of CasADi functions, which can be differentiated
     Casadi,
@@ -166,18 +166,18 @@ impl Language {
     /// What is written in it.
     pub fn about(self) -> &'static str {
         match self {
-            Self::Python => "A module that needs NumPy alone",
-            Self::C => "A C99 file without allocation that needs <math.h> alone",
+            Self::Python => "A module that needs NumPy only",
+            Self::C => "A C99 file without allocation that needs <math.h> only",
             Self::Javascript => "A module for Node.js and browsers",
-            Self::Rust => "A module that needs std alone",
-            Self::Latex => "Formulas",
-            Self::Html => "A page to play with: it moves, every coefficient has a slider, the pointer pushes",
-            Self::Casadi => "A Python module of CasADi functions, which can be differentiated",
-            Self::Onnx => {
-                "Graphs for ONNX Runtime: the equations, and the policy in a file of its own beside it (model.policy.onnx)"
+            Self::Rust => "A module that needs std only",
+            Self::Latex => "Formulas for a LaTeX document",
+            Self::Html => {
+                "An interactive page: a running simulation, a slider for every coefficient, inputs by the pointer"
             }
+            Self::Casadi => "A Python module of CasADi functions, which can be differentiated",
+            Self::Onnx => "Graphs for ONNX Runtime: the equations, and the policy in a second file (model.policy.onnx)",
             Self::Fmu => {
-                "An FMU (FMI 2.0, co-simulation) of the equations, with C sources, and compiled where there is a C compiler"
+                "An FMU (FMI 2.0, co-simulation) of the equations, with C sources, compiled if there is a C compiler"
             }
         }
     }

@@ -83,6 +83,6 @@ mod tests {
         assert_eq!((other.data.dt(), other.times.as_ref().unwrap()[0][2]), (0.1, 0.1));
         assert!(log.another(&[path("a.csv")]).unwrap().times.is_none());
         let failure = log.another(&[path("c.csv")]).unwrap_err().to_string();
-        assert!(failure.contains("c.csv: the column `w` is in ``, in ") || failure.contains("`w`"), "{failure}");
+        assert!(failure.contains("c.csv: column `w` is in ``, in ") || failure.contains("`w`"), "{failure}");
     }
 }

@@ -98,7 +98,7 @@ mod tests {
         check(|t| -2.0 * t, column("position", "mm"), column("torque", ""), None);
         check(|t| 2.0 * t, column("a", "rad"), none(), Some("turns"));
         check(|t| t.sin(), column("th", "rad"), none(), None);
-        check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("th", ""), none(), Some("folded"));
+        check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("th", ""), none(), Some("wrapped"));
         let folded = recording(|t| (100.0 * t) % 360.0);
         assert!(suspected(&folded, 0, &column("th", "")).unwrap().to_string().contains("degrees"));
         assert_eq!(suspected(&folded, 0, &column("th", "rad")), None);

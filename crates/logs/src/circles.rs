@@ -6,7 +6,7 @@ use ndarray::Array2;
 
 use crate::positions::positions;
 use crate::recording::Recording;
-use crate::{LogError, StateOption};
+use crate::{DeclarationError, LogError, StateOption};
 
 /// Largest RMS of c² + s² − 1.
 const CLOSE: f64 = 0.02;
@@ -97,7 +97,7 @@ pub(crate) fn given(pairs: &[(String, String)], states: &[String]) -> Result<Vec
         let both = positions(&[cosine.clone(), sine.clone()], states, StateOption::Circles)?;
         let taken = circles.iter().any(|c| [c.cosine, c.sine].iter().any(|k| both.contains(k)));
         if taken || both[0] == both[1] {
-            return Err(LogError::CircleTaken { cosine: cosine.clone(), sine: sine.clone() });
+            return Err(DeclarationError::CircleTaken { cosine: cosine.clone(), sine: sine.clone() }.into());
         }
         let named = circle(states, both[0], both[1]);
         circles.push(Circle { cosine: both[0], sine: both[1], ..named });

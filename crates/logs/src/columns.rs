@@ -3,7 +3,7 @@
 use crate::column::Column;
 use crate::recording::{Selected, Source};
 use crate::table::Table;
-use crate::{LogError, LogOptions, Note, TRAJECTORY, roles, time};
+use crate::{DeclarationError, LogError, LogOptions, Note, TRAJECTORY, roles, time};
 
 /// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.
 ///
@@ -38,10 +38,10 @@ pub(crate) fn selected(table: &Table, options: &LogOptions) -> Result<Selected, 
     for (i, name) in named.iter().enumerate() {
         let column = || (*name).clone();
         if name.as_str() == TRAJECTORY || (time.is_some() && table.find(name) == time) {
-            return Err(LogError::Reserved { column: column() });
+            return Err(DeclarationError::Reserved { column: column() }.into());
         }
         if named[..i].contains(name) {
-            return Err(LogError::NamedTwice { column: column() });
+            return Err(DeclarationError::NamedTwice { column: column() }.into());
         }
     }
     let columns = |names: &[String]| names.iter().map(|n| table.column(n)).collect::<Result<Vec<_>, _>>();

@@ -10,7 +10,7 @@ use crate::column::Column;
 use crate::positions::positions;
 use crate::recording::Recording;
 use crate::resolution::Step;
-use crate::{LogError, StateOption};
+use crate::{DeclarationError, LogError, StateOption};
 
 /// The system as its columns show it, each of the `states` and `inputs` a channel of its own.
 pub(crate) fn spec(path: &Path, (states, inputs): (&[Column], &[&Column]), recordings: &[Recording]) -> Spec {
@@ -45,7 +45,7 @@ pub(crate) fn kinds(names: &[String], angles: &[usize], rates: &[(usize, usize)]
         let rate_of = rates.iter().find(|(rate, _)| *rate == i).map(|(_, of)| *of);
         match rate_of {
             Some(of) if angles.contains(&i) => {
-                Err(LogError::AngleAndRate { state: names[i].clone(), of: names[of].clone() })
+                Err(DeclarationError::AngleAndRate { state: names[i].clone(), of: names[of].clone() }.into())
             }
             Some(of) => Ok(Kind::RateOf(of)),
             None if angles.contains(&i) => Ok(Kind::Angle),

@@ -17,7 +17,8 @@ impl Log {
         let done = self.of(&self.spec.control, |rollout, i| rollout.controls.column(i).to_owned());
         let mut doubts: Vec<String> = found.chain(done).flatten().collect();
         if !SANE.contains(&self.spec.dt) {
-            doubts.push(format!("a step every {} s: give the time in other units", significant(self.spec.dt, 3)));
+            doubts
+                .push(format!("the sampling interval is {} s: use another unit of time", significant(self.spec.dt, 3)));
         }
         (!doubts.is_empty()).then(|| doubts.join("; "))
     }
@@ -38,8 +39,8 @@ impl Log {
 fn doubt(name: &str, values: ArrayView1<'_, f64>) -> Option<String> {
     let first = *values.first()?;
     if values.iter().all(|value| value.to_bits() == first.to_bits()) {
-        return Some(format!("`{name}` is {} in every row: leave it out", significant(first, 3)));
+        return Some(format!("`{name}` is {} in every row: leave this column out", significant(first, 3)));
     }
     let reach = values.iter().fold(0.0, |largest: f64, value| largest.max(value.abs()));
-    (!SANE.contains(&reach)).then(|| format!("`{name}` reaches {}: give it in other units", significant(reach, 3)))
+    (!SANE.contains(&reach)).then(|| format!("`{name}` reaches {}: use another unit", significant(reach, 3)))
 }

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use sindyna_core::{DatasetError, number::significant};
 
-use crate::Row;
+use crate::declaration::quoted;
+use crate::{DeclarationError, Row};
 
 /// Why a log could not be read or does not fit what was said about it.
 ///
@@ -22,7 +23,7 @@ pub enum LogError {
         source: std::io::Error,
     },
     /// The file is of a format that this program was built without.
-    #[error("{} is {format}, which this program was built without (feature `{feature}`)", path.display())]
+    #[error("{} is {format}, which this build does not read (feature `{feature}`)", path.display())]
     BuiltWithout {
         /// The file.
         path: PathBuf,
@@ -50,7 +51,7 @@ pub enum LogError {
         arrays: Vec<(String, String)>,
     },
     /// An array was named that is no column.
-    #[error("`{column}` of {} is no column: {why}", path.display())]
+    #[error("`{column}` of {} is not a column: {why}", path.display())]
     NotAColumn {
         /// The file.
         path: PathBuf,
@@ -204,7 +205,7 @@ pub enum LogError {
         label: String,
     },
     /// The header gives a unit that this column cannot have.
-    #[error("{}, line 1: the column `{column}` is in `{unit}`; it must be in {expected}", path.display())]
+    #[error("{}, line 1: column `{column}` is in `{unit}`; it must be in {expected}", path.display())]
     Unit {
         /// The file.
         path: PathBuf,
@@ -215,7 +216,6 @@ pub enum LogError {
         /// What there should be.
         expected: &'static str,
     },
-
     /// No column was named as a state.
     #[error("which of the columns {} are states, and which are inputs?", quoted(columns))]
     ColumnsNotNamed {
@@ -227,7 +227,7 @@ pub enum LogError {
         suggestion: Suggestion,
     },
     /// There is no column that could be a state.
-    #[error("{} has no column but those of time and `trajectory`", path.display())]
+    #[error("{} has no columns except the time and `trajectory`", path.display())]
     NoColumns {
         /// The file.
         path: PathBuf,
@@ -242,37 +242,14 @@ pub enum LogError {
         /// Names there are.
         known: Vec<String>,
     },
-    /// `t` or `trajectory` was named as a state or an input.
-    #[error("`{column}` is {}, not a state or an input", if column == crate::TRAJECTORY { "what tells rollouts apart" } else { "the time" })]
-    Reserved {
-        /// Name of the column.
-        column: String,
-    },
-    /// One column was named twice.
-    #[error("the column `{column}` is named twice among states and inputs")]
-    NamedTwice {
-        /// Name of the column.
-        column: String,
-    },
-    /// An option names a state that is not there.
-    #[error("no state for `{option}` named `{state}`; known: {}", quoted(known))]
-    UnknownState {
-        /// Which option.
-        option: StateOption,
-        /// The state.
-        state: String,
-        /// Names there are.
-        known: Vec<String>,
-    },
-
     /// There are no time stamps, and no sampling interval was given.
-    #[error("{} has no column of times, such as `t` or `time`, and no sampling interval was given", path.display())]
+    #[error("{} has no time column, such as `t` or `time`, and no sampling interval was given", path.display())]
     NoTime {
         /// The file.
         path: PathBuf,
     },
     /// The sampling interval that was given is not that of the time stamps.
-    #[error("a sampling interval of {} s was given, but samples are {} s apart by the column `{column}`", significant(*dt, 6), significant(*stamps, 6))]
+    #[error("the sampling interval was given as {} s, but the samples are {} s apart by the time column `{column}`", significant(*dt, 6), significant(*stamps, 6))]
     OtherInterval {
         /// The interval given \[s\].
         dt: f64,
@@ -282,10 +259,10 @@ pub enum LogError {
         column: String,
     },
     /// Resampling needs time stamps.
-    #[error("resampling needs time stamps: a column such as `t` or `time`")]
+    #[error("resampling needs a time column, such as `t` or `time`")]
     NoTimeToResample,
     /// Two logs give one column in two units.
-    #[error("{}: the column `{column}` is in `{unit}`, in {} it is in `{expected}`", path.display(), first.display())]
+    #[error("{}: column `{column}` is in `{unit}`; in {} it is in `{expected}`", path.display(), first.display())]
     OtherUnit {
         /// The file.
         path: PathBuf,
@@ -302,10 +279,10 @@ pub enum LogError {
     #[error("no log was named")]
     NoLog,
     /// No rollout has a step.
-    #[error("no rollout has two rows; a step needs the row it leads to")]
+    #[error("no trajectory has two rows, so there is no step")]
     NoStep,
     /// Time stands still or runs back.
-    #[error("{}, {row}: {column} = {after} does not come after {before}", path.display())]
+    #[error("{}, {row}: the time must increase: {column} = {after} follows {before}", path.display())]
     TimeNotIncreasing {
         /// The file.
         path: PathBuf,
@@ -319,7 +296,7 @@ pub enum LogError {
         before: String,
     },
     /// Resampling would make more rows than are held in memory.
-    #[error("resampling every {dt} s would make {rows:.0} rows; at most {most:.0} are held")]
+    #[error("resampling every {dt} s would make {rows:.0} rows; the maximum is {most:.0}")]
     TooManyRows {
         /// The sampling interval \[s\].
         dt: f64,
@@ -328,60 +305,9 @@ pub enum LogError {
         /// Rows there may be.
         most: f64,
     },
-
-    /// Two states were declared cosine and sine of one angle and are not.
-    #[error("`{cosine}` and `{sine}` are no cosine and sine: their squares do not add up to 1")]
-    NotACircle {
-        /// The column declared as cosine.
-        cosine: String,
-        /// The column declared as sine.
-        sine: String,
-    },
-    /// A state was declared part of two angles.
-    #[error("`{cosine}` and `{sine}`: a state shows one angle, with one other state")]
-    CircleTaken {
-        /// The column declared as cosine.
-        cosine: String,
-        /// The column declared as sine.
-        sine: String,
-    },
-    /// A state was declared its own rate.
-    #[error("`{state}` cannot be its own rate")]
-    OwnRate {
-        /// The state.
-        state: String,
-    },
-    /// A state was declared the rate of two, or to have two rates.
-    #[error(
-        "`{rate}` as the rate of `{of}` does not go with `{other_rate}` as that of `{other_of}`: one rate for one state"
-    )]
-    RateTaken {
-        /// The state declared as rate.
-        rate: String,
-        /// The state whose rate it should be.
-        of: String,
-        /// The rate declared before.
-        other_rate: String,
-        /// The state whose rate that is.
-        other_of: String,
-    },
-    /// Rates were declared in a circle.
-    #[error("`{rate}` as the rate of `{of}` closes a circle: `{rate}` would be its own rate by way of others")]
-    RateCircle {
-        /// The state declared as rate.
-        rate: String,
-        /// The state whose rate it should be.
-        of: String,
-    },
-    /// A state was declared an angle and is the rate of another.
-    #[error("`{state}` cannot be an angle and the rate of `{of}`")]
-    AngleAndRate {
-        /// The state.
-        state: String,
-        /// The state whose rate it should be.
-        of: String,
-    },
-
+    /// A declaration does not fit the log, or contradicts another one.
+    #[error(transparent)]
+    Declared(#[from] DeclarationError),
     /// The rows do not make a data set.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
@@ -396,33 +322,6 @@ pub struct Suggestion {
     pub inputs: Vec<String>,
     /// Whether there is a column of times.
     pub has_time: bool,
-}
-
-/// The field of [`LogOptions`](crate::LogOptions) that names states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum StateOption {
-    /// [`LogOptions::angles`](crate::LogOptions::angles).
-    Angles,
-    /// [`LogOptions::rates`](crate::LogOptions::rates).
-    Rates,
-    /// [`LogOptions::circles`](crate::LogOptions::circles).
-    Circles,
-    /// [`LogOptions::noise`](crate::LogOptions::noise).
-    Noise,
-    /// [`LogOptions::limits`](crate::LogOptions::limits).
-    Limits,
-}
-
-impl fmt::Display for StateOption {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Angles => "angles",
-            Self::Rates => "rates",
-            Self::Circles => "circles",
-            Self::Noise => "noise",
-            Self::Limits => "limits",
-        })
-    }
 }
 
 /// A cell as a message shows it.
@@ -444,8 +343,4 @@ fn left_out(arrays: &[(String, String)]) -> String {
     let mut told: Vec<String> = arrays.iter().take(TOLD).map(|(name, why)| format!("`{name}` {why}")).collect();
     told.extend((arrays.len() > TOLD).then(|| "…".to_owned()));
     format!(": {}", told.join(", "))
-}
-
-fn quoted(names: &[String]) -> String {
-    names.iter().map(|n| format!("`{n}`")).collect::<Vec<_>>().join(", ")
 }

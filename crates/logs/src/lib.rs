@@ -28,6 +28,7 @@ mod circles;
 mod clock;
 mod column;
 mod columns;
+mod declaration;
 mod declare;
 mod doubts;
 mod error;
@@ -58,7 +59,8 @@ mod time_unit;
 mod units;
 mod values;
 
-pub use error::{LogError, StateOption, Suggestion};
+pub use declaration::{DeclarationError, StateOption};
+pub use error::{LogError, Suggestion};
 pub use held_out::{Samples, held_out};
 pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;

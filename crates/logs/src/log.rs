@@ -14,8 +14,8 @@ use crate::recording::{Cell, Digits, Recording, Source, place, recordings};
 use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
-    Clock, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments, quality, rates,
-    resolution, states, units,
+    Clock, DeclarationError, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments,
+    quality, rates, resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -202,7 +202,7 @@ fn circles_of(recordings: &[Recording], options: &LogOptions, notes: &mut Vec<No
         return match circles.iter().find(|c| !circles::on_circle(recordings, c.cosine, c.sine)) {
             Some(c) => {
                 let (cosine, sine) = names(c);
-                Err(LogError::NotACircle { cosine, sine })
+                Err(DeclarationError::NotACircle { cosine, sine }.into())
             }
             None => Ok(circles),
         };

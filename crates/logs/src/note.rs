@@ -177,7 +177,7 @@ pub enum Note {
         rate: String,
         /// The state whose rate it is.
         of: String,
-        /// Largest share by which the state changes otherwise \[%\].
+        /// RMS deviation of the change of the state from the integral of the rate, as a share of the change, at least 0.1 \[%\].
         percent: f64,
     },
     /// A state was declared the rate of another, which changes otherwise.
@@ -219,32 +219,36 @@ impl fmt::Display for Note {
             }
             Self::Roles { states, inputs } => {
                 let inputs = if inputs.is_empty() { "none".to_owned() } else { inputs.join(", ") };
-                write!(f, "told by the names of columns: states {}; inputs {inputs}", states.join(", "))
+                write!(f, "recognised by their names: states {}; inputs {inputs}", states.join(", "))
             }
             Self::Time { column, unit, by } => {
-                write!(f, "{column} is taken as the time in {unit}")?;
+                write!(f, "time: column {column}, in {unit}")?;
                 f.write_str(match by {
                     UnitBy::Default => "",
-                    UnitBy::Header => ", as its name says",
-                    UnitBy::Rates => ": in these one state is the rate of another",
+                    UnitBy::Header => " by its name",
+                    UnitBy::Rates => ", in which one state is the rate of another",
                     UnitBy::Epoch => " since 1970",
-                    UnitBy::Counter => ": whole numbers that are far apart or uneven",
+                    UnitBy::Counter => ", as it has whole numbers that are far apart or uneven",
                 })
             }
             Self::Repeated { rows, row } => {
-                let left_out = if *rows == 1 { "is" } else { "are" };
-                write!(f, "{} ({row}) {left_out} as the row before, time too, and left out", plural(*rows, "row"))
+                let (repeat, are) = if *rows == 1 { ("repeats", "is") } else { ("repeat", "are") };
+                write!(
+                    f,
+                    "{} ({row}) {repeat} the row before, its time included, and {are} left out",
+                    plural(*rows, "row")
+                )
             }
             Self::Gaps { gaps, longest, row, over } => write!(
                 f,
-                "{} longer than {} s, the longest {} s before {row}: another trajectory begins after each",
-                plural(*gaps, "step"),
+                "{} longer than {} s, the longest {} s before {row}: a new trajectory begins after each",
+                plural(*gaps, "interval"),
                 significant(*over, 3),
                 significant(*longest, 3)
             ),
             Self::Uneven { shortest, longest, usual } => write!(
                 f,
-                "samples are {} to {} s apart, about {} s as a rule: they are taken at their own times",
+                "the sampling interval varies from {} to {} s, its median is about {} s: every sample is used at its own time",
                 significant(*shortest, 3),
                 significant(*longest, 3),
                 significant(*usual, 3)
@@ -255,73 +259,78 @@ impl fmt::Display for Note {
                     ' ' => "blanks".to_owned(),
                     other => format!("`{other}`"),
                 };
-                let decimals = if *decimal_comma { ", decimals stand behind a comma" } else { "" };
+                let decimals = if *decimal_comma { ", decimals by a comma" } else { "" };
                 write!(f, "cells are separated by {between}{decimals}")
             }
             Self::Latin => f.write_str("the file is not UTF-8; it is read as Latin-1"),
             Self::Missing { rows, column, row } => write!(
                 f,
-                "{} without a value (first: {column} in {row}): another trajectory begins after each",
+                "{} with a missing value (first: {column} in {row}): a new trajectory begins after each",
                 plural(*rows, "row")
             ),
-            Self::Radians { state, unit } => write!(f, "{state} is in {unit} and turned into radians"),
+            Self::Radians { state, unit } => write!(f, "{state} is converted from {unit} to radians"),
             Self::Delayed { rows, seconds } => {
-                let when = if *rows < 0.0 { "earlier" } else { "later" };
-                let (by, seconds) = (significant(rows.abs(), 6), significant(seconds.abs(), 6));
-                write!(f, "inputs are taken to act {by} rows ({seconds} s) {when} than over the step after their row")?;
+                let unit = if rows.abs() == 1.0 { "row" } else { "rows" };
+                write!(f, "delay of the inputs: {} {unit} ({} s)", significant(*rows, 6), significant(*seconds, 6))?;
                 match rows {
-                    -1.0 => f.write_str(": over the step before it"),
-                    -0.5 => f.write_str(": as a straight line from row to row"),
+                    -1.0 => f.write_str(": an input acts over the step before its row"),
+                    -0.5 => f.write_str(": inputs are linear between rows"),
                     _ => Ok(()),
                 }
             }
             Self::Unmeasured { rate, of, .. } => {
-                write!(
-                    f,
-                    "{rate}, the rate of {of}, was not measured; it is a state of the equations, and its values follow from these"
-                )
+                write!(f, "{rate}, the rate of {of}, was not measured; it is estimated as a state of the equations")
             }
             Self::Angle { state, turns: Some(turns) } => {
-                write!(f, "{state} goes over {turns:.1} turns and is taken as an angle")
+                write!(f, "{state} spans {turns:.1} turns and is used as an angle")
             }
             Self::Angle { state, turns: None } => {
-                write!(f, "{state} is taken as an angle that is folded into one turn")
+                write!(f, "{state} is used as an angle that is wrapped to one turn")
             }
             Self::Degrees { state, reach } => {
-                write!(f, "{state} is taken in radians and reaches {}; it may be in degrees", significant(*reach, 3))
+                write!(f, "{state} reaches {} and is read in radians; it may be in degrees", significant(*reach, 3))
             }
             Self::Lattice { state, step } => {
-                write!(f, "{state} has values {} apart, which is taken as its error", significant(*step, 3))
+                write!(f, "{state} has values {} apart; this distance is used as its resolution", significant(*step, 3))
             }
             Self::EndsAbruptly => f.write_str(
-                "the last line has no line break; if the log was cut off there, its last number may be short",
+                "the last line has no line break; if the log was cut off there, its last number may be incomplete",
             ),
             Self::Unwrapped { state, jumps } => {
-                write!(f, "{state} is joined where it jumps by a whole turn: {}", plural(*jumps, "jump"))
+                write!(f, "{state} is unwrapped at {} of a whole turn", plural(*jumps, "jump"))
             }
             Self::Jump { state, step, row, times } => write!(
                 f,
-                "{state} moves by {step:.3} before {row}, {times:.0} times as far as in 95 of 100 steps; if another rollout \
-                 begins there, a column `trajectory` must say so"
+                "{state} changes by {step:.3} before {row}, {times:.0} times as much as in 95 % of the steps; if a new \
+                 trajectory begins there, mark it by a column `trajectory`"
             ),
             Self::Still { state } => {
-                write!(f, "{state} never changes, so what it does cannot be seen; no candidate term has it")
+                write!(f, "{state} is constant, so its effect cannot be identified; no candidate term contains it")
             }
             Self::TimeIgnored { dt } => {
-                write!(f, "samples are taken to be {dt} s apart; time stamps say the same but for jitter")
+                write!(f, "sampling interval {dt} s, as given; the time stamps agree except for jitter")
             }
-            Self::Resampled { dt } => write!(f, "resampled every {dt} s: straight lines between rows, means of inputs"),
+            Self::Resampled { dt } => {
+                write!(f, "resampled every {dt} s: states by linear interpolation, inputs by means")
+            }
             Self::Circle { cosine, sine, angle } => {
-                write!(f, "{cosine} and {sine} are taken as cosine and sine of one angle, {angle}")
+                write!(f, "{cosine} and {sine} are used as cosine and sine of one angle, {angle}")
             }
             Self::Rate { rate, of, percent } => {
-                write!(f, "{rate} is taken as the rate of {of}, which changes by it to within {percent:.1} %")
+                write!(f, "{rate} is used as the rate of {of} (RMS deviation at most {percent:.1} %)")
             }
             Self::DoubtfulRate { rate, of, percent } => {
-                write!(f, "{rate} is taken as the rate of {of} as declared; {of} changes otherwise, by {percent:.0} %")
+                write!(
+                    f,
+                    "{rate} is used as the rate of {of}, as declared, but {of} deviates from it by {percent:.0} %"
+                )
             }
             Self::Rounded { state, step } => {
-                write!(f, "{state} is written in steps of {}, which is taken as its error", significant(*step, 3))
+                write!(
+                    f,
+                    "{state} is recorded in steps of {}; this step is used as its resolution",
+                    significant(*step, 3)
+                )
             }
             Self::Skipped { trajectories } => {
                 let verbs = if *trajectories == 1 { "has no step and is" } else { "have no step and are" };

@@ -2,7 +2,7 @@
 
 use crate::positions::positions;
 use crate::recording::Recording;
-use crate::{LogError, Note, StateOption};
+use crate::{DeclarationError, LogError, Note, StateOption};
 
 /// Largest RMS difference between a state and what another one changes by, as a share of that change.
 const CLOSE: f64 = 0.05;
@@ -59,14 +59,14 @@ pub(crate) fn given(pairs: &[(String, String)], states: &[String]) -> Result<Vec
         let (rate_idx, of_idx) = (both[0], both[1]);
         let (rate, of) = (rate.clone(), of.clone());
         if rate_idx == of_idx {
-            return Err(LogError::OwnRate { state: rate });
+            return Err(DeclarationError::OwnRate { state: rate }.into());
         }
         if let Some(&(r, o)) = rates.iter().find(|(r, o)| *r == rate_idx || *o == of_idx) {
             let (other_rate, other_of) = (states[r].clone(), states[o].clone());
-            return Err(LogError::RateTaken { rate, of, other_rate, other_of });
+            return Err(DeclarationError::RateTaken { rate, of, other_rate, other_of }.into());
         }
         if closes_circle(&rates, (rate_idx, of_idx)) {
-            return Err(LogError::RateCircle { rate, of });
+            return Err(DeclarationError::RateCircle { rate, of }.into());
         }
         rates.push((rate_idx, of_idx));
     }

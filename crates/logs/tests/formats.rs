@@ -65,16 +65,16 @@ fn what_is_no_table_is_refused_with_its_reason() {
     let options = LogOptions::default();
     check_refused("objects.npy", &options, &["pickled objects, which are programs"]);
     check_refused("objects.npz", &options, &["`a` it holds pickled objects"]);
-    check_refused("huge.npy", &options, &["16 bytes of data where its header tells of 8000000000000"]);
+    check_refused("huge.npy", &options, &["16 bytes of data where its header declares 8000000000000"]);
     check_refused("empty.npz", &options, &["without arrays of NumPy"]);
     check_refused("deep.npz", &options, &["`q` has 3 dimensions", "`fs` is one number"]);
-    check_refused("no-archive.npz", &options, &["it does not begin as one"]);
+    check_refused("no-archive.npz", &options, &["it does not begin like one"]);
     check_refused("nan.npz", &options, &["row 1: column `position`: an empty cell is not a number"]);
     check_refused("infinite.npz", &options, &["row 8: column `velocity`: `inf` is not a finite number"]);
     let speed = LogOptions::new(["position", "speed"]);
     check_refused("log.npz", &speed, &["no column named `speed`; known: `time`, `position`"]);
     let robot = LogOptions::new(["position"]).with_inputs(["fs"]);
-    check_refused("log.npz", &robot, &["`fs` of", "is no column: is one number"]);
+    check_refused("log.npz", &robot, &["`fs` of", "is not a column: is one number"]);
 }
 
 /// Beginnings of files and files of which bytes were changed are read or refused; nothing else happens.
@@ -119,11 +119,7 @@ fn damaged_files_are_read_or_refused() {
 #[cfg(not(feature = "mcap"))]
 #[test]
 fn a_build_without_a_format_says_so() {
-    check_refused(
-        "joints.mcap",
-        &LogOptions::default(),
-        &["MCAP, which this program was built without (feature `mcap`)"],
-    );
+    check_refused("joints.mcap", &LogOptions::default(), &["MCAP, which this build does not read (feature `mcap`)"]);
 }
 
 #[cfg(feature = "mcap")]

@@ -19,7 +19,7 @@ fn a_pendulum_is_read_with_nothing_but_its_name() {
     assert_eq!((log.rows, log.data.n_rollouts(), log.data.n_steps()), (60, 1, 59));
     assert!((log.spec.dt - 0.005).abs() < 1e-6, "{}", log.spec.dt);
     let told: Vec<String> = log.notes.iter().map(ToString::to_string).collect();
-    assert!(told.iter().any(|n| n == "time is taken as the time in seconds"), "{told:?}");
+    assert!(told.iter().any(|n| n == "time: column time, in seconds"), "{told:?}");
     assert!(told.iter().any(|n| n.contains("states position, velocity; inputs torque")), "{told:?}");
 }
 
@@ -72,9 +72,9 @@ fn encoders_show_their_lattice_and_continuous_angles_their_turns() {
     let log = Log::parse("turning.csv", turning, &LogOptions::default()).unwrap();
     let notes: Vec<String> = log.notes.iter().map(ToString::to_string).collect();
     for says in [
-        "th is in deg and turned into radians",
-        "th goes over 1.3 turns and is taken as an angle",
-        "w is taken as the rate of th",
+        "th is converted from deg to radians",
+        "th spans 1.3 turns and is used as an angle",
+        "w is used as the rate of th",
     ] {
         assert!(notes.iter().any(|n| n.contains(says)), "{says:?} is missing in {notes:?}");
     }
@@ -100,8 +100,7 @@ fn missing_values_are_borders() {
     let lengths: Vec<usize> = log.data.rollouts().map(|r| r.observations.nrows()).collect();
     assert_eq!(lengths, [7, 6, 6]);
     let notes: Vec<String> = log.notes.iter().map(ToString::to_string).collect();
-    for says in
-        ["cells are separated by `;`, decimals stand behind a comma", "2 rows without a value (first: x in line 9)"]
+    for says in ["cells are separated by `;`, decimals by a comma", "2 rows with a missing value (first: x in line 9)"]
     {
         assert!(notes.iter().any(|n| n.contains(says)), "{says:?} is missing in {notes:?}");
     }

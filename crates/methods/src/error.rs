@@ -34,13 +34,13 @@ pub enum MethodError {
         method: &'static str,
     },
     /// A directory with other files than those of a comparison.
-    #[error("{} holds something that is no comparison", path.display())]
+    #[error("{} is not the directory of a comparison", path.display())]
     NotAComparison {
         /// The directory.
         path: PathBuf,
     },
     /// A comparison made with other settings.
-    #[error("{} holds runs of other settings: {differ}", path.display())]
+    #[error("{} holds runs with other settings: {differ}", path.display())]
     OtherSettings {
         /// The directory.
         path: PathBuf,

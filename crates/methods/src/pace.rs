@@ -77,9 +77,9 @@ impl fmt::Display for Left {
         match self.unknown {
             0 => write!(f, "{time} left"),
             unknown if self.seconds == 0.0 => {
-                write!(f, "time left unknown: {} of kinds not timed yet", plural(unknown, "run"))
+                write!(f, "time left unknown: {} of methods not timed yet", plural(unknown, "run"))
             }
-            unknown => write!(f, "at least {time} left: {} of kinds not timed yet", plural(unknown, "run")),
+            unknown => write!(f, "at least {time} left: {} of methods not timed yet", plural(unknown, "run")),
         }
     }
 }
@@ -119,10 +119,10 @@ mod tests {
             job("pendulum", Method::Sac, 1),
         ];
         let mut pace = Pace::new(jobs.iter(), 2);
-        assert_eq!(pace.left().to_string(), "time left unknown: 5 runs of kinds not timed yet");
+        assert_eq!(pace.left().to_string(), "time left unknown: 5 runs of methods not timed yet");
         pace.done(&jobs[0], 1.0);
         assert_eq!(pace.left(), Left { seconds: 1.0, unknown: 3 });
-        assert_eq!(pace.left().to_string(), "at least 1 s left: 3 runs of kinds not timed yet");
+        assert_eq!(pace.left().to_string(), "at least 1 s left: 3 runs of methods not timed yet");
         pace.done(&jobs[2], 200.0);
         assert_eq!(pace.left(), Left { seconds: 200.0, unknown: 1 }, "no shorter than the longest run");
         pace.done(&jobs[3], 20.0);

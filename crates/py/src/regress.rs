@@ -168,7 +168,7 @@ fn account(fit: &Regression) -> String {
                 "standard_errors": errors,
                 "parameters": [],
                 "path": e.path,
-                "ties": e.ties,
+                "equally_good": e.ties,
             })
         })
         .collect();

@@ -18,7 +18,7 @@ pub enum RecordError {
         source: io::Error,
     },
     /// Another process works in the directory.
-    #[error("another sindyna is at work in {}", path.display())]
+    #[error("{} is in use by another sindyna process", path.display())]
     InUse {
         /// The directory.
         path: PathBuf,
@@ -36,7 +36,7 @@ pub enum RecordError {
         path: PathBuf,
     },
     /// No free name is left.
-    #[error("no number is left for {}", path.display())]
+    #[error("no free number for {}", path.display())]
     NoNumberLeft {
         /// The name without a number.
         path: PathBuf,
@@ -68,7 +68,7 @@ pub enum RecordError {
         why: String,
     },
     /// A file is of a version that this program does not know.
-    #[error("{what} is of format {format}; this version reads 1 to {known}")]
+    #[error("{what} has format {format}; this version reads 1 to {known}")]
     Format {
         /// Which file.
         what: &'static str,
@@ -78,7 +78,7 @@ pub enum RecordError {
         known: u32,
     },
     /// Files of a comparison do not belong together.
-    #[error("{} is not what a comparison wrote: {what}", path.display())]
+    #[error("{} is not a file of a comparison: {what}", path.display())]
     Inconsistent {
         /// The directory.
         path: PathBuf,

@@ -39,7 +39,7 @@ impl Own<'_> {
         File::open(self.path)
             .and_then(|file| file.take(first.len() as u64).read_to_end(&mut found))
             .map_err(RecordError::io("read", self.path))?;
-        if found == first { Ok(()) } else { Err(self.refusal(&format!("is there already and is no {}", self.what))) }
+        if found == first { Ok(()) } else { Err(self.refusal(&format!("exists and is not {}", self.what))) }
     }
 
     /// As [`Self::save`], for what has no first line: a file that is there already must hold `mark`.
@@ -50,7 +50,7 @@ impl Own<'_> {
         if self.is_there()? {
             let found = fs::read(self.path).map_err(RecordError::io("read", self.path))?;
             if !found.windows(mark.len().max(1)).any(|window| window == mark) {
-                return Err(self.refusal(&format!("is there already and is no {}", self.what)));
+                return Err(self.refusal(&format!("exists and is not {}", self.what)));
             }
         }
         save(self.path, contents)
@@ -90,25 +90,25 @@ mod tests {
     fn what_has_no_lines_is_known_by_its_mark() {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("a.onnx");
-        let own = Own { path: &path, what: "export" };
+        let own = Own { path: &path, what: "an export" };
         own.save_marked(b"\x08\x08\x12by sindyna\n1", b"by sindyna").unwrap();
         own.save_marked(b"\x08\x09\x12by sindyna\n2", b"by sindyna").unwrap();
         fs::write(&path, b"\x08\x08\x12by pytorch").unwrap();
         let refusal = own.save_marked(b"\x08\x09\x12by sindyna", b"by sindyna").unwrap_err().to_string();
-        assert!(refusal.contains("is there already and is no export"), "{refusal}");
+        assert!(refusal.contains("exists and is not an export"), "{refusal}");
     }
 
     #[test]
     fn only_what_begins_as_the_new_contents_do_is_written_over() {
         let temp = tempfile::tempdir().unwrap();
         let path = temp.path().join("a.md");
-        let own = Own { path: &path, what: "report" };
+        let own = Own { path: &path, what: "a report" };
         own.save(b"# Report\n\none\n").unwrap();
         own.save(b"# Report\n\nanother\n").unwrap();
         for mine in [&b"# Reports\n"[..], b"# Rep", b"", b"\xff\xfe"] {
             fs::write(&path, mine).unwrap();
             let refusal = own.save(b"# Report\n").unwrap_err().to_string();
-            assert!(refusal.contains("is there already and is no report"), "{refusal}");
+            assert!(refusal.contains("exists and is not a report"), "{refusal}");
             assert_eq!(fs::read(&path).unwrap(), mine);
         }
         fs::remove_file(&path).unwrap();

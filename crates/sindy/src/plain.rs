@@ -80,7 +80,7 @@ pub enum SindyError {
         dt: f64,
     },
     /// No trajectory, or none with a usable row.
-    #[error("there are no rows to identify anything from")]
+    #[error("there are no samples")]
     Empty,
     /// A trajectory with too few samples.
     #[error("trajectory {trajectory}: {source}")]

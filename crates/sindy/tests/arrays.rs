@@ -239,6 +239,11 @@ fn required_forbidden_and_signed_terms_are_respected() {
     );
     let found = with(EquationConstraint::Positive("w".into()));
     assert!(terms(&found).iter().all(|(name, c)| name != "w" || *c > 0.0), "{:?}", terms(&found));
+    // The data contradict this sign, and not the other one.
+    let is_told =
+        |found: &Identified| found.report.warnings.iter().any(|w| w.contains("contradict the declared sign of `w`"));
+    assert!(is_told(&found), "{:?}", found.report.warnings);
+    assert!(!is_told(&with(EquationConstraint::Negative("w".into()))));
 }
 
 #[test]

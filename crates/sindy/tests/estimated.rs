@@ -123,7 +123,7 @@ fn recordings_that_do_not_fit_are_refused() {
         change(&mut bad);
         identifier.identify_recordings(&[bad]).expect_err("bad").to_string()
     };
-    assert!(refused(|r| r.times[3] = r.times[2]).contains("does not come after"));
+    assert!(refused(|r| r.times[3] = r.times[2]).contains("must increase"));
     assert!(refused(|r| r.states[[4, 1]] = f64::NAN).contains("NaN"));
     assert!(refused(|r| r.times.truncate(3)).contains("times"));
 }

@@ -110,7 +110,7 @@ fn plain_arrays_are_checked() {
     let message = |t: &[Trajectory<'_>], dt: f64| sindy.fit(t, dt).expect_err("wrong input").to_string();
     let fine = Trajectory::new(x.view());
     assert_eq!(message(&[fine], 0.0), "the time step must be finite and > 0, got 0");
-    assert_eq!(message(&[], 0.1), "there are no rows to identify anything from");
+    assert_eq!(message(&[], 0.1), "there are no samples");
     let wrong = fine.with_controls(u.view());
     assert_eq!(message(&[wrong], 0.1), "trajectory 0: rows of controls: expected 20, got 7");
     let narrow = array![[1.0], [2.0], [3.0]];

@@ -146,9 +146,9 @@ fn terms_that_the_data_cannot_tell_apart_are_reported() {
     let found = identify(&truth.spec, &data);
     let report = &found.report.equations[1];
     let name = |j: &usize| found.report.features[*j].as_str();
-    let sets = || std::iter::once(&report.support).chain(&report.ties);
+    let sets = || std::iter::once(&report.support).chain(&report.equally_good);
     let shown = |wanted: &str| sets().any(|set| set.len() == 2 && set.iter().any(|j| name(j) == wanted));
-    assert!(shown("sin θ") && shown("sin 2θ"), "{}: {:?}", found.model, report.ties);
+    assert!(shown("sin θ") && shown("sin 2θ"), "{}: {:?}", found.model, report.equally_good);
 }
 
 #[test]

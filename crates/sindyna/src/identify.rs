@@ -1,8 +1,7 @@
 //! Identifying equations of motion from arrays or logged data.
 //!
-//! [`arrays`] takes recordings as they are in memory, [`log`] one that [`Log`] has read. Both give [`Found`]: the
-//! model, and how far to believe it. [`Identifier`] has every setting; [`Sindy`] is the plain regression of
-//! PySINDy.
+//! [`arrays`] takes recordings in memory, [`log()`] a log that [`Log`] has read. Both return [`Found`]: the model, with
+//! standard errors and doubts. [`Identifier`] has every setting; [`Sindy`] is the plain regression of PySINDy.
 
 mod as_read;
 mod asked;
@@ -32,17 +31,17 @@ pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};
 pub use unmeasured::Unmeasured;
 
-/// Equations that were identified.
+/// Identified equations.
 #[derive(Debug, Clone)]
 pub struct Found {
     /// The equations, ready to simulate.
     pub model: Model,
-    /// How far to believe them: terms, standard errors, residuals, as `identify.json` has it.
+    /// Their terms, standard errors, residuals and doubts, as in `identify.json`.
     pub account: Account,
 }
 
 impl Found {
-    /// What `identified` says, found in data of the system `spec`.
+    /// From `identified`, of data of the system `spec`.
     #[must_use]
     pub fn new(identified: Identified, spec: &Spec) -> Self {
         Self { account: Account::new(&identified, spec), model: identified.model }
@@ -54,14 +53,14 @@ impl Found {
         self.model.equations()
     }
 
-    /// Whether the residuals of every equation are at the noise floor; `None` where that is not known.
+    /// Whether the residuals of every equation are at the noise floor; `None` if the floor is not known.
     #[must_use]
     pub fn is_explained(&self) -> Option<bool> {
         self.account.explained
     }
 }
 
-/// Identifies equations in `recordings` of `signals`, sampled every `dt` \[s\] or about so often.
+/// Identifies equations from `recordings` of `signals` with a sampling interval of about `dt` \[s\].
 ///
 /// # Errors
 /// [`Error::Signals`] if names are not unique, [`Error::Fit`] if no equations are found.
@@ -70,8 +69,8 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
     Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
 }
 
-/// Identifies equations in a log. Where these leave what no term explains, rates that were not measured are states, and inputs act earlier or later, if the data
-/// speak for it.
+/// Identifies equations from a log. If they leave residuals that no term explains, unmeasured rates and delays of inputs are tried, and used if the data
+/// support them.
 ///
 /// # Errors
 /// [`Error::Fit`] if no equations are found.

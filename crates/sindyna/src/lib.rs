@@ -1,10 +1,10 @@
-//! Equations of motion from little data, and controllers trained inside them.
+//! Equations of motion from little data, and controllers trained in them.
 //!
 //! - [`identify`]: equations from arrays or from a log ([`logs`]);
-//! - [`training`]: a controller for a task, by name or of one's own ([`problem`]);
+//! - [`training`]: a controller for a built-in task or for your own system ([`problem`]);
 //! - [`export`]: equations and policies as programs in other languages;
-//! - [`record`], [`report`]: what runs leave on the disk, and what comparisons come to;
-//! - [`core`], [`control`], [`rl`], [`dyna`], [`sindy`]: the parts, for programs that put them together otherwise.
+//! - [`record`], [`report`]: files of runs, pages of runs and comparisons;
+//! - [`core`], [`control`], [`rl`], [`dyna`], [`sindy`]: the parts, for other combinations.
 //!
 //! ```
 //! use sindyna::identify::{Recording, Signals, arrays};
@@ -17,7 +17,7 @@
 //! # Ok::<(), sindyna::Error>(())
 //! ```
 //!
-//! The command `sindyna` is made of the same parts; `examples/` has one program for each of them.
+//! The command `sindyna` uses the same parts; `examples/` has a program for each of them.
 
 mod cli;
 pub mod identify;
@@ -25,7 +25,7 @@ pub mod identify;
 pub use cli::main;
 pub use sindyna_training::{Error, Trained, Training, Verdict, problem::Problem};
 
-/// Systems with a task on them: what a controller can be trained for.
+/// Systems with a task: what a controller can be trained for.
 pub mod problem {
     pub use crate::identify::of_log;
     pub use sindyna_training::problem::{
@@ -34,7 +34,7 @@ pub mod problem {
     pub use sindyna_training::problem::{declared, named, names, ode, of_file, of_model, stepped};
 }
 
-/// Training a controller inside identified equations.
+/// Training a controller in identified equations.
 pub mod training {
     pub use sindyna_training::{Trained, Training, Verdict};
 }

@@ -52,7 +52,7 @@ fn settings_out_of_range_are_named_with_their_bound() {
     );
     refuses(
         &["train", "pendulum", "--threshold", "0.1"],
-        &["--threshold means nothing to the solver `best-subset`", "--solver stlsq"],
+        &["--threshold does not apply to the solver `best-subset`", "--solver stlsq"],
     );
     refuses(
         &["train", "pendulum", "--ridge", "0.1"],

@@ -33,18 +33,18 @@ fn bad_logs_are_named_by_line_column_value_and_bound() {
     refuses("t,th,w,u\n0,3,,1\n1,,3,1\n", &COLUMNS, &["line 2: column `w`: an empty cell is not a number"]);
     refuses(&log(4, "0.2,3.2,o.4,1"), &COLUMNS, &["line 4: column `w`: `o.4` is not a number"]);
     refuses(&log(4, "0.2,3.2,0.4"), &COLUMNS, &["line 4: 3 cells where the header names 4 columns"]);
-    refuses(&log(4, "0.05,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.05 does not come after 0.1 (line 3)"]);
-    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.1 does not come after 0.1"]);
+    refuses(&log(4, "0.05,3.2,0.4,1"), &COLUMNS, &["line 4: the time must increase: t = 0.05 follows 0.1 (line 3)"]);
+    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.1 follows 0.1"]);
     refuses(log(7, "0.5,3.3").trim_end(), &COLUMNS, &["line 7: cut off (`0.5,3.3`)"]);
     refuses("t,th,w,th\n0,1,2,3\n", &COLUMNS, &["line 1: columns 2 and 4 are both named `th`"]);
-    refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 steps, too few", "at least 4"]);
+    refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 step, too few", "at least 4"]);
     refuses("t,th,w,u\n0,3,0,1\n", &COLUMNS, &["two rows"]);
     refuses("trajectory,t,th,w,u\na,0,3,0,1\nb,0,3,0,1\na,1,3,0,1\n", &COLUMNS, &["line 4: trajectory `a` goes on"]);
     let angle = [&COLUMNS[..], &["--angles", "th"]].concat();
     refuses("t,th [m],w,u\n0,3,0,1\n0.1,3,0,1\n", &angle, &["`th` is in `m`", "radians", "--units"]);
     refuses("t [furlong],th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["`t` is in `furlong`", "s, ms, us, ns, min or h"]);
     refuses("t,th,w,u\n0,3,0,1\n", &[&COLUMNS[..], &["--units", "v=m"]].concat(), &["no column named `v`"]);
-    refuses("th,w,u\n3,0,1\n", &COLUMNS, &["no column of times", "--time-column", "--dt"]);
+    refuses("th,w,u\n3,0,1\n", &COLUMNS, &["no time column", "--time-column", "--dt"]);
     refuses(
         "th,w,u\n1e200,0,1\n2e200,0,1\n3,1e200,2\n4,1,0\n5,2,3\n",
         &[&COLUMNS[..], &["--dt", "1"]].concat(),
@@ -64,20 +64,24 @@ fn logs_without_equations_say_what_is_odd_about_them() {
     refuses(
         &of(1.0, "0"),
         &["--states", "th,w,z", "--inputs", "u"],
-        &["no equations in log.csv", "`z` is 0 in every row"],
+        &["no equations in log.csv", "`z` is 0 in every row: leave this column out"],
     );
-    refuses(&of(1e-150, "0"), &COLUMNS, &["`w` reaches", "e−150: give it in other units"]);
+    refuses(&of(1e-150, "0"), &COLUMNS, &["`w` reaches", "e−150: use another unit"]);
     refuses(
         &example(),
         &[&COLUMNS[..], &["--dt", "1e-300"]].concat(),
-        &["a sampling interval of 1e−300 s was given, but samples are 0.05", "--time-column none"],
+        &["given as 1e−300 s, but the samples are 0.05", "--time-column none"],
     );
-    refuses(&example(), &[&COLUMNS[..], &["--dt", "0.1"]].concat(), &["a sampling interval of 0.1 s was given"]);
-    refuses(&example(), &[&COLUMNS[..], &["--dt", "0.0503"]].concat(), &["a sampling interval of 0.0503 s was given"]);
+    refuses(&example(), &[&COLUMNS[..], &["--dt", "0.1"]].concat(), &["the sampling interval was given as 0.1 s"]);
+    refuses(
+        &example(),
+        &[&COLUMNS[..], &["--dt", "0.0503"]].concat(),
+        &["the sampling interval was given as 0.0503 s"],
+    );
     refuses(
         &example(),
         &[&COLUMNS[..], &["--dt", "1e-300", "--time-column", "none"]].concat(),
-        &["a step every 1e−300 s"],
+        &["the sampling interval is 1e−300 s"],
     );
     refuses(&example(), &[&COLUMNS[..], &["--limits", "th=100:101"]].concat(), &["the --limits of `th`"]);
     let many: Vec<String> = (0..2_500).map(|i| format!("--term=sin({i}.5*th)")).collect();
@@ -90,7 +94,7 @@ fn bad_options_are_named() {
     let log = example();
     let with = |args: &[&'static str]| [&COLUMNS[..], args].concat();
     refuses(&log, &["--states", "th,v"], &["no column named `v`; known: `t`, `th`, `w`, `u`"]);
-    refuses(&log, &["--states", "th,t"], &["`t` is the time"]);
+    refuses(&log, &["--states", "th,t"], &["`t` is the column of the time"]);
     refuses(&log, &["--states", "th,th"], &["`th` is named twice"]);
     refuses(&log, &["--states", "th,w", "--inputs", "w"], &["`w` is named twice"]);
     refuses(&log, &with(&["--angles", "u"]), &["no state for `angles` named `u`"]);
@@ -102,15 +106,15 @@ fn bad_options_are_named() {
         &["`th` as the rate of `w` closes a circle", "leave one of the pairs"],
     );
     refuses(&log, &with(&["--circles", "th"]), &["COS=SIN"]);
-    refuses(&log, &with(&["--circles", "th=th"]), &["`th` and `th`", "one angle"]);
+    refuses(&log, &with(&["--circles", "th=th"]), &["`th` and `th`", "one pair"]);
     refuses(&log, &with(&["--circles", "th=w"]), &["`th` and `w`", "do not add up to 1"]);
     refuses(&log, &with(&["--noise", "th=-1"]), &["SIGMA above 0", "th=-1"]);
     refuses(&log, &with(&["--noise", "v=1"]), &["no state for `noise` named `v`"]);
     refuses(&log, &with(&["--limits", "w=8:-8"]), &["LOW below HIGH", "w=8:-8"]);
     refuses(&log, &with(&["--limits", "v=0:1"]), &["no state for `limits` named `v`"]);
-    refuses(&log, &with(&["--angles", "w"]), &["the column `w` is in `rad/s`", "radians"]);
+    refuses(&log, &with(&["--angles", "w"]), &["column `w` is in `rad/s`", "radians"]);
     let bare = log.replace(" [rad/s]", "");
-    refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be an angle and the rate of `th`"]);
+    refuses(&bare, &with(&["--rates", "w=th", "--angles", "w"]), &["`w` cannot be both an angle and the rate of `th`"]);
     refuses(&log, &with(&["--dt", "0"]), &["above 0"]);
     refuses(&log, &with(&["--dt", "nan"]), &["above 0"]);
     refuses(&log, &with(&["--resample", "1e-9"]), &["--resample", "10000000"]);

@@ -192,7 +192,7 @@ fn a_digest_tells_all_that_its_comparison_does() {
     told(&["report", "kept", "--markdown", "page.md"]);
     fs::write(temp.path().join("README.md"), "# Mine\n").unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "kept", "--markdown", "README.md"]));
-    assert!(code == 2 && stderr.contains("README.md is there already and is no report"), "{stderr}");
+    assert!(code == 2 && stderr.contains("README.md exists and is not a report"), "{stderr}");
     assert_eq!(fs::read_to_string(temp.path().join("README.md")).unwrap(), "# Mine\n");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all/runs"]));
     assert!(code == 2 && stderr.contains("holds no record"), "{stderr}");

@@ -25,7 +25,7 @@ fn a_file_that_no_export_wrote_is_never_written_over() {
     fs::write(temp.path().join("mine.py"), "print('mine')\n").unwrap();
     fs::write(temp.path().join("model.py"), "print('mine')\n").unwrap();
     let (code, _, stderr) = export(temp.path(), "mine.py");
-    assert!(code == 2 && stderr.contains("mine.py is there already and is no export of sindyna"), "{stderr}");
+    assert!(code == 2 && stderr.contains("mine.py exists and is not an export of sindyna"), "{stderr}");
     assert!(stderr.contains("hint: name another file with --out"), "{stderr}");
     assert_eq!(export(temp.path(), "model.json").0, 2);
     assert_eq!(fs::read_to_string(temp.path().join("model.json")).unwrap(), MODEL);

@@ -99,10 +99,10 @@ fn what_is_no_text_is_written_over_where_sindyna_wrote_it_alone() {
         }
         fs::write(&file, b"PK\x03\x04 of somebody else").unwrap();
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", language]));
-        assert!(code == 2 && stderr.contains("is there already and is no export of sindyna"), "{stderr}");
+        assert!(code == 2 && stderr.contains("exists and is not an export of sindyna"), "{stderr}");
         assert_eq!(fs::read(&file).unwrap(), b"PK\x03\x04 of somebody else");
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", language, "--out", "-"]));
-        assert!(code == 2 && stderr.contains("is no text for standard output"), "{stderr}");
+        assert!(code == 2 && stderr.contains("is binary and not written to standard output"), "{stderr}");
     }
 }
 

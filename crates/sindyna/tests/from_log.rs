@@ -207,7 +207,11 @@ fn a_model_identified_before_is_trained_in() {
     for (from, to, says) in [
         ("name = \"v\"", "name = \"w\"", "no column named `w`"),
         ("low = -1.0", "low = -0.1", "its task file lets `F` go from -0.1 to 1"),
-        ("max_steps = 100", "max_steps = 100\ndt = 0.1", "its `dt` is 0.1 s, a step of the log is 0.05 s"),
+        (
+            "max_steps = 100",
+            "max_steps = 100\ndt = 0.1",
+            "its `dt` is 0.1 s, the sampling interval of the log is 0.05 s",
+        ),
     ] {
         fs::write(temp.path().join("other.toml"), example("spring.toml").replace(from, to).replace("next_v", "next_x"))
             .unwrap();
@@ -271,11 +275,11 @@ fn equations_in_a_task_file_are_a_simulator() {
     for (from, to, says) in [
         ("v = \"(F", "w = \"(F", "no state named `w`"),
         ("(F - k*x", "(F - q*x", "no variable named `q`"),
-        ("k = 2.0", "x = 2.0", "the name `x` is there twice"),
+        ("k = 2.0", "x = 2.0", "the name `x` is used twice"),
         ("dt = 0.05", "", "[equations] need `dt`"),
         ("dt = 0.05", "dt = -1.0", "above 0"),
         ("dt = 0.05", "dt = 0.05\nframe_skip = 2", "means nothing without a `model`"),
-        ("rate_of = \"x\"", "", "[equations] have none for `x`"),
+        ("rate_of = \"x\"", "", "[equations] lack one for `x`"),
         ("spring-equations", "pendulum", "as a task that comes along"),
     ] {
         fs::write(temp.path().join("other.toml"), example("ground_truth.toml").replacen(from, to, 1)).unwrap();

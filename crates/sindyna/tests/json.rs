@@ -63,7 +63,7 @@ fn an_identification_is_what_its_files_say() {
     let result = object(temp.path(), &args)["result"].clone();
     assert_eq!((&result["rows"], &result["trajectories"]), (&101.into(), &1.into()));
     assert_eq!(result["equations"], json!(["dth/dt = w", "w\u{307} = 15 sin th + 3 u"]));
-    assert!(result["notes"][0].as_str().unwrap().contains("w is taken as the rate of th"));
+    assert!(result["notes"][0].as_str().unwrap().contains("w is used as the rate of th"));
     let account: Account = serde_json::from_value(result["identification"].clone()).unwrap();
     assert_eq!((account.rows, account.explained), (100, Some(true)));
 

@@ -91,7 +91,7 @@ fn what_is_no_answer_is_told() {
         (&other_dt, AT_ZERO, AT_ZERO, "its control interval is 0.2 s, that of the task file is 0.1 s"),
         (silent, AT_ZERO, AT_ZERO, "it did not answer `spec` within 1 s"),
         ("exit 3", AT_ZERO, AT_ZERO, "it ended (exit status: 3) before it answered `spec`"),
-        (SPEC, r#"echo '{"error": "no rail"}'"#, AT_ZERO, "it refuses `reset`: no rail"),
+        (SPEC, r#"echo '{"error": "no rail"}'"#, AT_ZERO, "it rejects `reset`: no rail"),
         (SPEC, AT_ZERO, r#"echo '{"state": [0.0, 1.0]}'"#, "it tells 2 states where 1 are declared"),
         (SPEC, AT_ZERO, r#"echo '{"state": [NaN]}'"#, "it answered `step` by `{\"state\": [NaN]}`"),
         (SPEC, AT_ZERO, r#"echo '{"state": [1e999]}'"#, "it answered `step` by"),
@@ -99,7 +99,7 @@ fn what_is_no_answer_is_told() {
         (SPEC, r#"echo '{"state": [0.0]}'; echo ready"#, AT_ZERO, "`ready`"), // unasked, or for the answer to `step`
         (SPEC, AT_ZERO, "kill -9 $$", "it ended (signal: 9 (SIGKILL)) before it answered `step`"),
         (SPEC, AT_ZERO, "exec >&-; sleep 1", "it closed its output before it answered `step`"),
-        (SPEC, AT_ZERO, "head -c 2000000 /dev/zero; sleep 1", "it said a line of more than 1048576 bytes"),
+        (SPEC, AT_ZERO, "head -c 2000000 /dev/zero; sleep 1", "it sent a line of more than 1048576 bytes"),
         (SPEC, AT_ZERO, silent, "it did not answer `step` within 1 s"),
     ] {
         let temp = tempfile::tempdir().unwrap();

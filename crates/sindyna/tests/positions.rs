@@ -81,7 +81,7 @@ fn rates_that_are_not_wanted_are_not_looked_for_and_those_named_are() {
     assert!(stdout.contains("w (rate of q, not measured)") && stdout.contains("4 u"), "{stdout}");
     for (given, says) in [
         ("u=q", "`u` is a column of the log"),
-        ("w=z", "there is no state `z`"),
+        ("w=z", "no state named `z`"),
         ("w=q,p=q", "`q` has a rate already"),
         ("w=q,a=w,j=a", "may be 3"),
         ("w", "--unmeasured takes RATE=OF"),

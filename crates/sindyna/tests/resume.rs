@@ -173,12 +173,12 @@ fn a_long_run_goes_on_from_its_checkpoint() {
     for name in &kept {
         fs::copy(at("killed").join(name), at("cut").join(name)).unwrap();
     }
-    goes_on(whole, &saved, "going on after ");
+    goes_on(whole, &saved, "continuing after ");
     // What cannot be gone on from is told, and the run begins anew: a short one is enough to see that.
     fs::remove_dir_all(at("whole")).unwrap();
     let whole = Some(run(temp.path(), &["pendulum"]));
     for (checkpoint, told) in
-        [(&damaged, "checkpoint.bin is damaged, so the run begins anew"), (&saved, "config.toml was changed since")]
+        [(&damaged, "checkpoint.bin is damaged, so the run restarts"), (&saved, "config.toml was changed since")]
     {
         cut(temp.path(), &["config.toml"]);
         goes_on(whole, checkpoint, told);

@@ -101,7 +101,7 @@ fn results_are_what_they_were() {
     fs::write(temp.path().join("log.csv"), example()).unwrap();
     let args = "identify log.csv --states th,w --inputs u --angles th --out model";
     let (code, identified, progress) = sindyna(temp.path(), &args.split(' ').collect::<Vec<_>>());
-    assert_eq!((code, progress.as_str()), (0, "read: 101 rows, 100 steps; looking for equations\n"));
+    assert_eq!((code, progress.as_str()), (0, "read: 101 rows, 100 steps; searching for equations\n"));
     assert_snapshot!("identify", timeless(&identified));
     // The same on every machine.
     let args = "train pendulum --isa portable --seed 1 --max-updates 600 --episodes 10 --out run";

@@ -80,7 +80,7 @@ pub enum Error {
         source: Box<EquationConstraintError>,
     },
     /// A system of one's own that is not declared in full.
-    #[error("the system `{name}` cannot be: {why}")]
+    #[error("the system `{name}` is not valid: {why}")]
     System {
         /// Its name.
         name: String,
@@ -112,7 +112,7 @@ pub enum Error {
         why: String,
     },
     /// Inputs of a log that act late.
-    #[error("the inputs of {log} act {rows} rows ({} s) late: a controller trained without that delay would not do on the system, and training with one is not supported", significant(*seconds, 6))]
+    #[error("the inputs of {log} have a delay of {rows} rows ({} s): training with a delay is not supported, and a controller trained without it would fail on the system", significant(*seconds, 6))]
     Delayed {
         /// The log, or the directory of its identification.
         log: String,
@@ -130,7 +130,7 @@ pub enum Error {
         why: String,
     },
     /// The system of a run was a program, and none is named.
-    #[error("its system was a program, which no record starts")]
+    #[error("its system was a program, which is not started from a record")]
     NoPipe,
     /// A model whose parts do not fit each other.
     #[error(transparent)]

@@ -24,7 +24,7 @@ pub fn identified_of(bytes: &[u8]) -> Result<Identified, String> {
         return Err(if bytes.starts_with(HEAD.as_bytes()) {
             "it was written by another build: identify again".into()
         } else {
-            "it is not what `sindyna identify` wrote".into()
+            "it was not written by `sindyna identify`".into()
         });
     };
     let contents = rest.split_at_checked(4).filter(|(sum, rest)| *sum == crc32fast::hash(rest).to_le_bytes());

@@ -1,7 +1,7 @@
-//! Systems with a task on them, settings, and training of controllers in identified equations.
+//! Systems with a task, settings, and training of controllers in identified equations.
 //!
-//! - [`problem`]: what a controller can be trained for, by name, from a task file, from a log, behind a pipe, or of one's own;
-//! - [`settings`]: what can be set, as `config.toml` has it;
+//! - [`problem`]: what a controller can be trained for, by name, from a task file, from a log, behind a pipe, or your own;
+//! - [`settings`]: the settings of `config.toml`;
 //! - [`Training`]: from a few steps on the system to equations, a controller and its evaluation. The command puts a run together from the same
 //!   parts ([`Plan`], [`watched_evaluation`], [`summary`]) and keeps a record of it.
 

@@ -79,10 +79,10 @@ pub fn of(
             }),
             confirmation: learned.confirmation.as_ref().map(|c| Confirmation {
                 real: c.real,
-                promised: c.expected(),
+                predicted: c.expected(),
                 spread: c.spread(),
                 disagreement: c.disagreement,
-                kept: c.is_kept(),
+                agrees: c.agrees(),
             }),
             collect: learned.gap.as_ref().map(|gap| collect(gap, spec)),
             refit_failure: learned.refit_failure.clone(),

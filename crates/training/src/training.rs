@@ -1,4 +1,4 @@
-//! Training a controller inside identified equations.
+//! Training a controller in identified equations.
 
 use std::io;
 use std::sync::Arc;
@@ -16,31 +16,31 @@ use crate::problem::{Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
 use crate::summary;
 
-/// What is to be trained, and how. The same settings and seed give the same bits.
+/// A training with its settings. The same settings and seed give the same bits.
 ///
 /// The loop is that of the command `sindyna train`: a few steps on the system, equations from them, soft actor-critic
-/// inside the equations, and a last evaluation on the system.
+/// in the equations, and an evaluation on the system.
 #[derive(Clone)]
 pub struct Training {
     problem: Arc<dyn Problem>,
     config: TrainConfig,
-    /// Data that were there before, instead of a warm-up.
+    /// Recorded data, instead of a warm-up.
     recorded: Option<Arc<Dataset>>,
     evaluated: bool,
 }
 
-/// What became of a [`Training`].
+/// The result of a [`Training`].
 #[derive(Clone)]
 pub struct Trained {
-    /// The run in numbers, as `summary.json` has it.
+    /// The figures of the run, as in `summary.json`.
     pub summary: Summary,
     /// All data from the system.
     pub data: Dataset,
     /// The equations that the policy was trained in.
     pub model: Option<Model>,
-    /// The same with what speaks for and against them.
+    /// The same with their standard errors and doubts.
     pub identified: Option<Identified>,
-    /// The policy; `None` if training never came to one.
+    /// The policy; `None` if training produced none.
     pub policy: Option<Arc<dyn TrainedPolicy>>,
     action_dim: usize,
 }
@@ -55,12 +55,12 @@ pub enum Verdict {
     NotSolved,
     /// The task has no threshold.
     NoThreshold,
-    /// Training came to no policy.
+    /// Training produced no policy.
     NoPolicy,
 }
 
 impl Training {
-    /// Training for the task that comes along as `task`, such as `pendulum`; [`problem::names`](crate::problem::names) lists them.
+    /// Training for the built-in task `task`, such as `pendulum`; [`problem::names`](crate::problem::names) lists them.
     ///
     /// # Errors
     /// [`Error::UnknownName`].
@@ -68,13 +68,13 @@ impl Training {
         named(task).map(Self::shared)
     }
 
-    /// Training for a problem of one's own.
+    /// Training for your own problem.
     #[must_use]
     pub fn of(problem: impl Problem + 'static) -> Self {
         Self::shared(Arc::new(problem))
     }
 
-    /// Training for a problem that somebody else has, too.
+    /// Training for a shared problem.
     #[must_use]
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
         let mut config = TrainConfig::defaults(&*problem.task());
@@ -84,7 +84,7 @@ impl Training {
         Self { problem, config, recorded: None, evaluated: true }
     }
 
-    /// The same with another seed of everything random; 0 if none is given.
+    /// The same with another seed of the random numbers; the default is 0.
     #[must_use]
     pub fn with_seed(mut self, seed: u64) -> Self {
         self.config.seed = seed;
@@ -100,7 +100,7 @@ impl Training {
         Ok(self)
     }
 
-    /// The same with recorded `data` of the system in place of the warm-up. The system itself is asked only for more than that, and for the evaluation.
+    /// The same with recorded `data` of the system instead of the warm-up. The system is used only for further steps and for the evaluation.
     #[must_use]
     pub fn with_data(mut self, data: Dataset) -> Self {
         (self.config.warmup.rollouts, self.config.warmup.rollout_len) = (1, data.n_steps());
@@ -108,7 +108,7 @@ impl Training {
         self
     }
 
-    /// The same with at most `steps` on the system before the evaluation, recorded ones among them; as many as it takes if none is given.
+    /// The same with at most `steps` on the system before the evaluation, recorded ones included; the default is no limit.
     #[must_use]
     pub fn with_max_real_steps(mut self, steps: usize) -> Self {
         self.config.imagination.max_real_steps = Some(steps);
@@ -121,7 +121,7 @@ impl Training {
         Self { evaluated: false, ..self }
     }
 
-    /// The same without the evaluation, and without any other step on the system than those recorded or of the warm-up: for a system that is not at hand.
+    /// The same without the evaluation, and without further steps on the system after the recorded ones or the warm-up: for a system that is not available.
     #[must_use]
     pub fn without_system(self) -> Self {
         let steps = self.config.warmup.rollouts * self.config.warmup.rollout_len;
@@ -131,7 +131,7 @@ impl Training {
     /// All settings, as the TOML of `config.toml`.
     ///
     /// # Errors
-    /// [`Error::Configuration`] for numbers that TOML does not have.
+    /// [`Error::Configuration`] for numbers that TOML cannot represent.
     pub fn settings(&self) -> Result<String, Error> {
         self.config.to_toml()
     }
@@ -139,12 +139,12 @@ impl Training {
     /// Trains and evaluates.
     ///
     /// # Errors
-    /// [`Error::Setting`] for settings no run can have, [`Error::Train`] if no equations are found or the system fails.
+    /// [`Error::Setting`] for invalid settings, [`Error::Train`] if no equations are found or the system fails.
     pub fn run(&self) -> Result<Trained, Error> {
         self.run_watched(&mut |_| {}, &Arc::new(AtomicBool::new(false)))
     }
 
-    /// The same while `watch` is told what happens; ends soon after `stop` is set, without an evaluation then.
+    /// The same with a callback `watch` for events; ends soon after `stop` is set, then without an evaluation.
     ///
     /// # Errors
     /// Those of [`Self::run`].
@@ -222,7 +222,7 @@ impl Trained {
     }
 }
 
-/// A function that is told what happens.
+/// A callback for events.
 struct Told<'a>(&'a mut dyn FnMut(&Event<'_>));
 
 impl Observer for Told<'_> {

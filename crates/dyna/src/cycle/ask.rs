@@ -40,7 +40,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         let belief = if self.parts.schedule.curious { self.belief(self.course.turns, steps) } else { None };
         let real = &mut self.base.progress.real;
         match (belief, Inverse::of(self.parts.task.spec())) {
-            (Some(belief), Ok(inverse)) if belief.trust.has_rivals() => {
+            (Some(belief), Ok(inverse)) if belief.trust.has_alternatives() => {
                 let mut curious = Curious::new(belief.task, &belief.trust, &inverse);
                 real.collect(env, Actor::Explorer(&mut curious), amount, interrupted)?;
             }
@@ -73,12 +73,12 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     }
 
     /// Whether imagination goes by models that may disagree.
-    pub(super) fn has_rivals(&self) -> bool {
-        self.imagination.as_ref().is_some_and(|imagination| imagination.belief.trust.has_rivals())
+    pub(super) fn has_alternatives(&self) -> bool {
+        self.imagination.as_ref().is_some_and(|imagination| imagination.belief.trust.has_alternatives())
     }
 
     /// Whether to collect data before a policy has a real episode that the models do not agree on: it could not confirm anything.
     pub(super) fn wants_to_know(&self) -> bool {
-        self.parts.schedule.curious && self.has_rivals() && self.may_double() && self.is_wide()
+        self.parts.schedule.curious && self.has_alternatives() && self.may_double() && self.is_wide()
     }
 }

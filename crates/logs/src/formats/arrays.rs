@@ -39,7 +39,7 @@ pub(super) fn table(path: &Path, arrays: Vec<Named>) -> Result<Table, LogError> 
     }
     let failed = |reason: String| Err(LogError::Malformed { path: path.to_owned(), format: "a table", reason });
     if columns.len() > MOST_COLUMNS {
-        return failed(format!("{} columns are more than {MOST_COLUMNS}", columns.len()));
+        return failed(format!("{} columns are more than the maximum of {MOST_COLUMNS}", columns.len()));
     }
     if columns.is_empty() {
         return Err(LogError::NoArrays { path: path.to_owned(), arrays: left_out });
@@ -83,7 +83,7 @@ fn parted(name: &str, array: &Array, rows: usize) -> Result<Vec<(Column, Values)
         _ if fits(second) => false,
         _ => {
             let sizes: Vec<String> = array.shape.iter().map(ToString::to_string).collect();
-            return Err(format!("is {} where most have {rows} samples", sizes.join("×")));
+            return Err(format!("has the shape {} where most arrays have {rows} samples", sizes.join("×")));
         }
     };
     let (samples, width) = if along_first { (first, second) } else { (second, first) };
@@ -152,8 +152,11 @@ mod tests {
             ]
         );
         let why = |name: &str| table.column(name).unwrap_err().to_string();
-        assert!(why("fs").contains("`fs` of log.npz is no column: is one number"), "{}", why("fs"));
-        assert!(why("M").contains("has 3 dimensions") && why("gains").contains("is 7 where most have 3 samples"));
+        assert!(why("fs").contains("`fs` of log.npz is not a column: is one number"), "{}", why("fs"));
+        assert!(
+            why("M").contains("has 3 dimensions")
+                && why("gains").contains("has the shape 7 where most arrays have 3 samples")
+        );
         assert!(why("name").contains("is text") && why("x").contains("no column named `x`"));
     }
 

@@ -20,7 +20,7 @@ impl Default for Budget {
 impl Budget {
     /// Takes `bytes` of it.
     pub(super) fn spend(&mut self, bytes: usize) -> Result<(), String> {
-        let left = self.left.checked_sub(bytes).ok_or("it has more than 256 MiB of numbers, the most that is read")?;
+        let left = self.left.checked_sub(bytes).ok_or("it has more than 256 MiB of numbers, which is the maximum")?;
         self.left = left;
         Ok(())
     }

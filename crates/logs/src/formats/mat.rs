@@ -82,7 +82,7 @@ struct Element<'a> {
 
 impl<'a> Reader<'a> {
     fn word(&self, at: usize) -> Result<u32, String> {
-        let bytes = self.bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).ok_or("it is cut off")?;
+        let bytes = self.bytes.get(at..at + 4).and_then(|b| b.try_into().ok()).ok_or("it is truncated")?;
         Ok(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
     }
 
@@ -95,10 +95,13 @@ impl<'a> Reader<'a> {
             (first & 0xffff, (first >> 16) as usize, 4)
         };
         if begin == 4 && size > 4 {
-            return Err("an element in it has a size that cannot be".into());
+            return Err("it has an element of an impossible size".into());
         }
         let data = self.bytes.get(begin..).and_then(|rest| rest.get(..size)).ok_or_else(|| {
-            format!("it is cut off: {} bytes where an element tells of {size}", self.bytes.len().saturating_sub(begin))
+            format!(
+                "it is truncated: {} bytes where an element declares {size}",
+                self.bytes.len().saturating_sub(begin)
+            )
         })?;
         // Packed elements are not filled up.
         let end = if kind == COMPRESSED { begin + size } else { (begin + size).next_multiple_of(8) };

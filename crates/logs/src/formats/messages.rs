@@ -66,7 +66,7 @@ impl Messages {
         }
         let rows = self.logged.len();
         if rows.saturating_mul(self.columns.len()) > MOST_NUMBERS {
-            let reason = format!("{} numbers in {rows} messages are more than is held in memory", self.columns.len());
+            let reason = format!("{} numbers in {rows} messages are more than fit in memory", self.columns.len());
             return Err(Format::Mcap.failed(path, reason));
         }
         let stamped = self.made.iter().any(|t| *t != 0);
@@ -100,7 +100,7 @@ pub(super) fn joint_state(data: &[u8], messages: &mut Messages, logged: u64) -> 
 /// The numbers of an object in JSON, those within others by names with a dot, those of a list by their place from 1.
 pub(super) fn json(data: &[u8], messages: &mut Messages, logged: u64) -> Result<(), String> {
     let value: Value = serde_json::from_slice(data).map_err(|e| e.to_string())?;
-    let Value::Object(object) = &value else { return Err("it is no object".into()) };
+    let Value::Object(object) = &value else { return Err("it is not an object".into()) };
     let of = |key: &str| value.pointer(key).and_then(Value::as_i64).unwrap_or(0);
     let nanoseconds = of("/header/stamp/nanosec") + of("/header/stamp/nsec");
     messages.begin(logged, of("/header/stamp/sec").saturating_mul(1_000_000_000).saturating_add(nanoseconds));
@@ -112,7 +112,7 @@ pub(super) fn json(data: &[u8], messages: &mut Messages, logged: u64) -> Result<
             let values = list(key).map_or(&[][..], Vec::as_slice);
             values
                 .iter()
-                .map(|v| v.as_f64().ok_or_else(|| format!("`{key}` has something that is no number")))
+                .map(|v| v.as_f64().ok_or_else(|| format!("`{key}` holds something that is not a number")))
                 .collect()
         };
         let (position, velocity, effort) = (numbers("position")?, numbers("velocity")?, numbers("effort")?);
@@ -146,7 +146,7 @@ struct Cdr<'a> {
 
 impl<'a> Cdr<'a> {
     fn new(data: &'a [u8]) -> Result<Self, String> {
-        let (head, bytes) = data.split_at_checked(4).ok_or("it is cut off")?;
+        let (head, bytes) = data.split_at_checked(4).ok_or("it is truncated")?;
         match head[..2] {
             [0, order @ (0 | 1)] => Ok(Self { bytes, at: 0, big: order == 0 }),
             _ => Err(format!("its encoding is {:#04x}{:02x}; plain CDR is read", head[0], head[1])),
@@ -155,7 +155,7 @@ impl<'a> Cdr<'a> {
 
     fn take(&mut self, size: usize, align: usize) -> Result<&'a [u8], String> {
         let begin = self.at.next_multiple_of(align);
-        let part = self.bytes.get(begin..).and_then(|rest| rest.get(..size)).ok_or("it is cut off")?;
+        let part = self.bytes.get(begin..).and_then(|rest| rest.get(..size)).ok_or("it is truncated")?;
         self.at = begin + size;
         Ok(part)
     }
@@ -171,7 +171,7 @@ impl<'a> Cdr<'a> {
         let count = self.word()? as usize;
         let left = self.bytes.len().saturating_sub(self.at);
         if count.saturating_mul(size) > left {
-            Err(format!("it tells of {count} where {left} bytes are left"))
+            Err(format!("it declares {count} elements where {left} bytes are left"))
         } else {
             Ok(count)
         }

@@ -43,7 +43,7 @@ impl<'a> Reading<'a> {
 pub(crate) fn read(path: &Path, bytes: Vec<u8>, reading: Reading<'_>) -> Result<Table, LogError> {
     let Some(format) = begun(&bytes) else {
         return match named(path) {
-            Some(format) if !bytes.is_empty() => Err(format.failed(path, "it does not begin as one".into())),
+            Some(format) if !bytes.is_empty() => Err(format.failed(path, "it does not begin like one".into())),
             _ => Table::read(path, bytes, reading.delimiter),
         };
     };

@@ -37,7 +37,7 @@ pub(super) fn arrays(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Ve
     let needed = count.checked_mul(each).ok_or("its shape is too large")?;
     let data = data
         .get(..needed)
-        .ok_or_else(|| format!("it is cut off: {} bytes of data where its header tells of {needed}", data.len()))?;
+        .ok_or_else(|| format!("it is truncated: {} bytes of data where its header declares {needed}", data.len()))?;
     // Small numbers take more memory than in the file.
     budget.spend(count.saturating_mul(8 * fields.iter().map(|(_, _, width)| width).sum::<usize>()))?;
     let mut from = 0;
@@ -57,7 +57,7 @@ pub(super) fn arrays(bytes: &[u8], name: &str, budget: &mut Budget) -> Result<Ve
 
 /// The text of the header, and what follows it.
 fn header(bytes: &[u8]) -> Result<(&str, &[u8]), String> {
-    const CUT_OFF: &str = "it is cut off within its header";
+    const CUT_OFF: &str = "it is truncated within its header";
     let version = *bytes.get(6).ok_or(CUT_OFF)?;
     let (size, begin) = match version {
         1 => (usize::from(u16::from_le_bytes(bytes.get(8..10).and_then(|b| b.try_into().ok()).ok_or(CUT_OFF)?)), 10),
@@ -112,7 +112,7 @@ enum Element {
 impl Element {
     /// The type that `descr` names, such as `<f8`.
     fn of(descr: &str) -> Result<Self, String> {
-        let unknown = || format!("its type is `{descr}`, which is no number");
+        let unknown = || format!("its type is `{descr}`, which is not a number");
         let mut letters = descr.chars();
         let big = match letters.next().ok_or_else(unknown)? {
             '<' | '|' | '=' => false,
@@ -148,7 +148,10 @@ impl Element {
                 let letters = count.parse().ok().filter(|letters| *letters > 0).ok_or_else(unknown)?;
                 Ok(Self::Text { letters, size: if kind == 'U' { 4 } else { 1 }, big })
             }
-            ('O', _) => Err("it holds pickled objects, which are programs, and these are never read: save it as an array of numbers".into()),
+            ('O', _) => {
+                Err("it holds pickled objects, which may run code and are not read: save it as an array of numbers"
+                    .into())
+            }
             _ => Err(unknown()),
         }
     }
@@ -258,12 +261,12 @@ mod tests {
             let failure = arrays(bytes, "x", &mut Budget::default()).unwrap_err();
             assert!(failure.contains(says), "{failure}");
         };
-        check(&file("'<f8'", "(1000000000000,)", &[0; 16]), "16 bytes of data where its header tells of 8000000000000");
+        check(&file("'<f8'", "(1000000000000,)", &[0; 16]), "16 bytes of data where its header declares 8000000000000");
         check(&file("'<f8'", "(18446744073709551615, 3)", &[]), "too large");
         check(&file("'<f8'", "(99999999999999999999,)", &[]), "shape is no tuple");
         check(&file("'|O'", "(2,)", b"\x80\x04cos\nsystem\n"), "pickled objects");
         check(&file("[('a', '|O'), ('t', '<f8')]", "(2,)", &[0; 32]), "pickled objects");
-        check(&file("'<c16'", "(2,)", &[0; 32]), "`<c16`, which is no number");
+        check(&file("'<c16'", "(2,)", &[0; 32]), "`<c16`, which is not a number");
         check(&file("'<U0'", "(2,)", &[]), "no number");
         check(&file("[]", "(2,)", &[]), "no size");
         check(&file(&"(".repeat(60_000), "(2,)", &[]), "nested");

@@ -114,45 +114,41 @@ impl fmt::Display for Finding {
                 )
             }
             Self::Constant { signal } => {
-                write!(f, "{signal} is the same in every row: what it does cannot be told from a constant")
+                write!(f, "{signal} is constant: its effect cannot be distinguished from a constant term")
             }
             Self::Clips { signal, limit, share, at } => write!(
                 f,
-                "{signal} stops at {} and stays there, in {} % of the samples, {}: it clips or overflows, and its equation does not hold there; --limits \
-                 leaves such steps out",
+                "{signal} saturates at {} in {} % of the samples, {}: its equation does not hold there",
                 significant(*limit, 4),
                 percent(share),
                 times(at)
             ),
             Self::Feedback { signal, share } => write!(
                 f,
-                "{signal} follows the states: these tell {} % of its variance, so that its effect can hardly be told from theirs; a log in which it moves \
-                 by itself tells more",
+                "{signal} is a function of the states for {} % of its variance, as under feedback, so that its effect is hard to separate from \
+                 theirs; a log in which it varies independently allows that",
                 percent(share)
             ),
             Self::Oscillates { signal, frequency, rms, share } => write!(
                 f,
-                "{signal} oscillates at {} Hz ({} RMS), faster than it moves otherwise: {} % of how it changes from sample to sample",
+                "{signal} oscillates at {} Hz ({} RMS), faster than its other motion; this is {} % of its change from sample to sample",
                 significant(*frequency, 3),
                 significant(*rms, 2),
                 percent(share)
             ),
             Self::Spikes { signal, largest, at } => write!(
                 f,
-                "{signal} has {} that both neighbours contradict, by up to {}: {}",
+                "{signal} has {} that deviate from both neighbours, by up to {}: {}",
                 plural(at.len(), "sample"),
                 significant(*largest, 3),
                 times(at)
             ),
             Self::FewValues { signal, values } => {
-                write!(
-                    f,
-                    "{signal} takes {values} values only, not evenly spaced: it was rounded, by how much is not known"
-                )
+                write!(f, "{signal} takes only {values} values, unevenly spaced: it was rounded by an unknown amount")
             }
             Self::Coarse { signal, step } => write!(
                 f,
-                "{signal} moves by less than its resolution, {}, from most samples to the next: only longer steps tell how fast it moves",
+                "{signal} changes by less than its resolution, {}, between most samples: its rate can only be estimated over longer intervals",
                 significant(*step, 3)
             ),
         }

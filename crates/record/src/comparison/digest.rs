@@ -191,7 +191,7 @@ impl Digest {
         let sums: Vec<Sum> = rows(directory, SUMS)?;
         for name in [SETTINGS, ASKED, RUNS, CHECKS, MODELS] {
             if !sums.contains(&Sum::of(name, text(name)?.as_bytes())) {
-                return Err(inconsistent(format!("{name} was changed since")));
+                return Err(inconsistent(format!("{name} was changed after it was written")));
             }
         }
         digest.check(names).map_err(inconsistent)?;
@@ -207,10 +207,10 @@ impl Digest {
         let named = self.asked.iter().map(|a| (ASKED, &a.task, &a.method));
         for (name, task, method) in named.chain(self.runs.iter().map(|run| (RUNS, &run.task, &run.method))) {
             if !known.has_task(task) {
-                return Err(format!("{name} names the task `{task}`, which there is not"));
+                return Err(format!("{name} names an unknown task, `{task}`"));
             }
             if !known.has_method(method) {
-                return Err(format!("{name} names the method `{method}`, which there is not"));
+                return Err(format!("{name} names an unknown method, `{method}`"));
             }
         }
         let mut keys = BTreeSet::new();
@@ -220,7 +220,7 @@ impl Digest {
                 return Err(format!("{RUNS} has {} {} seed {} twice", key.0, key.1, key.2));
             }
             if run.mean_return.is_some_and(|value| !value.is_finite()) {
-                return Err(format!("a return in {RUNS} is no number: {} {} seed {}", key.0, key.1, key.2));
+                return Err(format!("a return in {RUNS} is not a number: {} {} seed {}", key.0, key.1, key.2));
             }
         }
         let checks = self.checks.iter().map(|c| (CHECKS, (c.task.as_str(), c.method.as_str(), c.seed), c.mean_return));
@@ -231,7 +231,7 @@ impl Digest {
                 return Err(format!("{name} has {} {} seed {}, {RUNS} has not", key.0, key.1, key.2));
             }
             if !value.is_finite() {
-                return Err(format!("a value in {name} is no number: {} {} seed {}", key.0, key.1, key.2));
+                return Err(format!("a value in {name} is not a number: {} {} seed {}", key.0, key.1, key.2));
             }
         }
         Ok(())
@@ -326,7 +326,7 @@ mod tests {
             let whole = fs::read_to_string(temp.path().join(name)).expect("it is there");
             fs::write(temp.path().join(name), "").expect("it can be written");
             let refusal = Digest::read(temp.path(), &NAMES).expect_err("a file was emptied").to_string();
-            assert!(refusal.contains(&format!("{name} was changed since")), "{refusal}");
+            assert!(refusal.contains(&format!("{name} was changed after it was written")), "{refusal}");
             fs::write(temp.path().join(name), whole).expect("it can be written");
         }
         assert!(Digest::read(temp.path(), &NAMES).is_ok());
@@ -348,8 +348,8 @@ mod tests {
         let twice = Digest { runs: [&digest.runs[..], &digest.runs[1..]].concat(), ..digest.clone() };
         assert!(twice.check(&NAMES).unwrap_err().contains("seed 1 twice"));
         for (task, method, says) in [
-            ("x/../../evil", "sac", "runs.csv names the task `x/../../evil`"),
-            ("pendulum", "<script>", "runs.csv names the method `<script>`"),
+            ("x/../../evil", "sac", "runs.csv names an unknown task, `x/../../evil`"),
+            ("pendulum", "<script>", "runs.csv names an unknown method, `<script>`"),
         ] {
             let mut strange = Digest::default();
             strange.add(&Outcome::new(task, method, 0), None);

@@ -79,7 +79,7 @@ impl FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| format!("`{}` is no seed", text.trim()));
+        let number = |text: &str| text.trim().parse::<u64>().map_err(|_| format!("`{}` is not a seed", text.trim()));
         if let Ok(count) = number(text) {
             return if (1..=MOST).contains(&count) {
                 Ok(Self::first(count))
@@ -139,8 +139,8 @@ mod tests {
             ("9-3", "`9-3` is a descending range; write 3-9"),
             ("0-99999", "100000 seeds are more than 10000"),
             ("0-18446744073709551615", "more than 10000"),
-            ("a", "`a` is no seed"),
-            ("1,", "`` is no seed"),
+            ("a", "`a` is not a seed"),
+            ("1,", "`` is not a seed"),
         ] {
             let refusal = text.parse::<Seeds>().unwrap_err();
             assert!(refusal.contains(says), "{text}: {refusal}");

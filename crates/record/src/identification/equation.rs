@@ -35,8 +35,9 @@ pub struct Equation {
     pub proved: bool,
     /// The best subset of each size that was tried.
     pub path: Vec<SubsetOfSize>,
-    /// Other sets of terms that the data cannot tell from these.
-    pub ties: Vec<Vec<String>>,
+    /// Other sets of terms that the data do not distinguish from these.
+    #[serde(alias = "ties")]
+    pub equally_good: Vec<Vec<String>>,
 }
 
 /// One term of an equation.
@@ -124,7 +125,7 @@ impl Equation {
             doubt: equation.doubt.map(|doubt| told(doubt).to_owned()),
             proved: equation.proved,
             path: equation.path.iter().map(size).collect(),
-            ties: equation.ties.iter().map(|tie| tie.iter().map(name).collect()).collect(),
+            equally_good: equation.equally_good.iter().map(|other| other.iter().map(name).collect()).collect(),
         }
     }
 
@@ -136,10 +137,10 @@ impl Equation {
 
     /// Whether nothing speaks against the equation but others that explain the data down to rounding too.
     #[must_use]
-    pub fn has_rivals(&self) -> bool {
+    pub fn is_ambiguous(&self) -> bool {
         let others = |doubt: &str| doubt == told(Doubt::OtherTerms);
         self.doubt.as_deref().is_none_or(others)
-            && !self.ties.is_empty()
+            && !self.equally_good.is_empty()
             && self.residual.is_some_and(|r| r <= FLOOR_FACTOR * self.floor)
     }
 }
@@ -147,22 +148,24 @@ impl Equation {
 /// Why an equation is not adequate although the noise is estimated: what to say of its residual.
 fn told(doubt: Doubt) -> &'static str {
     match doubt {
-        Doubt::TooFewSamples => "of fewer than three samples a term, which leave nothing to judge by",
+        Doubt::TooFewSamples => "of fewer than three samples per term, so the fit cannot be assessed",
         Doubt::Correlated => {
             "correlated from sample to sample: a term is missing or approximated, or a state is not measured"
         }
-        Doubt::OtherTerms => "but other sets of terms fit as well",
+        Doubt::OtherTerms => "but other sets of terms fit equally well",
         Doubt::Inconstant => {
             "but the coefficients differ between the halves of the data: a term is missing or approximated"
         }
         Doubt::Unfinished => "but the search for terms reached its limit of operations",
-        Doubt::Series => "but its last terms explain little of what is correlated: they approximate others",
-        Doubt::Asymmetric => {
-            "but it is coupled to another joint otherwise than that one to it, and masses are symmetric"
+        Doubt::Series => {
+            "but correlated, and the last terms explain little of it: they approximate others, as a series does"
         }
-        Doubt::Cancelling => "but its terms cancel to less than a thousandth of themselves: they approximate others",
-        Doubt::Large => "ten times what the smoothness of the signal allows: a term is missing or approximated",
-        _ => "more than rounding, and no other error was allowed",
+        Doubt::Asymmetric => "but the coupling to another joint is not symmetric, as that of masses is",
+        Doubt::Cancelling => "but its terms cancel to less than a thousandth of their size: they approximate others",
+        Doubt::Large => {
+            "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
+        }
+        _ => "above the level of rounding, and no other error was declared",
     }
 }
 

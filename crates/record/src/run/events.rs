@@ -51,8 +51,8 @@ fn describe(event: &Event<'_>) -> Option<Value> {
         Event::Imagined { updates, mean_return, best_return } => {
             json!({"event": "trial", "updates": updates, "model_return": mean_return, "best_model_return": best_return})
         }
-        Event::Confirmed { real, promised } => {
-            json!({"event": "confirmed", "real_return": real, "promised_return": promised})
+        Event::Confirmed { real, predicted } => {
+            json!({"event": "confirmed", "real_return": real, "predicted_return": predicted})
         }
         Event::Evaluated { returns } => json!({"event": "evaluated", "returns": returns}),
         // Events added to core later are no part of this record yet.

@@ -225,19 +225,21 @@ pub struct Span {
     pub high: f64,
 }
 
-/// A real episode beside what was promised for it.
+/// A confirmation episode: a real episode, with the return that was predicted for it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Confirmation {
     /// Return of the episode.
     pub real: f64,
     /// Return that the models predicted for it.
-    pub promised: f64,
-    /// Standard deviation of what the models drawn promise.
+    #[serde(alias = "promised")]
+    pub predicted: f64,
+    /// Standard deviation of the returns that the models drawn predict.
     pub spread: f64,
-    /// The same with the same noise in all of them.
+    /// The same with the same noise in all models.
     pub disagreement: f64,
-    /// Whether it came out as predicted.
-    pub kept: bool,
+    /// Whether the real return agrees with the predicted one.
+    #[serde(alias = "kept")]
+    pub agrees: bool,
 }
 
 /// `timing.json`: the only file of a record that differs between two runs with one seed.

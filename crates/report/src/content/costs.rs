@@ -29,7 +29,7 @@ pub(super) fn costs(comparison: &Comparison<'_>) -> Vec<Block> {
         Block::Section("Models and costs".into()),
         Block::text(format!(
             "Medians over seeds. Parameters: coefficients that were fitted and are not zero, or weights of networks. Wall-clock time: \
-             a whole run with all its checks on one core, which other programs may have used too, so it tells orders of magnitude. Added up: {}.",
+             a whole run with all its checks on one core, which other programs may have used too, so it shows orders of magnitude only. Added up: {}.",
             totals(digest)
         )),
         Block::table(2, head, groups.iter().map(row).collect()),

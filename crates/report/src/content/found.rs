@@ -13,8 +13,8 @@ pub(super) fn equations(found: &[Equations]) -> Vec<Block> {
         Block::Section("Equations found".into()),
         Block::text(
             "True terms: the true rates satisfy the equations found with exactly one set of coefficients, none of them zero. Equations \
-             that can be solved for a rate can be written in several ways; each is held against the true coefficients of the same \
-             way, which follow from the true rates over the whole box of states. The error of a seed is the largest relative error of \
+             that can be solved for a rate can be written in several ways; each is compared with the true coefficients in the \
+             same form, which follow from the true rates over the whole box of states. The error of a seed is the largest relative error of \
              any of its coefficients.",
         ),
     ];
@@ -79,7 +79,7 @@ pub(super) fn portraits(comparison: &Comparison<'_>, found: &[Equations]) -> Vec
     vec![
         Block::Section("Phase portraits".into()),
         Block::text(
-            "The true system, broad and pale, and upon it the model that sindy identified with the first seed, from the same ten start \
+            "The true system (broad and pale) and the model that sindy identified with the first seed, from the same ten start \
              states (dots): without any input, and in closed loop with the expert, which acts on each by what it observes of it. \
              Records have no policies, so the trained ones are not drawn. A path ends where a limit might act, which is no part of the equations: at a wall, at the largest speed, \
              or where a pole has fallen by a quarter turn.",

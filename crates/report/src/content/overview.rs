@@ -66,7 +66,7 @@ fn overview(digest: &Digest) -> String {
     seeds.dedup();
     let noise = if tasks.iter().any(|task| base(task) != *task) {
         " A task called TASK+noise-F has sensors with Gaussian noise, independent from step to step, whose standard deviation is the fraction F of \
-         each channel's scale; no method is told, and policies are judged under it."
+         each channel's scale; it is unknown to all methods, and policies are evaluated under it."
     } else {
         ""
     };

@@ -27,17 +27,17 @@ pub(super) fn returns(comparison: &Comparison<'_>) -> Vec<Block> {
     let head = [
         "task",
         "method",
-        "real steps, most",
+        "real steps, maximum",
         "100 starts: interquartile mean",
-        "minus sindy's, seed by seed",
-        "lowest seed",
+        "difference to sindy, by seed",
+        "worst seed",
     ];
     let mut blocks = vec![
         Block::Section("Returns at the end".into()),
         Block::text(
             "Evaluation of the policy that a run ends with, from 100 start states that are the same for every method with the same \
              seed. The return of a seed is their mean; the interquartile mean is over the seeds that have a policy. The third column has the real steps spent by then. \
-             “Minus sindy's” is the difference of runs with the same seed.",
+             The difference to sindy is that of runs with the same seed.",
         ),
         Block::table(2, head, groups.iter().map(row).collect()),
     ];
@@ -46,7 +46,7 @@ pub(super) fn returns(comparison: &Comparison<'_>) -> Vec<Block> {
     };
     let failures: Vec<String> = digest.runs.iter().filter_map(told).collect();
     if !failures.is_empty() {
-        blocks.push(Block::text(format!("Stopped short: {}.", failures.join("; "))));
+        blocks.push(Block::text(format!("Ended early: {}.", failures.join("; "))));
     }
     blocks
 }

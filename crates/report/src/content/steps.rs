@@ -55,8 +55,8 @@ pub(crate) fn speed_ups(comparison: &Comparison<'_>) -> Vec<Block> {
         "real steps, median",
         "least–most",
         "first check",
-        "over sindy",
-        "over SINDy in the paper",
+        "ratio to sindy",
+        "ratio to SINDy in the paper",
     ];
     vec![
         Block::table(2, head, rows.collect()),

@@ -14,7 +14,7 @@ use crate::numbers::{NONE, or_none, plural, rough, significant};
 const MOST_TERMS: usize = 150;
 
 /// Equally good models that are listed.
-const MOST_TIES: usize = 3;
+const MOST_EQUAL: usize = 3;
 
 /// The equations.
 pub(super) fn equations(model: &Model, account: Option<&Account>) -> Vec<Block> {
@@ -99,17 +99,18 @@ pub(super) fn coefficients(account: Option<&Account>, model: &Model, system: Opt
     blocks
 }
 
-/// Models that the data cannot tell from these.
-pub(super) fn ties(account: &Account) -> Vec<Block> {
+/// Models that the data do not distinguish from these.
+pub(super) fn equally_good(account: &Account) -> Vec<Block> {
     let of = |equation: &Equation| {
-        let tie = |tie: &Vec<String>| [equation.state.clone(), tie.join(", ").chars().take(300).collect::<String>()];
-        equation.ties.iter().take(MOST_TIES).map(tie).collect::<Vec<_>>()
+        let row =
+            |other: &Vec<String>| [equation.state.clone(), other.join(", ").chars().take(300).collect::<String>()];
+        equation.equally_good.iter().take(MOST_EQUAL).map(row).collect::<Vec<_>>()
     };
     let rows: Vec<[String; 2]> = account.equations.iter().flat_map(of).take(MOST_ROWS).collect();
     if rows.is_empty() {
         return Vec::new();
     }
-    let total: usize = account.equations.iter().map(|e| e.ties.len()).sum();
+    let total: usize = account.equations.iter().map(|e| e.equally_good.len()).sum();
     vec![
         Block::Section("Equally good models".into()),
         Block::text(format!(

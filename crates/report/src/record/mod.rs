@@ -102,7 +102,7 @@ fn identified(record: &ModelRecord, system: Option<&System>) -> Vec<Block> {
     blocks.extend(account.held_out.iter().flat_map(verdict::held_out));
     blocks.extend(equations::sizes(account));
     blocks.extend(predicted.map_or_else(Vec::new, series::coverages));
-    blocks.extend(equations::ties(account));
+    blocks.extend(equations::equally_good(account));
     blocks
 }
 
@@ -137,8 +137,7 @@ fn result(summary: &Summary) -> Vec<Block> {
         controller::name(&summary.training)
     )));
     if let Some(failure) = &summary.training.refit_failure {
-        blocks
-            .push(Block::text(format!("All {steps} together gave no model ({failure}): the equations are in doubt.")));
+        blocks.push(Block::text(format!("All {steps} do not fit one model ({failure}): the equations may be wrong.")));
     }
     if let Some(failure) = &summary.training.failure {
         blocks.push(Block::text(format!("Training stopped early: {failure}.")));
@@ -184,9 +183,9 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     }
     if let Some(c) = &of.confirmation {
         blocks.push(Block::text(format!(
-            "Episode on the system before the evaluation: return {}, predicted {} ± {}.",
+            "Confirmation episode: return {}, predicted {} ± {}.",
             fixed(c.real, 1),
-            fixed(c.promised, 1),
+            fixed(c.predicted, 1),
             fixed(c.spread, 1)
         )));
     }
@@ -204,7 +203,7 @@ fn coverage(coverage: &Coverage) -> Vec<Block> {
     };
     vec![
         Block::text(format!(
-            "In {} of the policy in the model, {} % of the steps are beyond the range of the data, where nothing was compared with the system.",
+            "In {} of the policy in the model, {} % of the steps are beyond the range of the data, where the model was not compared with the system.",
             plural(coverage.episodes, "episode"),
             fixed(100.0 * coverage.share_outside, 0)
         )),

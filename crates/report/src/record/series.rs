@@ -63,7 +63,7 @@ pub(super) fn predictions(table: &PredictionTable, unmeasured: &[String]) -> Vec
         Block::Section("Measured and predicted".into()),
         Block::text(
             "One-step prediction: each sample from the one before it. Free run: a simulation from the first sample of each \
-             trajectory under the recorded inputs; that of a chaotic system leaves the measured one however exact the equations are. \
+             trajectory under the recorded inputs; that of a chaotic system diverges from the measured one even with exact equations. \
              Fit percent: 100 (1 − NRMSE).",
         ),
         quality(&table.quality(unmeasured)),

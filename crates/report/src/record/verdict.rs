@@ -83,14 +83,14 @@ pub(super) fn held_out(held_out: &HeldOut) -> Vec<Block> {
     let mut blocks = vec![
         Block::Section("Hold-out validation".into()),
         Block::text(format!(
-            "Predictions of {} steps{of} that no equation was fitted to, in windows from their first sample on under the recorded inputs: RMSE and fit \
+            "Predictions of {} steps{of} that were not used for fitting, in windows, each simulated from its first sample under the recorded inputs: RMSE and fit \
              percent, 100 (1 − NRMSE), over all windows, and the median of the RMSE of each.",
             held_out.steps
         )),
         Block::Table { words: 2, head, rows },
     ];
     let diverged = held_out.predictions.iter().filter(|ahead| ahead.diverged > 0).map(diverged);
-    let failed = held_out.failed.iter().map(|why| format!("no more predictions: {why}"));
+    let failed = held_out.failed.iter().map(|why| format!("no further predictions: {why}"));
     blocks.extend(diverged.chain(failed).map(|line| Block::text(format!("{}.", capital(&line)))));
     blocks
 }

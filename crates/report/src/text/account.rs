@@ -33,13 +33,13 @@ fn held_out_lines(held_out: &HeldOut, width: usize) -> String {
         let _ = write!(text, "\n{}", diverged(ahead));
     }
     if let Some(failed) = &held_out.failed {
-        let _ = write!(text, "\n  no more predictions: {failed}");
+        let _ = write!(text, "\n  no further predictions: {failed}");
     }
     text
 }
 
 /// Why a free run may leave the data.
-const FREE_RUN: &str = "free run: simulated from the first sample alone; chaotic and unstable systems leave the data even with exact equations\n";
+const FREE_RUN: &str = "free run: simulated from the first sample alone; that of a chaotic or unstable system diverges from the data even with exact equations\n";
 
 /// How far `ahead` goes.
 pub(crate) fn horizon(ahead: &FreeRun) -> String {
@@ -54,7 +54,7 @@ pub(crate) fn horizon(ahead: &FreeRun) -> String {
 /// That the model diverges in windows of `ahead`.
 pub(crate) fn diverged(ahead: &FreeRun) -> String {
     let first = ahead.first_diverged.map_or_else(String::new, |(trajectory, at)| {
-        format!(", first in that from {} s on in trajectory {trajectory}", significant(at, 4))
+        format!(", the first from {} s on in trajectory {trajectory}", significant(at, 4))
     });
     let (count, over) = (ahead.diverged, horizon(ahead));
     format!("the model diverges in {count} of {} windows of {over}{first}", ahead.windows)
@@ -119,8 +119,7 @@ pub fn text(account: &Account, width: usize) -> String {
         let _ = write!(text, "\nnoise, estimated: {}", all.join(", "));
     }
     if !account.unmeasured.is_empty() {
-        let _ =
-            write!(text, "\nnot measured: {}, whose values follow from the equations", account.unmeasured.join(", "));
+        let _ = write!(text, "\nnot measured: {}, estimated with the equations", account.unmeasured.join(", "));
     }
     text += &quality(account, width);
     text += &account.held_out.as_ref().map_or_else(String::new, |held_out| held_out_lines(held_out, width));
@@ -151,7 +150,7 @@ pub fn verdict(account: &Account) -> String {
         let _ = writeln!(text, "not exact: {excess}");
     }
     if !missed.is_empty() {
-        text += "more data (--real-steps, or a longer log), another --library or a --term of your own may find what is missing\n";
+        text += "more data (--real-steps, or a longer log), another --library or a --term may improve the fit\n";
     }
     text
 }
@@ -168,7 +167,7 @@ fn steps(account: &Account) -> String {
 
 fn offset_lines(account: &Account) -> String {
     let line = |Offset { state, offset }: &Offset| {
-        format!("angle offset: the zero of {state} is taken to be at {}\n", significant(-offset, 6))
+        format!("angle offset: the zero of {state} is at {}\n", significant(-offset, 6))
     };
     account.offsets.iter().map(line).collect()
 }
@@ -189,14 +188,14 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let mut text = coefficients(equation, width);
     let residual = quantity(equation, residual);
     let verdict = match (equation.reached_floor, equation.floor > 0.0) {
-        (true, _) if sensors == ESTIMATED => "white, as noise is".into(),
+        (true, _) if sensors == ESTIMATED => "white, consistent with noise".into(),
         (false, _) if sensors == ESTIMATED => equation.doubt.as_deref().unwrap_or_default().into(),
         (true, _) => format!("at the level of {sensors} ({})", significant(equation.floor, 2)),
         (false, true) if equation.terms.len() >= account.rows => {
             "as many terms as steps: no degrees of freedom are left to test it".into()
         }
-        (false, true) if equation.has_rivals() => {
-            format!("at the level of {sensors}, but other sets of terms fit as well")
+        (false, true) if equation.is_ambiguous() => {
+            format!("at the level of {sensors}, but other sets of terms fit equally well")
         }
         (false, true) => {
             let floor = significant(equation.floor, 2);
@@ -214,9 +213,9 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     };
     let of = if sensors == ESTIMATED { "residual (one step, divided by dt)" } else { "residual" };
     let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
-    if !equation.ties.is_empty() {
-        let ties: Vec<String> = equation.ties.iter().map(|tie| tie.join(", ")).collect();
-        let _ = writeln!(text, "  equally good sets of terms: {}", ties.join("; or "));
+    if !equation.equally_good.is_empty() {
+        let others: Vec<String> = equation.equally_good.iter().map(|other| other.join(", ")).collect();
+        let _ = writeln!(text, "  equally good sets of terms: {}", others.join("; or "));
     }
     text
 }
@@ -232,8 +231,8 @@ fn excess(account: &Account, equation: &Equation) -> Option<String> {
             "the equation of {state} has {terms} terms for {rows} steps: no degrees of freedom are left to test it"
         ));
     }
-    if equation.has_rivals() {
-        return Some(format!("other sets of terms fit {state} as well"));
+    if equation.is_ambiguous() {
+        return Some(format!("other sets of terms fit {state} equally well"));
     }
     if sensors == ESTIMATED {
         return Some(format!(
@@ -344,7 +343,7 @@ mod tests {
             doubt: None,
             proved: false,
             path: vec![SubsetOfSize { terms: vec![], residual: 1.0, aic: None, bic: None, proved: true }],
-            ties: vec![],
+            equally_good: vec![],
         }
     }
 
@@ -360,9 +359,9 @@ mod tests {
     }
 
     #[test]
-    fn ties_are_told() {
-        let ties = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
-        let table = super::table(&account(100), &Equation { ties, ..equation() }, WIDTH);
+    fn equally_good_models_are_listed() {
+        let equally_good = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
+        let table = super::table(&account(100), &Equation { equally_good, ..equation() }, WIDTH);
         assert!(table.ends_with("  equally good sets of terms: th, w; or sin 2 th\n"), "{table}");
     }
 

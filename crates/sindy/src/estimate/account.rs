@@ -5,7 +5,7 @@ use std::fmt;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use super::hypothesis::FLOOR;
+use super::hypothesis::{FLOOR, TOLD_APART};
 use super::posterior::Posterior;
 use super::problem::Problem;
 use super::searched::Searched;
@@ -60,17 +60,17 @@ impl Doubt {
 impl fmt::Display for Doubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::TooFewSamples => "fewer than three samples a term",
-            Self::Correlated => "what it leaves is correlated",
-            Self::OtherTerms => "other terms explain the data as well",
+            Self::TooFewSamples => "fewer than three samples per term",
+            Self::Correlated => "its residuals are correlated",
+            Self::OtherTerms => "other terms fit the data equally well",
             Self::Inconstant => "its coefficients differ between the halves of the data",
             Self::Unfinished => "the search for its terms ended early",
-            Self::Cancelling => "its terms cancel to less than a thousandth of themselves",
-            Self::Series => "its last terms explain little: they are a series of others",
-            Self::Asymmetric => "it is coupled to another joint otherwise than that one to it: masses are symmetric",
-            Self::Large => "it leaves ten times what the smoothness of the signal allows",
-            Self::AboveRounding => "it leaves more than rounding",
-            Self::Disturbed => "it was fitted to short pieces of the data, since the system is disturbed",
+            Self::Cancelling => "its terms cancel to less than a thousandth of their size",
+            Self::Series => "its last terms explain little: they approximate others, as a series does",
+            Self::Asymmetric => "its coupling to another joint is not symmetric, as that of masses is",
+            Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
+            Self::AboveRounding => "its residuals are above the level of rounding",
+            Self::Disturbed => "it was fitted to short pieces of the data, because the system is disturbed",
         })
     }
 }
@@ -86,6 +86,8 @@ pub(crate) struct Estimate {
     pub(crate) fits: Vec<Selected>,
     /// Terms in use, each with a candidate that is the same on all data.
     pub(crate) twins: Vec<(usize, usize)>,
+    /// Per state: the terms whose declared sign the data contradict, and the coefficients that they would have.
+    pub(crate) contradicted: Vec<Vec<(usize, f64)>>,
     /// How many terms of each equation, the last ones, have coefficients that were given.
     pub(crate) n_known: Vec<usize>,
     /// Standard errors of the coefficients of each equation.
@@ -160,6 +162,8 @@ impl Problem<'_> {
             }
         };
         let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
+        let contradicted = regressions.iter().map(|r| r.contradicted(TOLD_APART, |support| self.penalty(support)));
+        let contradicted = contradicted.collect();
         let mut parameter = 0;
         let mut errors = Vec::with_capacity(n);
         let mut fits = Vec::with_capacity(n);
@@ -214,6 +218,7 @@ impl Problem<'_> {
             fits,
             errors,
             twins,
+            contradicted,
             n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),

@@ -110,6 +110,25 @@ impl Regression {
         }
     }
 
+    /// Terms whose declared sign the data contradict: those of wrong sign, with their coefficients, among the terms with the best score of all, if
+    /// this is better by `gap` than that of all terms with the declared signs.
+    pub(super) fn contradicted(&self, gap: f64, penalty: impl Fn(&[usize]) -> f64) -> Vec<(usize, f64)> {
+        if self.constraints.signs.is_empty() {
+            return Vec::new();
+        }
+        let subsets = self.found.sizes.iter().flat_map(|(subsets, _)| subsets).filter(|s| s.rss.is_finite());
+        let scored = subsets.map(|subset| (self.score(1.0, subset, &penalty), subset));
+        let Some((score, best)) = scored.min_by(|a, b| a.0.total_cmp(&b.0)) else { return Vec::new() };
+        let allowed = self.scored(1.0, &penalty).fold(f64::INFINITY, |least, (score, _)| least.min(score));
+        if allowed <= score + gap {
+            return Vec::new();
+        }
+        let columns = self.columns(best);
+        let coefficients = self.triangle.solve_unit(&columns, self.choice.len());
+        let terms = columns.into_iter().map(|c| self.choice[c]).zip(coefficients);
+        terms.filter(|(j, c)| !self.constraints.agrees(&[*j], &[*c])).collect()
+    }
+
     pub(super) fn proposal(&self, score: f64, subset: &Subset) -> Proposal {
         let columns = self.columns(subset);
         let mut coefficients = self.triangle.solve_unit(&columns, self.choice.len());

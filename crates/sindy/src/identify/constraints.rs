@@ -66,7 +66,7 @@ impl Identifier {
         if self.constraints.is_empty() {
             return Ok(());
         }
-        let reason = "known, required, forbidden and signed terms are for the target `motion` with best subsets in recognised coordinates";
+        let reason = "known, required, forbidden and signed terms need the target `motion` with best subsets in recognised coordinates";
         Err(FitError::Regression { reason: reason.into() })
     }
 

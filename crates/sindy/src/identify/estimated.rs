@@ -122,7 +122,7 @@ impl Identifier {
         if !watch.go_on() {
             return Err(FitError::Interrupted);
         }
-        found.ok_or_else(|| failed("no equations follow the data".into()))
+        found.ok_or_else(|| failed("no equations reproduce the data".into()))
     }
 
     /// Refuses states whose powers are beyond all numbers.

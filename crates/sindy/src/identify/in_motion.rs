@@ -95,9 +95,11 @@ impl Identifier {
             let of_parts = may_be_exact.then(|| search.of_parts()).flatten();
             let found =
                 self.estimated((tiers.terms, of_parts), &segments, &floor, steppings, counts, &space, (solver, watch))?;
-            return found.map(warned).ok_or_else(|| failed("no equations follow the data".into()));
+            return found.map(warned).ok_or_else(|| failed("no equations reproduce the data".into()));
         }
-        let Some((mut found, kept, strays)) = exact else { return Err(failed("no equations follow the data".into())) };
+        let Some((mut found, kept, strays)) = exact else {
+            return Err(failed("no equations reproduce the data".into()));
+        };
         let runs = kept.as_deref().unwrap_or(&runs);
         let (model, errors) = match motion::polished(&found, runs) {
             Some(polished) => (polished.model, polished.errors),
@@ -199,10 +201,7 @@ impl Identifier {
         let states = self.spec.state.iter().zip(self.rates()).zip(&report.equations);
         let empty = states.filter(|((_, rate), equation)| rate.is_none() && equation.support.is_empty());
         let told = |((state, _), _): ((&Channel, _), _)| {
-            format!(
-                "the equation of `{}` has no terms: no candidate explains more of its motion than noise does",
-                state.name
-            )
+            format!("the equation of `{}` has no terms: no candidate term explains more than noise", state.name)
         };
         empty.map(told).collect()
     }
@@ -212,7 +211,7 @@ impl Identifier {
         let told = |(k, value): &(usize, f64)| {
             let name = &self.spec.control[*k].name;
             format!(
-                "the input `{name}` is {value} in every step: what it does is in the constant terms, and is unknown for other values"
+                "the input `{name}` is {value} in every step: its effect is part of the constant terms and unknown for other values"
             )
         };
         constant.iter().map(told).collect()

@@ -31,7 +31,7 @@ impl EquationConstraint {
 #[non_exhaustive]
 pub enum EquationConstraintError {
     /// It is for a state there is not.
-    #[error("there is no state `{name}`; states: {known}")]
+    #[error("no state named `{name}`; states: {known}")]
     NoSuchState {
         /// The name asked for.
         name: String,
@@ -50,7 +50,7 @@ pub enum EquationConstraintError {
     #[error(transparent)]
     Parse(#[from] ParseError),
     /// A term that is forbidden, and required or known.
-    #[error("`{formula}` is forbidden in the equation of `{state}`, and in it")]
+    #[error("`{formula}` is both forbidden and contained in the equation of `{state}`")]
     Contradiction {
         /// The formula.
         formula: String,
@@ -58,7 +58,7 @@ pub enum EquationConstraintError {
         state: String,
     },
     /// Several terms where one is wanted.
-    #[error("`{formula}` is not one term without a number before it")]
+    #[error("`{formula}` is not a single term without a coefficient")]
     NotOneTerm {
         /// The formula.
         formula: String,

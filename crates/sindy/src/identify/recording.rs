@@ -53,7 +53,7 @@ impl Recording {
             self.times.windows(2).position(|t| t[1].partial_cmp(&t[0]) != Some(std::cmp::Ordering::Greater))
         {
             return failed(format!(
-                "time {} s of row {} does not come after {} s",
+                "the time must increase: {} s in row {} follows {} s",
                 self.times[at + 1],
                 at + 1,
                 self.times[at]

@@ -112,7 +112,7 @@ pub struct EquationReport {
     /// The best subset of each size tried; empty for solvers that try none.
     pub path: Vec<SizeReport>,
     /// Other subsets that the data cannot tell from the chosen one; at most eight.
-    pub ties: Vec<Vec<usize>>,
+    pub equally_good: Vec<Vec<usize>>,
 }
 
 /// A parameter inside a term that was fitted with the coefficients.
@@ -172,7 +172,7 @@ impl Report {
                 standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
                 support: fit.support,
                 path: fit.path,
-                ties: fit.ties,
+                equally_good: fit.ties,
             }
         });
         Self {
@@ -214,7 +214,7 @@ impl Report {
             coefficients: fit.coefficients.clone(),
             standard_errors: found.errors[i].clone(),
             path: fit.path.clone(),
-            ties: fit.ties.clone(),
+            equally_good: fit.ties.clone(),
         });
         Self {
             rows: counts.rows,
@@ -255,7 +255,7 @@ impl Report {
             support: fit.support,
             coefficients: fit.coefficients,
             path: fit.path,
-            ties: fit.ties,
+            equally_good: fit.ties,
         });
         Self {
             rows: rows.z.nrows(),

@@ -42,8 +42,8 @@ impl fmt::Display for Identified {
                 None => writeln!(f, "  an approximation")?,
                 Some(doubt) => writeln!(f, "  not adequate: {doubt}")?,
             }
-            for tie in &equation.ties {
-                let terms: Vec<&str> = tie.iter().map(|&j| self.report.features[j].as_str()).collect();
+            for other in &equation.equally_good {
+                let terms: Vec<&str> = other.iter().map(|&j| self.report.features[j].as_str()).collect();
                 writeln!(f, "  equally good set of terms: {}", terms.join(", "))?;
             }
         }

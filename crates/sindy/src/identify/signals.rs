@@ -37,7 +37,7 @@ pub struct Signals {
 #[non_exhaustive]
 pub enum SignalsError {
     /// There is no state of that name.
-    #[error("there is no state `{name}`; states: {known}")]
+    #[error("no state named `{name}`; states: {known}")]
     NoSuchState {
         /// The name asked for.
         name: String,

@@ -26,16 +26,14 @@ impl Identifier {
             let state = spec.state.iter().position(|s| s.name == *name);
             let is_rate = state.is_some_and(|i| rates.contains(&Some(i)));
             if !is_rate {
-                let reason = format!("`{name}` was never measured, and is no rate of a state that was");
+                let reason = format!("`{name}` was not measured and is not the rate of a measured state");
                 return Err(FitError::Regression { reason });
             }
         }
         let longest =
             (0..rates.len()).map(|i| std::iter::successors(Some(i), |&i| rates[i]).take(rates.len()).count()).max();
         if !found.is_empty() && longest.is_some_and(|longest| longest > LONGEST_CHAIN) {
-            let reason = format!(
-                "a state, its rate, the rate of that and so on may be {LONGEST_CHAIN} where some of them were not measured"
-            );
+            let reason = format!("a chain of rates with unmeasured states has at most {LONGEST_CHAIN} states");
             return Err(FitError::Regression { reason });
         }
         Ok(found)

@@ -14,7 +14,7 @@ fn same_on_data(names: &[String], found: &Estimate) -> Vec<String> {
     let told = |(own, other): &(usize, usize)| {
         let (own, other) = (feature(&found.terms[*own], names), feature(&found.terms[*other], names));
         format!(
-            "`{own}` and `{other}` are the same on all data, up to a factor: which of them the equations have is not known"
+            "`{own}` and `{other}` are proportional on all data, so the data do not determine which of them the equations contain"
         )
     };
     found.twins.iter().map(told).collect()
@@ -40,8 +40,8 @@ fn offset_rates(names: &[String], found: &Estimate) -> Vec<String> {
         let (state, rate) = (&names[i], feature(&found.terms[fit.support[rate]], names));
         told.then(|| {
             format!(
-                "`{state}` changes by `{rate}` but for {}: `{rate}` may be measured with that offset, and its terms in other equations \
-                 then approximate those of `{rate}` without it",
+                "the rate of `{state}` is `{rate}` up to an offset of {}: if the sensor of `{rate}` has this offset, terms with `{rate}` \
+                 in other equations are approximations",
                 significant(constant, 5)
             )
         })
@@ -58,15 +58,30 @@ fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
     };
     let told = |i: usize| {
         format!(
-            "the state `{}` changes so much from sample to sample that its noise cannot be told from its motion: \
-             sample more often, or measure what moves it",
+            "the state `{}` changes so much between samples that its noise cannot be distinguished from its motion: \
+             sample faster, or measure its inputs",
             names[i]
         )
     };
     (0..found.fits.len()).filter(coarse).map(told).collect()
 }
 
+/// Warnings of coefficients whose declared sign the data contradict.
+fn wrong_signs(names: &[String], found: &Estimate) -> Vec<String> {
+    let told = |i: usize, (term, coefficient): &(usize, f64)| {
+        format!(
+            "the data contradict the declared sign of `{}` in the equation of `{}`: without it the coefficient is about {}",
+            feature(&found.terms[*term], names),
+            names[i],
+            significant(*coefficient, 3)
+        )
+    };
+    let of = |(i, terms): (usize, &Vec<(usize, f64)>)| terms.iter().map(|term| told(i, term)).collect::<Vec<_>>();
+    found.contradicted.iter().enumerate().flat_map(of).collect()
+}
+
 /// All of them.
 pub(super) fn of(names: &[String], found: &Estimate) -> Vec<String> {
-    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found)].concat()
+    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found), wrong_signs(names, found)]
+        .concat()
 }

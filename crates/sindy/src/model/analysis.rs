@@ -27,7 +27,7 @@ pub enum AnalysisError {
         step: usize,
     },
     /// A map is not stepped by any other interval than its own.
-    #[error("samples {got} s apart do not fit a model that is stepped by {expected} s")]
+    #[error("samples {got} s apart do not match the step of the model, {expected} s")]
     Interval {
         /// The model's interval \[s\].
         expected: f64,
@@ -38,7 +38,7 @@ pub enum AnalysisError {
     #[error("the equations are singular there")]
     Singular,
     /// The model lives in other coordinates than the states it is asked about.
-    #[error("a model of cosines and sines as they are is only stepped")]
+    #[error("a model in raw coordinates (cosines and sines) has steps only")]
     Raw,
 }
 

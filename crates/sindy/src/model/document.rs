@@ -51,7 +51,7 @@ pub enum ModelError {
         value: f64,
     },
     /// A state that is, by way of others, the rate of itself.
-    #[error("the state `{state}` is, by way of others, its own rate")]
+    #[error("the rates of states form a circle at `{state}`")]
     CircularRates {
         /// Its name.
         state: String,

@@ -27,7 +27,7 @@ use crate::cli::report_files;
 ///
 /// Each run (task, method, seed) writes a file; report.html shows all of them. An interrupted comparison continues when the same command is given
 /// again; finished runs are not repeated. Tables, figures and the page include every run in the directory, also those of earlier commands with other
-/// tasks, methods or seeds. The folder `digest` holds what they are made from (`sindyna report`). Each run uses one core; results do not depend on the
+/// tasks, methods or seeds. The folder `digest` holds their data (`sindyna report`). Each run uses one core; results do not depend on the
 /// number of cores.
 #[derive(Debug, clap::Args)]
 #[command(after_help = METHODS, allow_negative_numbers = true)]
@@ -60,14 +60,14 @@ pub(crate) struct Args {
     /// Maximum number of real steps of sac, sac20, mbpo, mbpo-paper and sindy-mbpo; other methods have no limit [default: 5000 on cart-pole and pendulum, else 20000]
     #[arg(long, value_name = "STEPS", value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
     budget: Option<u64>,
-    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale. No method is told, and it applies in evaluation, too.
+    /// Standard deviation of Gaussian noise on every sensor, as a fraction of its scale. It is unknown to all methods and applies in evaluation, too.
     /// Several values, such as 0,0.01, are compared as separate tasks: pendulum and pendulum+noise-0.01
     #[arg(long, value_name = "FRACTIONS", value_delimiter = ',', default_value = "0", value_parser = noise)]
     noise: Vec<f64>,
     /// Continue after a task is solved, until the budget is used
     #[arg(long)]
     whole_budget: bool,
-    /// Directory of the comparison, new or to go on with
+    /// Directory of the comparison, new or to be continued
     #[arg(long, value_name = "DIR", default_value = "runs/compare")]
     out: PathBuf,
     #[command(flatten)]
@@ -76,7 +76,7 @@ pub(crate) struct Args {
 
 const METHODS: &str = "\
 Methods:
-  sindy          equations from ten real steps on, soft actor-critic inside them: `sindyna train`
+  sindy          equations from ten or more real steps, soft actor-critic in them: `sindyna train`
   least-squares  the same loop with a linear model, fitted by least squares
   ensemble       the same loop with an ensemble of neural networks (Janner's)
   mbpo           soft actor-critic on the system and in an ensemble of networks (Janner 2019)
@@ -85,8 +85,8 @@ Methods:
   sac            soft actor-critic on the system, one update a step
   sac20          the same with twenty updates a step
   oracle         soft actor-critic in the true equations: an upper bound for learned models
-  lqr            a linear-quadratic regulator of a linear model of 30 real steps (tasks to balance)
-  sindy-lqr      the same of the equations identified from ten real steps
+  lqr            a linear-quadratic regulator of a linear model from 30 real steps (tasks to balance)
+  sindy-lqr      the same of equations identified from ten real steps
   expert         a controller written by hand with knowledge of the equations
   random         uniformly random actions";
 
@@ -135,7 +135,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     // A comparison stopped before its first run came to an end has nothing to report.
     let done = state.into_inner().unwrap_or_else(PoisonError::into_inner).done;
     let verdict = if interrupt.pressed() {
-        progress.say("stopped; give the same command again to go on");
+        progress.say("interrupted; repeat the command to continue");
         Verdict::Interrupted
     } else {
         Verdict::Done
@@ -215,7 +215,7 @@ impl Args {
         let (declared, simulator) = source.task()?;
         let spec = declared.spec();
         if matches!(source, Source::File(_)) && problem::names().contains(&spec.name.as_str()) {
-            return Err(Failure::new(format!("{task} is called `{}`, as a task that comes along", spec.name))
+            return Err(Failure::new(format!("{task} is named `{}`, like a built-in task", spec.name))
                 .hint("give the task in the file another name"));
         }
         Ok(source.problem(simulator, noise)?)
@@ -257,7 +257,7 @@ impl Args {
             not.dedup();
             if !not.is_empty() {
                 progress.say(&format!(
-                    "note: {} does not apply to {}, and is left out there",
+                    "note: {} does not apply to {} and is skipped there",
                     method.name(),
                     not.join(", ")
                 ));
@@ -268,13 +268,13 @@ impl Args {
             && budget < least
         {
             progress.say(&format!(
-                "note: within {budget} real steps some can solve nothing: their first check is after {least}"
+                "note: with {budget} real steps some methods cannot solve a task: their first evaluation is after {least}"
             ));
         }
         // What no variant can have is refused before the first file.
         jobs.iter().try_for_each(|job| job.settings().map(drop))?;
         if jobs.is_empty() {
-            return Err(Failure::new("none of these methods fits any of these tasks").hint(
+            return Err(Failure::new("none of these methods applies to any of these tasks").hint(
                 "`lqr` and `sindy-lqr` are for tasks to balance, `expert` for those with a controller written by hand",
             ));
         }
@@ -288,7 +288,7 @@ fn different_names(contenders: &[Contender]) -> Result<(), Failure> {
     match names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
         None => Ok(()),
         Some((_, name)) => {
-            Err(Failure::new(format!("two variants are called `{name}`")).hint("give each a name of its own"))
+            Err(Failure::new(format!("two variants are named `{name}`")).hint("give each a name of its own"))
         }
     }
 }

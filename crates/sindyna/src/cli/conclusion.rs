@@ -48,14 +48,14 @@ impl Conclusion<'_> {
         };
         if let Some(failure) = &training.refit_failure {
             text += &format!(
-                "warning: all {real_steps} real steps together gave no model ({failure}): these equations are in doubt\n"
+                "warning: all {real_steps} real steps do not fit one model ({failure}): these equations may be wrong\n"
             );
         }
         if let Some(model_return) = training.model_return {
             if training.planners.is_empty() {
                 let converged = if training.converged { "converged" } else { "not converged" };
                 text += &format!(
-                    "training: {} updates, {converged}; mean return of its trials in the model {} (charges for leaving the data included)\n",
+                    "training: {} updates, {converged}; mean return of its trials in the model {} (penalties for leaving the data included)\n",
                     training.updates,
                     fixed(model_return, 1)
                 );
@@ -69,7 +69,7 @@ impl Conclusion<'_> {
         if let Some(prediction) = &training.prediction {
             text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes));
             if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
-                text += "no real episode confirmed it; --imagined-rollouts auto and enough --max-real-steps let the policy have one\n";
+                text += "not confirmed by a real episode; --imagined-rollouts auto and a larger --max-real-steps allow one\n";
             }
         }
         if let Some(collect) = &training.collect {
@@ -79,17 +79,17 @@ impl Conclusion<'_> {
             text += &covered(coverage);
         }
         if let Some(failure) = &training.failure {
-            text += &format!("training stopped short: {failure}\n");
+            text += &format!("training ended early: {failure}\n");
         }
         text += &match evaluation {
             Some(evaluation) => report(*threshold, evaluation, false),
             None if self.summary.interrupted => format!(
-                "stopped before the end of the evaluation on the system; `sindyna train --resume {}` goes on with it\n",
+                "interrupted before the end of the evaluation on the system; `sindyna train --resume {}` continues\n",
                 self.record.display()
             ),
             None if training.coverage.is_some() => String::new(),
             None if training.model_return.is_some() => "the policy was not evaluated on the system\n".into(),
-            None => "no policy to evaluate: training never came to a trial in the model\n".into(),
+            None => "no policy to evaluate: training ended before the first trial in the model\n".into(),
         };
         if let Some(seconds) = self.timing.and_then(|timing| timing.act_seconds) {
             text += &format!("one action takes {:.1} µs", 1e6 * seconds);
@@ -115,7 +115,8 @@ impl Conclusion<'_> {
 fn planned(planners: &[PlannerReturn], kept: &str) -> String {
     let each = planners.iter().map(|planner| format!("{} {}", planner.name, fixed(planner.model_return, 1)));
     let each = each.collect::<Vec<_>>().join(", ");
-    let why = if planners.len() > 1 { format!("; {kept} is used: no other earns 1 % more") } else { String::new() };
+    let why =
+        if planners.len() > 1 { format!("; {kept} is used: no other return is 1 % higher") } else { String::new() };
     format!("mean return of trials in the model: {each}{why}\n")
 }
 
@@ -133,7 +134,7 @@ fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Optio
 /// What to collect next.
 fn wanted(Collect { share, states, controls }: &Collect) -> String {
     let mut text = format!(
-        "the interval is wide. To narrow it, collect data where the models that the data allow disagree ({:.0} % of it in a tenth of the steps):\n",
+        "the interval is wide. To narrow it, collect data where models drawn from the posterior disagree ({:.0} % of the disagreement is in a tenth of the steps):\n",
         100.0 * share
     );
     for Span { channel, unit, low, high } in states.iter().chain(controls) {
@@ -159,15 +160,15 @@ fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
 
 /// What came of the policy's real episode.
 fn confirmed(confirmation: &Confirmation) -> String {
-    let Confirmation { real, promised, spread, kept, .. } = confirmation;
+    let Confirmation { real, predicted, spread, agrees, .. } = confirmation;
     let mut text = format!(
-        "real episode before the evaluation: return {}, the models expected {} ± {}\n",
+        "confirmation episode: return {}, predicted {} ± {}\n",
         fixed(*real, 1),
-        fixed(*promised, 1),
+        fixed(*predicted, 1),
         fixed(*spread, 1)
     );
-    if !kept {
-        text += "warning: the real return is not what the models promise, or they do not agree on it: the policy may fail\n";
+    if !agrees {
+        text += "warning: the return of the confirmation episode contradicts its prediction, or the models disagree about it: the policy may fail\n";
     }
     text
 }

@@ -15,10 +15,10 @@ pub(crate) struct Console {
     /// Print one JSON object on stdout and nothing else (docs/json.md)
     #[arg(long, global = true)]
     pub(crate) json: bool,
-    /// No progress on stderr
+    /// Print no progress on stderr
     #[arg(long, short, global = true)]
     pub(crate) quiet: bool,
-    /// More on stderr: threads, instructions, the equations of every fit
+    /// Also print threads, instructions and the equations of every fit on stderr
     #[arg(long, short, global = true, conflicts_with = "quiet")]
     pub(crate) verbose: bool,
     /// Colours on stderr; `auto` is a terminal without NO_COLOR
@@ -94,7 +94,7 @@ fn write_out(text: &str) -> Result<(), Failure> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::from(anyhow::Error::new(e).context("cannot write to stdout"))
-                .hint("results go to stdout: see that what it leads to has room"))
+                .hint("results go to stdout: check that its destination has room"))
         }
         _ => Ok(()),
     }

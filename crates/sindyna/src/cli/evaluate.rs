@@ -60,15 +60,17 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         let path = args.run.join(name);
         std::fs::read(&path).with_context(|| format!("cannot read {}", path.display())).map_err(|e| {
             Failure::from(e)
-                .hint("RUN is a directory that `sindyna train` left, with config.toml and policy.safetensors")
+                .hint("RUN is an output directory of `sindyna train`, with config.toml and policy.safetensors")
         })
     };
     let config = match TrainConfig::parse(&String::from_utf8_lossy(&read("config.toml")?)) {
         Ok(config) => config,
         Err(_) if args.run.join("identify.json").exists() => {
             let run = args.run.display();
-            return Err(Failure::new(format!("{run} is a model that `sindyna identify` left: it holds no policy"))
-                .hint(format!("`sindyna train --model {run} --task-file FILE` trains one in its equations")));
+            return Err(Failure::new(format!(
+                "{run} is an output directory of `sindyna identify` and holds no policy"
+            ))
+            .hint(format!("`sindyna train --model {run} --task-file FILE` trains one in its equations")));
         }
         Err(e) => {
             let path = args.run.join("config.toml");
@@ -87,7 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     }
     if !args.run.join("policy.safetensors").exists() {
         let config = args.run.join("config.toml");
-        return Err(Failure::new(format!("{} holds no policy: its training left none", args.run.display()))
+        return Err(Failure::new(format!("{} holds no policy: its training produced none", args.run.display()))
             .hint(format!("run it again with `sindyna train --config {}`", config.display())));
     }
     let policy = SavedPolicy::from_safetensors(&read("policy.safetensors")?)
@@ -97,7 +99,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
             "{} was trained in the equations of a log: there is no system to evaluate its policy on",
             args.run.display()
         ))
-        .hint(format!("`sindyna show {}` tells what is predicted", args.run.display())));
+        .hint(format!("`sindyna show {}` prints the predicted return", args.run.display())));
     }
     fits(&policy, problem.spec())?;
     evaluated((args, &interrupt), &config, &*problem, &policy)
@@ -121,7 +123,7 @@ fn planned(
     let summary = Summary::from_json(&text("summary.json")?).context("summary.json is not that of a run")?;
     let name = &summary.training.algorithm;
     let Some(planner) = planner(problem, name, model)? else {
-        return Err(Failure::new(format!("{} kept no planner: its algorithm is `{name}`", args.run.display()))
+        return Err(Failure::new(format!("{} has no planner: its algorithm is `{name}`", args.run.display()))
             .hint("run it again with `sindyna train --config RUN/config.toml`"));
     };
     evaluated((args, interrupt), config, problem, &planner)

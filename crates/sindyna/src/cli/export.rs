@@ -21,14 +21,14 @@ use crate::cli::failure::Failure;
 
 /// Write equations, and the policy of a run, as a program in another language
 ///
-/// `rhs(x, u)` gives the rates of the states (a map has none), `step(x, u)` the state one control interval later, and of a run `act(o)` the
-/// action of its policy for an observation, with scaling and limits inside. In C, JavaScript, Python and Rust, `observe(x)`, `control(action)` and
-/// `clip(x)` close the loop: x = clip(step(x, control(act(observe(x))))). Numbers are double precision; actions differ from ours by at
-/// most 1e-6 of their range. What each file holds and needs: docs/export.md.
+/// `rhs(x, u)` returns the rates of the states (not for a map), `step(x, u)` the state one control interval later, and, for a run, `act(o)` the
+/// action of its policy for an observation, scaling and limits included. In C, JavaScript, Python and Rust, `observe(x)`, `control(action)` and
+/// `clip(x)` close the loop: x = clip(step(x, control(act(observe(x))))). Numbers are double precision; actions differ from those of sindyna by at
+/// most 1e-6 of their range. docs/export.md describes each file and what it needs.
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Directory that `sindyna identify` or `sindyna train` left, or a model.json
+    /// Output directory of `sindyna identify` or `sindyna train`, or a model.json
     #[arg(value_name = "DIR")]
     from: PathBuf,
     /// Language to write
@@ -54,7 +54,8 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let file = if args.from.is_dir() { args.from.join("model.json") } else { args.from.clone() };
     let text =
         std::fs::read_to_string(&file).with_context(|| format!("cannot read {}", file.display())).map_err(|e| {
-            Failure::from(e).hint("DIR is a directory that `sindyna identify` or `sindyna train` left, or a model.json")
+            Failure::from(e)
+                .hint("DIR is an output directory of `sindyna identify` or `sindyna train`, or a model.json")
         })?;
     let model = read_model(&text).with_context(|| format!("{} is not a model", file.display()))?;
     let directory = file.parent().unwrap_or(Path::new(""));
@@ -68,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let program = program.with_interface(interface(directory, &model, task.as_deref()));
     if args.to == Language::Html && program.interface.is_none() {
         return Err(Failure::new(format!(
-            "{} cannot be played: it is not known in which state the system begins",
+            "{} cannot be exported as a page: the start state is not known",
             file.display()
         ))
         .hint("name the directory of a run or of an identification, with config.toml or data.csv in it"));
@@ -81,7 +82,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     // To rename a file over what standard output leads to would replace it.
     if args.out.as_deref().is_some_and(is_stdout) {
         let Some(text) = text else {
-            return Err(Failure::new(format!("{} is no text for standard output", args.to.name()))
+            return Err(Failure::new(format!("{} is binary and not written to standard output", args.to.name()))
                 .hint("name a file with --out"));
         };
         let result = json!({"language": args.to.name(), "written": null, "policy_written": null, "program": text});
@@ -90,7 +91,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let stem = file.file_stem().unwrap_or(OsStr::new("model")).to_string_lossy();
     let out = args.out.clone().unwrap_or_else(|| file.with_file_name(args.to.file_name(&stem)));
     let save = |path: &Path, contents: &[u8]| {
-        let own = Own { path, what: "export of sindyna" };
+        let own = Own { path, what: "an export of sindyna" };
         let saved = if text.is_some() { own.save(contents) } else { own.save_marked(contents, PRODUCER.as_bytes()) };
         saved.map_err(|e| Failure::of_own(e, "--out"))
     };
@@ -103,9 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let paths: Vec<String> = std::iter::once(&out).chain(&policy).map(|path| path.display().to_string()).collect();
     let note = written.note.as_ref().map_or_else(String::new, |note| format!(", {note}"));
     let planner = planner(directory).map_or_else(String::new, |name| {
-        format!(
-            "no policy was written: --controller {name} plans in the equations at every step, which no export does\n"
-        )
+        format!("no policy was written: the planner of --controller {name} is not exported\n")
     });
     let told = format!("{model}\n{}\n\nwritten: {}{note}\n{planner}", Stepping::of(&model), paths.join(", "));
     Answer::new(Verdict::Done, told, &result)
@@ -207,7 +206,7 @@ fn notes(directory: &Path, model: &Model) -> Vec<String> {
     let mut notes = vec![format!("States: {}; inputs: {}.", list(model.states()), list(model.controls()))];
     notes.extend(Some(source).filter(|s| !s.is_empty()));
     if model.readings().is_some() {
-        notes.push("The states are what is observed: nothing here keeps a cosine and its sine on the circle.".into());
+        notes.push("The states are the observations; cosine and sine of an angle are not normalised.".into());
     }
     notes
 }
@@ -223,9 +222,8 @@ fn identified(directory: &Path) -> Option<Origin> {
     let unit = |c: &Value| Some((c["name"].as_str()?.to_owned(), c["unit"].as_str()?.to_owned()));
     let mut source = format!("Found in {}.", document["log"].as_str()?);
     if let Some(rows) = document["input_delay"].as_f64() {
-        source += &format!(
-            " Inputs act {rows} control intervals later than over the step after theirs (earlier where negative): shift them so."
-        );
+        source +=
+            &format!(" Delay of the inputs in control intervals (negative: earlier): {rows}; u must be shifted by it.");
     }
     Some((source, channels.filter_map(unit).collect()))
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use sindyna_core::{EnvError, FitError};
 use sindyna_dyna::DynaError;
-use sindyna_logs::{LogError, Suggestion};
+use sindyna_logs::{DeclarationError, LogError, Suggestion};
 use sindyna_methods::MethodError;
 use sindyna_record::RecordError;
 use sindyna_rl::Isa;
@@ -35,7 +35,7 @@ fn of_error(error: &Error) -> Option<String> {
         Error::Record(error) => of_record(error),
         Error::Environment(error) => of_environment(error),
         Error::Train(error) => error.environment().and_then(of_environment),
-        Error::Fit(FitError::TooFewRows { .. }) => Some("give it a longer log".into()),
+        Error::Fit(FitError::TooFewRows { .. }) => Some("use a longer log".into()),
         error => of_ours(error),
     }
 }
@@ -44,8 +44,7 @@ fn of_method(error: &MethodError) -> Option<String> {
     Some(match error {
         MethodError::NotAComparison { .. } => "name another directory with --out".into(),
         MethodError::OtherSettings { .. } => {
-            "name another directory with --out, or take this one away; `sindyna report` still tells what is in it"
-                .into()
+            "name another directory with --out, or remove this one; `sindyna report` reports its runs".into()
         }
         MethodError::OtherTask { .. } => "give the task another name, or name another directory with --out".into(),
         MethodError::OtherVariant { .. } => {
@@ -98,10 +97,10 @@ fn of_training(error: &DynaError) -> &'static str {
 fn of_environment(error: &EnvError) -> Option<String> {
     match error {
         EnvError::Reward { .. } => {
-            Some("guard the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into())
+            Some("limit the formula: `sqrt(abs(x))` for a root, `x/(1 + abs(x))` for a quotient".into())
         }
         EnvError::Diverged { .. } => Some(
-            "the simulator itself left the finite numbers within a step: guard its formulas, such as `max(x, 0.001)` in a denominator, give the state `bounds`, or make `dt` smaller"
+            "a state became infinite within a step of the simulator: limit its formulas, such as `max(x, 0.001)` in a denominator, give the state `bounds`, or make `dt` smaller"
                 .into(),
         ),
         _ => None,
@@ -115,7 +114,7 @@ fn of_ours(error: &Error) -> Option<String> {
         Error::Override { .. } => {
             "--set takes KEY=VALUE, such as sac.reward_scale=1 or sac.hidden=[64,64]; config.toml has all keys".into()
         }
-        Error::TooFewSteps { .. } => "give it more with --real-steps".into(),
+        Error::TooFewSteps { .. } => "increase --real-steps".into(),
         Error::ConstraintForm { option, .. } => match *option {
             "--known" => "--known \"dw/dt: -9.81*sin(th)\" declares a known part of the equation of w",
             "--require" => "--require \"dw/dt: u\" declares that u is in the equation of w",
@@ -123,17 +122,15 @@ fn of_ours(error: &Error) -> Option<String> {
             _ => "--sign \"dw/dt: w < 0\" declares that the coefficient of w is not positive",
         }
         .into(),
-        Error::NotIdentified { .. } => {
-            "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again".into()
-        }
+        Error::NotIdentified { .. } => "--model takes an output directory of `sindyna identify` of this version".into(),
         Error::Delayed { .. } => {
-            "if the delay is one of the log alone, shift the column of the inputs; `--delay 0` looks for none".into()
+            "if only the log has this delay, shift the column of the inputs; `--delay 0` turns its detection off".into()
         }
         Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
-        Error::NoSimulator { .. } => "`inverted-pendulum` has; leave --simulator out for the others".into(),
+        Error::NoSimulator { .. } => "`inverted-pendulum` has one; leave --simulator out for the other tasks".into(),
         Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md describes task files".into(),
-        Error::Isa(_) => format!("without --isa the widest this machine has is taken: {}", Isa::widest()),
+        Error::Isa(_) => format!("without --isa the widest of this machine is used: {}", Isa::widest()),
         _ => return None,
     })
 }
@@ -166,44 +163,56 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::NotText { .. } => {
             "a log is a text file, a header and lines of numbers separated by commas or the like, or NPZ, NPY, MAT, MCAP, Parquet or HDF5".into()
         }
-        LogError::BuiltWithout { feature, .. } => format!("cargo install sindyna --features {feature} reads it; or save it as CSV, NPZ or MAT"),
-        LogError::Malformed { .. } => "write it again, or save it as CSV".into(),
-        LogError::NoArrays { .. } => "a log has a number of each signal for every sample".into(),
+        LogError::BuiltWithout { feature, .. } => format!("a build with `--features {feature}` reads it; or save it as CSV, NPZ or MAT"),
+        LogError::Malformed { .. } => "write the file again, or save it as CSV".into(),
+        LogError::NoArrays { .. } => "a log has one number per signal and sample".into(),
         LogError::SeveralTopics { topics, .. } => return topics.first().map(|topic| format!("name one, such as --topic {topic}")),
         LogError::UnknownTopic { topic, topics, .. } => return near(topic, topics),
         LogError::Empty { .. } => "a log begins with a header line".into(),
         LogError::OneColumn { header, .. } => match header.chars().find(|c| [';', '\t', ',', '|'].contains(c)) {
-            Some('\t') => "--delimiter tab separates cells by tabs".into(),
-            Some(found) => format!("--delimiter '{found}' separates cells by `{found}`"),
+            Some('\t') => "use --delimiter tab".into(),
+            Some(found) => format!("use --delimiter '{found}'"),
             None => "cells are separated by commas; --delimiter names another character".into(),
         },
         LogError::NoHeader { .. } => "the first line names the columns, such as t,th,w,u".into(),
         LogError::CutOff { .. } => "the file ends in the middle of a line; remove that line".into(),
-        LogError::EmptyLine { .. } => "remove it; a column `trajectory` tells rollouts apart".into(),
+        LogError::EmptyLine { .. } => "remove it; a column `trajectory` separates trajectories".into(),
         LogError::NotFinite { .. } => {
             "leave the cell of a missing value empty: it ends a trajectory, and each trajectory needs at least two rows".into()
         }
         LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
         LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
         LogError::UnknownColumn { column, known, .. } => return near(column, known),
-        LogError::UnknownState { state, known, .. } => return near(state, known),
         LogError::NoTime { .. } => {
             "name it with --time-column, or give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
         }
         LogError::OtherInterval { .. } => {
-            "leave --dt out, name another column with --time-column, or its unit with --units COLUMN=UNIT; `--time-column none` leaves time stamps aside".into()
+            "leave --dt out, name another column with --time-column, or its unit with --units COLUMN=UNIT; `--time-column none` ignores time stamps".into()
         }
         LogError::TimeNotIncreasing { .. } => {
-            "a column `trajectory` tells where another rollout begins; `--time-column none --dt S` leaves time stamps aside".into()
+            "a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
         }
         LogError::TooManyRows { .. } => "give --resample a longer step".into(),
-        LogError::NotACircle { .. } | LogError::CircleTaken { .. } => {
+        LogError::Unit { .. } => "--units COLUMN=UNIT declares its unit".into(),
+        LogError::Declared(error) => return of_declaration(error),
+        _ => return None,
+    })
+}
+
+/// What to declare instead.
+fn of_declaration(error: &DeclarationError) -> Option<String> {
+    Some(match error {
+        DeclarationError::UnknownState { state, known, .. } => return near(state, known),
+        DeclarationError::NotACircle { .. } | DeclarationError::CircleTaken { .. } => {
             "--circles names pairs of columns that are cosine and sine of one angle".into()
         }
-        LogError::Unit { .. } => "--units COLUMN=UNIT says in which unit it is".into(),
-        LogError::OwnRate { .. } | LogError::RateTaken { .. } => "--rates names pairs RATE=OF of two states".into(),
-        LogError::RateCircle { .. } => "leave one of the pairs of --rates out: its equation is then looked for".into(),
-        LogError::AngleAndRate { .. } => "take it off --angles, or say --rates none".into(),
+        DeclarationError::OwnRate { .. } | DeclarationError::RateTaken { .. } => {
+            "--rates names pairs RATE=OF of two states".into()
+        }
+        DeclarationError::RateCircle { .. } => {
+            "leave one of the pairs of --rates out; its equation is then identified".into()
+        }
+        DeclarationError::AngleAndRate { .. } => "remove it from --angles, or use --rates none".into(),
         _ => return None,
     })
 }
@@ -227,14 +236,14 @@ fn of_record(error: &RecordError) -> Option<String> {
             "`sindyna train TASK` prints the directory of its run; if it was killed before it wrote this file, give the same command again"
         }
         RecordError::Inconsistent { is_digest: true, .. } => {
-            "`sindyna report` writes it again from the directory of the comparison"
+            "`sindyna report` rebuilds it from the directory of the comparison"
         }
-        RecordError::Inconsistent { .. } => "remove the file; `sindyna compare` writes it again",
+        RecordError::Inconsistent { .. } => "remove the file; `sindyna compare` repeats the run",
         RecordError::NotAComparison { .. } => {
-            "a directory that `sindyna train`, `identify` or `compare` left has a config.toml or a compare.toml in it"
+            "an output directory of `sindyna train`, `identify` or `compare` has a config.toml or a compare.toml"
         }
-        RecordError::NoRuns { .. } => "`sindyna compare --out DIR` makes some",
-        RecordError::OtherRun { .. } => "remove it; `sindyna compare` runs it again",
+        RecordError::NoRuns { .. } => "`sindyna compare --out DIR` writes them",
+        RecordError::OtherRun { .. } => "remove it; `sindyna compare` repeats the run",
         _ => return None,
     };
     Some(hint.into())

@@ -72,7 +72,7 @@ impl IdentificationOptions {
             ("--ridge", self.ridge.is_some(), &["stlsq", "least-squares"]),
         ] {
             if given && !known.contains(&solver.as_str()) {
-                return Err(Failure::new(format!("{option} means nothing to the solver `{solver}`"))
+                return Err(Failure::new(format!("{option} does not apply to the solver `{solver}`"))
                     .hint(format!("add `--solver {}`, or leave {option} out", known.join("` or `--solver "))));
             }
         }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use record::{Document, Record};
 use serde::Serialize;
+use sindyna_core::number::plural;
 use sindyna_core::{Dataset, FitError, Spec};
 use sindyna_logs::{Log, Samples, held_out};
 use sindyna_record::identification::{Account, HeldOut};
@@ -30,15 +31,16 @@ use crate::identify::{Asked, Delay, Looked, Unmeasured, elsewhere, looked};
 
 /// Identify equations of motion from logged data
 ///
-/// LOG is a table: a CSV file with a header, or NPZ, NPY, MAT, and MCAP, Parquet or HDF5 where the program was built with them; one row per sample, one column per state and input, and optionally a column of times such as `t` or
-/// `time`. The input of a row is held until the next row. A column `trajectory`, gaps in time, and files separate trajectories. Without --states,
+/// LOG is a table with one row per sample, one column per state and input, and optionally a time column such as `t`: a CSV file with a header, an NPZ,
+/// NPY or MAT file, or an MCAP, Parquet or HDF5 file if the program was built with them. The input of a row is held until the next row. A column
+/// `trajectory`, gaps in time, and files separate trajectories. Without --states,
 /// states and inputs are recognised by the names of the columns; where that is not possible, the error shows the call that names them. The equations
 /// are printed with the standard errors of their coefficients; the output directory holds model.json (for `sindyna export`), identify.json
 /// (all results) and report.html.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Logs, one trajectory or several of the same system each; `-` for standard input
+    /// Logs of the same system, with one or more trajectories each; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -53,7 +55,7 @@ pub(crate) struct Args {
     /// where the equations leave residuals that no term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
-    /// What is held out for validation: a share of the log, its last rows, such as 0.2, or another log of the same system; may be repeated for several
+    /// Hold-out data for validation: the last share of the log, such as 0.2, or another log of the same system; may be repeated for several logs
     #[arg(long, value_name = "SHARE|LOG", value_parser = holdout, help_heading = "Log")]
     holdout: Vec<Holdout>,
     /// Do not write report.html
@@ -71,7 +73,7 @@ pub(crate) struct Args {
 
 /// What to do about residuals that no term explains.
 const HELP: &str = "\
-what may help: --limits STATE=LOW:HIGH where something stops or clips, --term FORMULA for a term that is missing, such as
+what may help: --limits STATE=LOW:HIGH where a state saturates, --term FORMULA for a term that is missing, such as
                v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no
                column, --delay ROWS for inputs that act late, --angles for states that turn, --target discrete for a map
                from row to row, a log in which states and inputs move more; `sindyna inspect` shows it
@@ -155,7 +157,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     // What cannot be read is told before anything is looked for.
     let other = if others.is_empty() { None } else { Some(log.another(&others)?) };
     let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
-    progress.say(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
+    progress.say(&format!("read: {} rows, {} steps; searching for equations", log.rows, log.data.n_steps()));
     let unmeasured = unmeasured(&args.unmeasured)?;
     let without_noise = args.reading.is_without_noise();
     let identifier_of = |spec: &Spec| -> Result<Identifier, Failure> {
@@ -281,19 +283,18 @@ fn check_size(identifier: &Identifier, log: &Log, data: &Dataset) -> Result<(), 
     const MOST_TERMS: usize = 2_000;
     let terms = identifier.terms()?.len();
     if terms > MOST_TERMS {
-        return Err(Failure::new(format!(
-            "{terms} candidate terms are more than the {MOST_TERMS} that can be searched"
-        ))
-        .hint("name fewer states and inputs, or give fewer --term or another --library"));
+        return Err(Failure::new(format!("{terms} candidate terms are more than the maximum of {MOST_TERMS}"))
+            .hint("name fewer states and inputs, or give fewer --term or another --library"));
     }
     let (steps, needed) = (data.n_steps(), identifier.needed_rows());
     if steps < needed {
         let (n, k) = (log.spec.state_dim(), log.spec.control_dim());
         return Err(Failure::new(format!(
-            "{} rows make {steps} steps, too few: {n} states and {k} inputs need at least {needed}",
-            log.rows
+            "{} rows make {}, too few: {n} states and {k} inputs need at least {needed}",
+            log.rows,
+            plural(steps, "step")
         ))
-        .hint("give it a longer log"));
+        .hint("use a longer log"));
     }
     Ok(())
 }
@@ -304,14 +305,14 @@ fn failed(error: FitError, path: &Path, log: &Log) -> Failure {
     let limited: Vec<String> = limited.map(|s| format!("`{}`", s.name)).collect();
     let hint = match &error {
         FitError::TooFewRows { .. } if !limited.is_empty() => format!(
-            "steps that end at a limit or beyond it are left out: look at the --limits of {}, or give it a longer log",
+            "steps that end at a limit or beyond it are left out: look at the --limits of {}, or use a longer log",
             limited.join(", ")
         ),
-        FitError::TooFewRows { .. } => "give it a longer log".into(),
+        FitError::TooFewRows { .. } => "use a longer log".into(),
         FitError::Regression { .. } if log.times.is_some() => {
             "--resample S interpolates to even steps, which every --target and --solver takes".into()
         }
-        _ => log.doubts().unwrap_or_else(|| "other terms (--library, --term) or another --target may do".into()),
+        _ => log.doubts().unwrap_or_else(|| "try other terms (--library, --term) or another --target".into()),
     };
     Failure::from(anyhow::Error::new(error).context(format!("no equations in {}", path.display()))).hint(hint)
 }

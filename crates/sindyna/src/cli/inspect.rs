@@ -14,19 +14,19 @@ use super::console::width;
 use super::reading::{ReadingOptions, heading, source};
 use crate::cli::failure::Failure;
 
-/// Show how logs are read, without identifying anything
+/// Show how logs are read, without identification
 ///
-/// Reads logs as `sindyna identify` does, with the same options. Prints states, inputs and sampling intervals; of each signal its range, its resolution and the share of samples
-/// at its limits, where it may be clipped; how long nothing moves; and the delay between inputs and states.
+/// Reads logs as `sindyna identify` does, with the same options. Prints states, inputs and sampling intervals; the range and resolution of each signal, and
+/// the share of its samples at each limit, where it may be clipped; the share of steps without motion; and the delay between inputs and states.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true, after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Logs, each with one or more trajectories of the same system; `-` for standard input
+    /// Logs of the same system, with one or more trajectories each; `-` for standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
     #[command(flatten)]
     reading: ReadingOptions,
-    /// File to write with pictures of all signals, such as log.html
+    /// Page to write with plots of all signals, such as log.html
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }
@@ -170,9 +170,9 @@ fn lines(seen: &Inspection) -> Vec<String> {
             format!(" ({} to {} s)", significant(first, 3), significant(last, 3))
         });
         let when = match r.delay {
-            Some(delay) if delay < 0.0 => format!("most {} s before its row{range}", significant(-delay, 3)),
-            Some(delay) => format!("most after {} s{range}", significant(delay, 3)),
-            None => "at no delay that can be told".to_owned(),
+            Some(delay) if delay < 0.0 => format!("most strongly {} s before its row{range}", significant(-delay, 3)),
+            Some(delay) => format!("most strongly after {} s{range}", significant(delay, 3)),
+            None => "with no distinct delay".to_owned(),
         };
         format!("{what} of {} follows {} {when} (correlation {})", r.state, r.input, significant(r.correlation, 2))
     }));

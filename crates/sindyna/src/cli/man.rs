@@ -15,7 +15,7 @@ use crate::cli::failure::Failure;
 #[derive(Debug, clap::Args)]
 #[command(after_help = EXAMPLE)]
 pub(crate) struct Args {
-    /// Directory for the pages sindyna.1, sindyna-train.1 and so on; made if it is not there
+    /// Directory for the pages sindyna.1, sindyna-train.1 and so on; created if missing
     #[arg(value_name = "DIR")]
     directory: Option<PathBuf>,
 }
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args, definition: clap::Command) -> Result<Answer, Fail
         // The heading of a page is the name of its file.
         let shown: &'static str = Box::leak(name.clone().into_boxed_str());
         let path = directory.join(format!("{name}.1"));
-        let own = Own { path: &path, what: "manual page of sindyna" };
+        let own = Own { path: &path, what: "a manual page of sindyna" };
         own.save(page(command.clone().name(shown))?.as_bytes()).map_err(|e| Failure::of_own(e, "another DIR"))?;
         written.push(path);
     }

@@ -39,7 +39,7 @@ use clap::{ColorChoice, CommandFactory as _, FromArgMatches as _, Parser, Subcom
 use answer::Answer;
 use console::{Color, Console};
 
-/// Identify the equations of motion of a physical system from little data, and train a controller inside them.
+/// Identify the equations of motion of a physical system from little data, and train a controller in them.
 #[derive(Debug, Parser)]
 #[command(name = "sindyna", version, propagate_version = true, after_help = EXIT_CODES)]
 struct Cli {

@@ -43,7 +43,7 @@ pub(crate) fn again(directory: &Path) -> Result<PathBuf, Failure> {
     let found = RunRecord::read(directory)?.is_some() || ModelRecord::read(directory)?.is_some();
     if !found {
         return Err(Failure::new(format!("{} holds no results yet", directory.display()))
-            .hint(format!("`sindyna train --resume {}` goes on with a run", directory.display())));
+            .hint(format!("`sindyna train --resume {}` continues a run", directory.display())));
     }
     let Some(html) = of_files(Some(directory), &[]) else {
         return Err(Failure::new(format!("the record in {} cannot be read", directory.display())));

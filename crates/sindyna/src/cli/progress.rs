@@ -79,10 +79,10 @@ impl Progress {
                     None => self.say(&format!("training: {updates} updates, {returns}")),
                 }
             }
-            Event::Confirmed { real, promised } => self.say(&format!(
-                "real episode of the policy: return {}, {} expected by the model",
+            Event::Confirmed { real, predicted } => self.say(&format!(
+                "confirmation episode: return {}, predicted {}",
                 fixed(*real, 1),
-                fixed(*promised, 1)
+                fixed(*predicted, 1)
             )),
             Event::Collected { data } => self.say(&format!(
                 "collected: {} real steps in {}",
@@ -93,7 +93,7 @@ impl Progress {
                 self.detail(|| format!("fitted to {rows} steps:\n  {}", description.join("\n  ")))
             }
             Event::NotFitted { rows, reason } => {
-                self.say(&format!("no model of all {rows} real steps ({reason}); the one before stays, in doubt"));
+                self.say(&format!("no model fits all {rows} real steps ({reason}); the previous one is kept"));
             }
             _ => {}
         }
@@ -104,7 +104,7 @@ impl Progress {
         if let Some(bar) = self.bar(RUNS) {
             bar.set_length(total as u64);
             bar.set_position(done as u64);
-            let at_work = if running.is_empty() { String::new() } else { format!("; at work: {}", running.join(", ")) };
+            let at_work = if running.is_empty() { String::new() } else { format!("; running: {}", running.join(", ")) };
             bar.set_message(message(&format!("{left}{at_work}")));
         }
     }
@@ -187,10 +187,10 @@ impl<'a> Evaluating<'a> {
 fn searched(stage: Stage, seconds: u64) -> String {
     match stage {
         Stage::Search { spent } => {
-            format!("looking for equations: {seconds} s, {:.0} % of the search budget", 100.0 * spent)
+            format!("searching for equations: {seconds} s, {:.0} % of the search budget", 100.0 * spent)
         }
-        Stage::Rounding => format!("looking for equations: {seconds} s, as exact as rounding allows"),
-        _ => format!("looking for equations: {seconds} s"),
+        Stage::Rounding => format!("searching for equations at the level of rounding: {seconds} s"),
+        _ => format!("searching for equations: {seconds} s"),
     }
 }
 
@@ -202,8 +202,8 @@ mod tests {
     fn a_search_tells_how_much_of_what_is_allowed_it_has_spent() {
         assert_eq!(
             searched(Stage::Search { spent: 0.254 }, 12),
-            "looking for equations: 12 s, 25 % of the search budget"
+            "searching for equations: 12 s, 25 % of the search budget"
         );
-        assert_eq!(searched(Stage::Rounding, 0), "looking for equations: 0 s, as exact as rounding allows");
+        assert_eq!(searched(Stage::Rounding, 0), "searching for equations at the level of rounding: 0 s");
     }
 }

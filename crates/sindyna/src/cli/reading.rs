@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use sindyna_core::number::significant;
 use sindyna_core::{Channel, Kind, Precision};
-use sindyna_logs::{Clock, Log, LogOptions, Note, UnitBy};
+use sindyna_logs::{Clock, Finding, Log, LogOptions, Note, UnitBy};
 use sindyna_training::settings::PrecisionName;
 
 use crate::cli::failure::Failure;
@@ -58,7 +58,7 @@ pub(crate) struct TableOptions {
     /// from the values]
     #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', help_heading = "Log")]
     units: Vec<String>,
-    /// Largest interval within a trajectory in seconds, or `inf`; a larger one begins another trajectory [default: three times the usual interval]
+    /// Largest interval within a trajectory in seconds, or `inf`; a new trajectory begins after a larger one [default: three times the usual interval]
     #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
     gap: Option<f64>,
     /// Topic of an MCAP file [default: the only one that can be read]
@@ -107,7 +107,7 @@ impl ReadingOptions {
         Ok(match paths {
             [only] if source(only) == Path::new(STDIN) => Log::read_from(STDIN, std::io::stdin().lock(), &options)?,
             _ if paths.iter().any(|path| source(path) == Path::new(STDIN)) => {
-                return Err(Failure::new("standard input is one log alone").hint("name files, or `-` and nothing else"));
+                return Err(Failure::new("standard input holds one log only").hint("name files, or `-` alone"));
             }
             _ => Log::read_all(paths, &options)?,
         })
@@ -119,8 +119,8 @@ impl ReadingOptions {
     }
 
     fn options(&self) -> Result<LogOptions, Failure> {
-        let rates = pairs("--rates", "RATE=OF", "--rates w=th says that w is the rate of th", &names(&self.rates))?;
-        let hint = "--circles c=s says that c and s are cosine and sine of one angle";
+        let rates = pairs("--rates", "RATE=OF", "--rates w=th declares w as the rate of th", &names(&self.rates))?;
+        let hint = "--circles c=s declares c and s as cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
         let given = names(&self.noise);
         let alone = given.len() == 1 && matches!(given[0].as_str(), "auto" | "none");
@@ -148,7 +148,7 @@ impl TableOptions {
     /// What they say, of columns nothing.
     pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
         let units = names(&self.units);
-        let hint = "--units t=ms says that t is in milliseconds";
+        let hint = "--units t=ms declares the unit of t as milliseconds";
         Ok(LogOptions {
             delimiter: self.delimiter,
             topic: self.topic.clone(),
@@ -210,7 +210,8 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
         let _ = writeln!(text, "note: {note}{}", instead(note));
     }
     for finding in &log.findings {
-        let _ = writeln!(text, "data: {finding}");
+        let hint = if matches!(finding, Finding::Clips { .. }) { "; --limits excludes such steps" } else { "" };
+        let _ = writeln!(text, "data: {finding}{hint}");
     }
     text
 }
@@ -221,15 +222,15 @@ fn instead(note: &Note) -> &'static str {
         Note::Circle { .. } => "; --circles none turns this off",
         Note::Rate { .. } => "; --rates none turns this off",
         Note::Rounded { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
-        Note::Layout { .. } => "; --delimiter says otherwise",
+        Note::Layout { .. } => "; --delimiter changes this",
         Note::Delayed { .. } => "; --delay 0 turns this off",
         Note::Unmeasured { given: false, .. } => "; --unmeasured none turns this off",
         Note::Angle { .. } => "; --angles none turns this off",
         Note::Degrees { .. } => "; --units STATE=deg converts it",
-        Note::Roles { .. } => "; --states and --inputs say otherwise",
+        Note::Roles { .. } => "; --states and --inputs change this",
         Note::Time { by: UnitBy::Header, .. } => "",
-        Note::Time { .. } => "; --time-column and --units say otherwise",
-        Note::Gaps { .. } => "; --gap S says otherwise",
+        Note::Time { .. } => "; --time-column and --units change this",
+        Note::Gaps { .. } => "; --gap S changes this",
         Note::Uneven { .. } => "; --resample S interpolates",
         _ => "",
     }
@@ -259,7 +260,7 @@ fn deviation(text: &str) -> Result<(String, f64), Failure> {
         text.split_once('=').and_then(|(name, sigma)| Some((name.trim().to_owned(), sigma.trim().parse().ok()?)));
     parts.filter(|(_, sigma): &(String, f64)| sigma.is_finite() && *sigma > 0.0).ok_or_else(|| {
         Failure::new(format!("--noise takes `auto`, `none`, or STATE=SIGMA with SIGMA above 0, got `{text}`"))
-            .hint("--noise th=0.001 says that the sensor of th is off by 0.001 as a standard deviation")
+            .hint("--noise th=0.001 declares a standard deviation of 0.001 for the noise of th")
     })
 }
 
@@ -271,6 +272,6 @@ fn limit(text: &str) -> Result<(String, f64, f64), Failure> {
     });
     numbers.filter(|(_, low, high)| low < high).ok_or_else(|| {
         Failure::new(format!("--limits takes STATE=LOW:HIGH with LOW below HIGH, got `{text}`"))
-            .hint("--limits x=-2.4:2.4 says that x stays between -2.4 and 2.4; inf for no limit on one side")
+            .hint("--limits x=-2.4:2.4 keeps the steps with x between -2.4 and 2.4; inf stands for no limit")
     })
 }

@@ -15,7 +15,7 @@ use super::answer::{Answer, Verdict};
 use crate::cli::failure::Failure;
 use crate::cli::{pages, report_files};
 
-/// Write the report of a run, a model or a comparison again
+/// Rebuild the report of a run, a model or a comparison
 ///
 /// Runs nothing. DIR is the output directory of `sindyna train`, `sindyna identify` or `sindyna compare` (of any version), or the folder `digest` of a
 /// comparison.
@@ -41,7 +41,7 @@ pub(super) struct Told<'a> {
 
 pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     const HINT: &str =
-        "DIR is a directory that `sindyna train`, `identify` or `compare` left, or the digest of a comparison";
+        "DIR is an output directory of `sindyna train`, `identify` or `compare`, or the digest of a comparison";
     let directory = &args.directory;
     if let Err(source) = std::fs::read_dir(directory) {
         let error = RecordError::Io { action: "read", path: directory.clone(), source };
@@ -50,7 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     if directory.join("config.toml").is_file() {
         if args.markdown.is_some() {
             return Err(Failure::new(format!("{} is no comparison", directory.display()))
-                .hint("--markdown is for comparisons; a run or a model has one page, report.html"));
+                .hint("--markdown applies to comparisons; the report of a run or a model is report.html"));
         }
         let report = pages::again(directory)?;
         let text = format!("report: {}\n", report.display());
@@ -59,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     // What is written into the directory is swept away by a comparison at work there; a Markdown file lies elsewhere.
     let held = match args.markdown {
         None => Some(DirLock::take(directory).map_err(|at_work| {
-            Failure::from(at_work).hint("wait for it, or look at what there is so far with --markdown FILE")
+            Failure::from(at_work).hint("wait for it, or write the results so far with --markdown FILE")
         })?),
         Some(_) => None,
     };
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let digest = digest.map_err(|error| Failure::from(error).hint(HINT))?;
     if digest.runs.is_empty() {
         return Err(Failure::new(format!("{} holds no runs", directory.display()))
-            .hint("`sindyna compare --out DIR` makes some"));
+            .hint("`sindyna compare --out DIR` writes them"));
     }
     if held.is_some() && !Digest::is_in(directory) {
         sweep(directory)?;
@@ -104,7 +104,7 @@ pub(super) fn missing(comparison: &Comparison<'_>) -> String {
 
 /// The table for the terminal.
 pub(super) fn table(groups: &[Group]) -> String {
-    let head = ["task", "method", "solved", "real steps", "over sindy", "return", "lowest"];
+    let head = ["task", "method", "solved", "real steps", "ratio to sindy", "return", "lowest"];
     let mut lines = vec![head.map(str::to_owned)];
     let number = |value: Option<f64>, digits: usize| value.map_or_else(|| "–".into(), |v| fixed(v, digits));
     for group in groups {

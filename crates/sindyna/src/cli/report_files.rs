@@ -28,11 +28,14 @@ pub(crate) fn write_markdown(comparison: &Comparison<'_>, source: &Path, path: &
     let folder = path.with_extension("");
     let name = folder.file_name().and_then(|name| name.to_str()).filter(|_| folder != path);
     let name = name.ok_or_else(|| Failure::new(format!("{} is no name of a Markdown file", path.display())))?;
-    let (own, refused) = (Own { path, what: "report" }, |e| Failure::of_own(e, "--markdown"));
+    let (own, refused) = (Own { path, what: "a report" }, |e| Failure::of_own(e, "--markdown"));
     own.check(page.markdown_heading().as_bytes()).map_err(refused)?;
     if !path.exists() && fs::read_dir(&folder).is_ok_and(|mut entries| entries.next().is_some()) {
-        return Err(Failure::new(format!("the figures would go to {}, which holds something else", folder.display()))
-            .hint("name another file with --markdown"));
+        return Err(Failure::new(format!(
+            "the figures would be written to {}, which holds other files",
+            folder.display()
+        ))
+        .hint("name another file with --markdown"));
     }
     draw(&page, &folder, Pixels::No)?;
     beside(&page, &folder)?;

@@ -42,8 +42,8 @@ pub(crate) struct Settings {
     /// Simulator of the system; `mujoco` for `inverted-pendulum` and task files [default: native]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Real data")]
     simulator: Option<SimulatorName>,
-    /// Standard deviation of Gaussian sensor noise, as a fraction of each channel's scale (0 to 1), in training and evaluation; it is not told to
-    /// the learner [default: 0]
+    /// Standard deviation of Gaussian sensor noise, as a fraction of each channel's scale (0 to 1), in training and evaluation; it is
+    /// unknown to the learner [default: 0]
     #[arg(long, value_name = "FRACTION", help_heading = "Real data")]
     noise: Option<f64>,
     /// Real steps before the first fit, over all warm-up trajectories; more follow where the equations are not certain
@@ -116,7 +116,7 @@ impl Settings {
         if config.task != spec.name {
             let (named, described) = (&config.task, &spec.name);
             let message = format!("{} is for `{named}`, the task beside it is `{described}`", path.display());
-            return Err(Failure::new(message).hint("a run goes on with the files it began with"));
+            return Err(Failure::new(message).hint("a run is resumed with the files it was started with"));
         }
         settled(config, &source)
     }
@@ -133,12 +133,12 @@ impl Settings {
                 let (config, source) = recorded(path, pipe)?;
                 if matches!(source, Source::Log(..)) && self.identification != IdentificationOptions::default() {
                     return Err(Failure::new(format!("the equations of {} were identified before", path.display()))
-                        .hint("begin with --task-file and --data to identify otherwise"));
+                        .hint("start with --task-file and --data to identify again"));
                 }
                 same_task(task, &config.task, path)?;
                 if let (Some(_), false) = (pipe, matches!(source, Source::Pipe(..))) {
                     return Err(Failure::new(format!("{} is for a system that is no program", path.display()))
-                        .hint("leave --pipe out, or begin with --task-file"));
+                        .hint("leave --pipe out, or start with --task-file"));
                 }
                 (Some(config), source)
             }
@@ -171,10 +171,8 @@ impl Settings {
         };
         config = self.over(config)?;
         if self.refit == Some(true) && config.imagination.rollouts_per_real.0 == Rollouts::Unlimited {
-            return Err(Failure::new(
-                "--refit means nothing where no real rollouts follow: --imagined-rollouts is inf",
-            )
-            .hint("give --imagined-rollouts a number, or leave --refit out"));
+            return Err(Failure::new("--refit has no effect without further real rollouts (--imagined-rollouts inf)")
+                .hint("give --imagined-rollouts a number, or leave --refit out"));
         }
         if config.task != spec.name {
             return Err(Failure::new("`task` cannot be set; name the task itself"));
@@ -214,14 +212,14 @@ impl Settings {
             Some(pipe) if !is_log => return Ok(Source::Pipe(path.to_owned(), Some(pipe.clone()))),
             Some(_) => {
                 return Err(Failure::new(
-                    "the system is a log or a program: --pipe goes with neither --data nor --model",
+                    "the system is either a log or a program: --pipe excludes --data and --model",
                 ));
             }
             None => {}
         }
         if is_log && (self.real_steps.is_some() || self.warmup_rollouts.is_some() || self.rollout_len.is_some()) {
-            return Err(Failure::new("a log has the steps that it has: --real-steps and the like mean nothing to it")
-                .hint("leave them out, or give a log with fewer rows"));
+            return Err(Failure::new("--real-steps and similar options do not apply to a log")
+                .hint("leave them out, or use a log with fewer rows"));
         }
         let log = match (&self.data, &self.model) {
             (Some(log), _) => {
@@ -232,7 +230,7 @@ impl Settings {
             (None, Some(directory)) => {
                 if self.identification != IdentificationOptions::default() {
                     return Err(Failure::new(
-                        "--model was identified before: options of identification mean nothing to it",
+                        "options of identification do not apply to --model, which is identified already",
                     )
                     .hint("leave them out, or identify again"));
                 }

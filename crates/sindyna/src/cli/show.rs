@@ -23,7 +23,7 @@ use crate::cli::failure::Failure;
 /// Runs nothing and writes nothing.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
-    /// Directory that `sindyna train`, `identify` or `compare` left, the digest of a comparison, or a model.json
+    /// Output directory of `sindyna train`, `identify` or `compare`, the digest of a comparison, or a model.json
     #[arg(value_name = "PATH")]
     path: PathBuf,
 }
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     }
     if path.join("config.toml").is_file() {
         return Err(Failure::new(format!("{} holds no results yet", path.display()))
-            .hint(format!("`sindyna train --resume {}` goes on with a run", path.display())));
+            .hint(format!("`sindyna train --resume {}` continues a run", path.display())));
     }
     of_comparison(path)
 }
@@ -103,7 +103,7 @@ fn of_model(path: &Path) -> Result<Answer, Failure> {
 fn of_comparison(path: &Path) -> Result<Answer, Failure> {
     if !path.is_dir() {
         return Err(Failure::new(format!("{}: no such file or directory", path.display()))
-            .hint("PATH is a directory that `sindyna train`, `identify` or `compare` left, or a model.json"));
+            .hint("PATH is an output directory of `sindyna train`, `identify` or `compare`, or a model.json"));
     }
     let tasks = Known::tasks();
     let names = Known::names(&tasks);

@@ -127,7 +127,7 @@ fn overview(systems: &[System]) -> String {
     for system in systems {
         let _ = writeln!(text, "{:width$}  {}{}", system.name(), system.summary(), alias(system));
     }
-    text.push_str("\nsindyna tasks TASK shows one in full; sindyna train TASK learns it.\n");
+    text.push_str("\nsindyna tasks TASK shows its details; sindyna train TASK trains a controller.\n");
     text
 }
 

@@ -52,11 +52,11 @@ pub(crate) struct Args {
     pipe: PipeOptions,
     #[command(flatten)]
     data: DataOptions,
-    /// Directory to make for this run [default: runs/TASK-seedN, numbered if it exists]
+    /// Output directory, which must not exist [default: runs/TASK-seedN, numbered if it exists]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Continue the killed or stopped run in this directory from its last checkpoint. The record is then the same, byte for byte, as without the
-    /// interruption. Checkpoints are written about every second, but not during a fit; the system must answer as before
+    /// interruption. Checkpoints are written about every second, but not during a fit; the system must respond as before
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     /// Do not write report.html
@@ -119,8 +119,8 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
 /// holds has to come out again.
 fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> Result<Answer, Failure> {
     if args.settings != Settings::default() || args.data != DataOptions::default() {
-        return Err(Failure::new("--resume finishes a run as it was begun; its settings cannot be changed")
-            .hint("`--config RUN/config.toml` with other options begins a changed one"));
+        return Err(Failure::new("--resume continues a run with its own settings")
+            .hint("`--config RUN/config.toml` with other options starts a changed run"));
     }
     let run_dir = RunDir::reopen(path)?;
     let progress = Progress::new(console);
@@ -141,10 +141,10 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
             let told = Told { record: path, report: page, summary: &summary, timing: None };
             return Answer::new(came_out, String::new(), &told);
         };
-        progress.say(&format!("note: {missing} is missing, so all of it is done again"));
+        progress.say(&format!("note: {missing} is missing, so the run is repeated from its start"));
     }
     if config.commit != sindyna_training::COMMIT {
-        progress.say(&format!("note: it was begun by another build ({}), whose numbers may differ", config.commit));
+        progress.say(&format!("note: it was started by another build ({}), whose numbers may differ", config.commit));
     }
     let (plan, pool) = (Plan::new(&config, &*problem, interrupt.flag())?, args.common.pool()?);
     let page = !args.no_report;
@@ -244,7 +244,7 @@ impl Run<'_> {
         };
         let (log, kept) = (recorder.log, recorder.kept);
         if !learned.interrupted && !rollout_csv(spec, &learned.data).starts_with(&kept) {
-            return Err(Failure::new("rollout.csv holds more than this run ever collects").hint(format!(
+            return Err(Failure::new("rollout.csv has more rows than this run collects").hint(format!(
                 "look at the end of {}; it is left as it was",
                 self.run_dir.path().join("rollout.csv").display()
             )));
@@ -301,11 +301,11 @@ impl Run<'_> {
             match dyna.resume(again, &mut *explorer, &saved.run) {
                 Ok(resumed) => {
                     (recorder.log, recorder.clock) = (saved.log, saved.clock);
-                    self.progress.say(&format!("going on after {:.1} s", recorder.clock.before));
+                    self.progress.say(&format!("continuing after {:.1} s", recorder.clock.before));
                     begun = Some(resumed);
                 }
                 Err(DynaError::Checkpoint(error)) => {
-                    self.progress.say(&format!("note: {error}; the run begins anew"));
+                    self.progress.say(&format!("note: {error}; the run restarts"));
                     explorer = self.config.warmup.explorer.explorer(spec);
                 }
                 // Who is stopped here has done nothing new: the checkpoint stays.
@@ -367,7 +367,7 @@ impl Run<'_> {
         let last = || whole.map_or(Ok(()), |(name, contents)| dir.write(name, &contents.unwrap_or_default()));
         written.and_then(|()| last()).map_err(|e| {
             let path = dir.path().display();
-            Failure::from(e).hint(format!("once there is room, `sindyna train --resume {path}` goes on with the run"))
+            Failure::from(e).hint(format!("free some room, then `sindyna train --resume {path}` continues the run"))
         })
     }
 
@@ -410,7 +410,7 @@ fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> (Option<f64>, Op
 /// What can be done about a run that could not go on.
 fn explain(error: DynaError) -> Failure {
     let hint = match &error {
-        DynaError::Fit(_) => Some("give it more real data with --real-steps or --warmup-rollouts"),
+        DynaError::Fit(_) => Some("collect more real data with --real-steps or --warmup-rollouts"),
         _ => None,
     };
     let failure = Failure::from(error);

@@ -42,6 +42,6 @@ fn hint(error: &clap::Error) -> String {
     let usage = usage.map(|text| text.trim_start_matches("Usage:").trim().to_owned()).filter(|text| !text.is_empty());
     usage.map_or_else(
         || "`--help` describes every option".into(),
-        |usage| format!("usage: {usage} (`--help` tells more)"),
+        |usage| format!("usage: {usage} (more with `--help`)"),
     )
 }

@@ -1,4 +1,4 @@
-//! What is asked about a log.
+//! Options of an identification from a log.
 
 use sindyna_core::Spec;
 use sindyna_sindy::{Identifier, Watch};
@@ -6,25 +6,25 @@ use sindyna_sindy::{Identifier, Watch};
 use super::unmeasured::Unmeasured;
 use crate::logs::{Log, Samples};
 
-/// By how many rows inputs act later than over the step after theirs.
+/// Delay of the inputs in rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Delay {
-    /// None, unless equations leave what no term explains, samples are even, and the data speak for one.
+    /// None, unless equations leave residuals that no term explains, samples are even, and the data support a delay.
     #[default]
     Auto,
-    /// So many; −1 for an input that acted over the step before its row, −0.5 for one that goes from row to row in a straight line.
+    /// A number of rows; −1 for an input that acted over the step before its row, −0.5 for one that is linear between rows.
     Rows(f64),
 }
 
-/// What is asked about a log, and who is told.
+/// What to identify, and with which options.
 pub(crate) struct Asked<'a, E> {
     pub(crate) unmeasured: &'a Unmeasured,
     pub(crate) delay: Delay,
-    /// The part of a log that equations are found in.
+    /// The part of a log that equations are identified from.
     pub(crate) kept: &'a (dyn Fn(&Log) -> Result<Samples, E> + Sync),
     /// Makes an identifier for a system.
     pub(crate) identifier: &'a (dyn Fn(&Spec) -> Result<Identifier, E> + Sync),
     pub(crate) watch: &'a Watch<'a>,
-    /// Is told what is tried.
+    /// Receives progress messages.
     pub(crate) say: &'a (dyn Fn(&str) + Sync),
 }

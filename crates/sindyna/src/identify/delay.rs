@@ -33,12 +33,14 @@ pub(super) fn fits(log: &Log, kept: &Samples) -> bool {
 pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
     let failed = |reason: &str| Err(FitError::Regression { reason: reason.into() });
     if log.times.is_some() {
-        return failed("a delay of inputs is one of rows, and these are not evenly spaced: --resample S makes them so");
+        return failed(
+            "a delay of the inputs is a number of rows, which must be evenly spaced: resample the log first",
+        );
     }
     let margins = (rows.ceil().max(0.0) as usize, (-rows).ceil().max(0.0) as usize);
     let data = shifted(&log.data, rows, margins, usize::MAX)?;
     if data.n_steps() == 0 {
-        return failed("no trajectory is longer than the delay of its inputs");
+        return failed("no trajectory is longer than the delay of the inputs");
     }
     let mut notes = log.notes.clone();
     notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt });
@@ -56,7 +58,7 @@ pub(super) fn told_apart<E: From<FitError>>(
     first: Option<&Identified>,
     asked: &Asked<'_, E>,
 ) -> Result<Option<(f64, bool)>, E> {
-    (asked.say)("no term explains what is left: trying inputs that act earlier or later, and steps of a simulator");
+    (asked.say)("no term explains the residuals: trying other delays of the inputs, and steps of a simulator");
     let rates = match first {
         Some(first) => lone(first, &log.spec, asked.unmeasured),
         None => asked.unmeasured.clone(),

@@ -33,7 +33,7 @@ pub(crate) struct ForTask<'a> {
 /// [`Error`] if logs cannot be read as the task declares, no equations are found, or they are such that no controller can be trained in them.
 pub(crate) fn for_task<P: AsRef<Path>>(task_file: &Path, paths: &[P], how: &ForTask<'_>) -> Result<LogSource, Error> {
     let (log, missing) = read_logs(task_file, paths, how.options.clone())?;
-    (how.say)(&format!("read: {} rows, {} steps; looking for equations", log.rows, log.data.n_steps()));
+    (how.say)(&format!("read: {} rows, {} steps; searching for equations", log.rows, log.data.n_steps()));
     for note in &log.notes {
         (how.say)(&format!("note: {note}"));
     }

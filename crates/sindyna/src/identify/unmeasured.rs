@@ -86,7 +86,7 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         let before = best.as_ref().map(|best| &best.0).or(first);
         let spec = enlarged(&log.spec, &rates);
         let names: Vec<&str> = rates.iter().map(|r| r.0.as_str()).collect();
-        say(&format!("trying {}, not measured", names.join(" and ")));
+        say(&format!("trying {} as unmeasured", names.join(" and ")));
         let identifier = identifier(&spec)?;
         // Where the states as measured were searched first there is less left.
         let searches = usize::from(first.is_some()) + usize::from(best.is_some());
@@ -157,13 +157,13 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
     for (rate, of) in pairs {
         let channels = spec.state.iter().chain(&spec.control).chain(&spec.observation);
         if channels.map(|c| &c.name).chain(rates.iter().map(|r| &r.0)).any(|name| name == rate) {
-            return Err(failed(format!("`{rate}` is a column of the log, and so was measured")));
+            return Err(failed(format!("`{rate}` is a column of the log, so it was measured")));
         }
         let names = spec.state.iter().map(|s| &s.name).chain(rates.iter().map(|r| &r.0));
         let state = names.into_iter().position(|name| name == of);
-        let state = state.ok_or_else(|| failed(format!("there is no state `{of}` for `{rate}` to be the rate of")))?;
+        let state = state.ok_or_else(|| failed(format!("no state named `{of}`, of which `{rate}` is the rate")))?;
         if spec.state.iter().any(|s| s.kind == Kind::RateOf(state)) || rates.iter().any(|r| r.1 == state) {
-            return Err(failed(format!("`{of}` has a rate already, and `{rate}` cannot be it too")));
+            return Err(failed(format!("`{of}` has another rate already than `{rate}`")));
         }
         rates.push((rate.clone(), state));
     }

@@ -113,7 +113,7 @@ impl FormulaTask {
         let share = starts.share(&mut Seed::new(0).stream("start states on trial", 0));
         if share < LEAST_SHARE {
             let why = format!(
-                "start_if: {:.1} % of the start states drawn are within bounds and fulfil it, at least 1 % must",
+                "start_if: {:.1} % of the sampled start states are within bounds and satisfy it; at least 1 % must",
                 100.0 * share
             );
             return Err(Error::System { name, why });

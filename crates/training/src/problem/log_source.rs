@@ -183,7 +183,7 @@ fn same_signals(identified: &Identified, spec: &Spec) -> Result<(), Error> {
             if what == "states" && !more.is_empty() {
                 let more = more.into_iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
                 why += &format!(
-                    "; the log speaks for {more}, not measured: declare it as the last [[state]], with `rate_of`"
+                    "; the log supports {more} as an unmeasured rate: declare it as the last [[state]], with `rate_of`"
                 );
             }
             return Err(Error::System { name: spec.name.clone(), why });

@@ -163,7 +163,7 @@ impl<P: Plant> Connected<P> {
     fn checked(&self, state: Vec<f64>) -> Result<Vec<f64>, EnvError> {
         let (expected, got) = (self.state.len(), state.len());
         if got != expected {
-            return Err(failed(format!("it tells {got} states where {expected} are declared").into()));
+            return Err(failed(format!("it gives {got} states where {expected} are declared").into()));
         }
         Diverged::check(&state).map_err(|diverged| EnvError::diverged(self.task.spec(), diverged))?;
         Ok(state)

@@ -28,7 +28,11 @@ impl Recorded {
         let task = without_simulator(path, Some(source.dt()))?;
         let refused = |why: String| Error::System { name: task.spec().name.clone(), why };
         if (task.spec().dt / source.dt() - 1.0).abs() > 1e-6 {
-            return Err(refused(format!("its `dt` is {} s, a step of the log is {} s", task.spec().dt, source.dt())));
+            return Err(refused(format!(
+                "its `dt` is {} s, the sampling interval of the log is {} s",
+                task.spec().dt,
+                source.dt()
+            )));
         }
         let task = task.with_precision(source.precision());
         let Contents { log, identified, files } = source.read(task.spec())?;
@@ -86,7 +90,7 @@ fn take_rate(options: &mut LogOptions, column: &str) -> Vec<(String, String)> {
 fn without_simulator(path: &Path, dt: Option<f64>) -> Result<TaskFile, Error> {
     let file = TaskFile::load(path, dt)?;
     if file.has_simulator() {
-        let why = "its task file has a simulator, and the data are a log: they are one or the other".into();
+        let why = "its task file has a simulator, so the data cannot be a log".into();
         return Err(Error::System { name: file.spec().name.clone(), why });
     }
     Ok(file)
@@ -103,7 +107,7 @@ fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Da
         let states: Vec<Vec<f64>> = rollout.observations.rows().into_iter().map(|row| row.to_vec()).collect();
         for (i, state) in states.iter().enumerate() {
             sensors.observe(state, &mut rng, &mut observation);
-            let broken = |e: sindyna_core::DatasetError| refused(format!("the log cannot be seen: {e}"));
+            let broken = |e: sindyna_core::DatasetError| refused(format!("the log cannot be used: {e}"));
             let Some(before) = i.checked_sub(1) else {
                 data.begin(&observation).map_err(broken)?;
                 continue;
@@ -115,7 +119,7 @@ fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Da
                 let (low, high) = channel.prior.bounds;
                 let name = &channel.name;
                 return Err(refused(format!(
-                    "the log has {name} = {value}, its task file lets `{name}` go from {low} to {high}"
+                    "the log has {name} = {value}, outside the range of `{name}` in its task file, {low} to {high}"
                 )));
             }
             let reward = task.reward(&states[before], &u, &u, state);

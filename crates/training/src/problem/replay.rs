@@ -49,7 +49,7 @@ impl Environment for Played {
         let system = match (self.system.take(), &self.after) {
             (Some(system), _) => system,
             (None, Some(problem)) => problem.environment().map_err(|e| failed(e.to_string()))?,
-            (None, None) => return Err(failed("the log is over".into())),
+            (None, None) => return Err(failed("the end of the log is reached".into())),
         };
         self.system.insert(system).reset(rng)
     }
@@ -65,9 +65,7 @@ impl Environment for Played {
             return Err(EnvError::NeedsReset);
         }
         if rollout.actions.row(at).iter().ne(action) {
-            return Err(EnvError::System {
-                reason: "a log cannot be asked what another action would have done".into(),
-            });
+            return Err(EnvError::System { reason: "a log has no response to another action".into() });
         }
         self.step += 1;
         self.observation = rollout.observations.row(at + 1).to_vec();

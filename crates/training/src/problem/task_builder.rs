@@ -1,4 +1,4 @@
-//! Tasks of one's own, declared channel by channel.
+//! Your own tasks, declared channel by channel.
 
 use rand::RngExt as _;
 use sindyna_core::{Channel, Kind, Precision, Rng, Space, Spec, Task};
@@ -11,9 +11,9 @@ type Reward = Box<dyn Fn(&[f64], &[f64], &[f64]) -> f64 + Send + Sync>;
 /// Whether arriving in a state (n) ends the episode.
 type Ends = Box<dyn Fn(&[f64]) -> bool + Send + Sync>;
 
-/// Declares a system and the task on it: states, inputs, start states, reward, end.
+/// Declares a system and its task: states, inputs, start states, reward, termination.
 ///
-/// States are declared in the order in which dynamics know them; an angle is seen as its cosine and sine.
+/// States are declared in the order of the dynamics; an angle is observed as its cosine and sine.
 pub struct TaskBuilder {
     name: String,
     dt: f64,
@@ -96,14 +96,14 @@ impl TaskBuilder {
         self
     }
 
-    /// With episodes that end for good in states for which `ends` is true.
+    /// With episodes that terminate in states for which `ends` is true.
     #[must_use]
     pub fn terminated(mut self, ends: impl Fn(&[f64]) -> bool + Send + Sync + 'static) -> Self {
         self.ends = Some(Box::new(ends));
         self
     }
 
-    /// With episodes of at most so many steps.
+    /// With episodes of at most this many steps.
     #[must_use]
     pub fn max_steps(self, max_steps: usize) -> Self {
         Self { max_steps, ..self }
@@ -112,7 +112,7 @@ impl TaskBuilder {
     /// The task.
     ///
     /// # Errors
-    /// [`Error::System`] if something is missing or contradicts itself.
+    /// [`Error::System`] if a declaration is missing or contradicts another one.
     pub fn build(self) -> Result<OwnTask, Error> {
         let refused = |why: String| Err(Error::System { name: self.name.clone(), why });
         if self.states.is_empty() || self.inputs.is_empty() {
@@ -127,7 +127,7 @@ impl TaskBuilder {
         let names: Vec<&str> =
             self.states.iter().map(|s| &*s.name).chain(self.inputs.iter().map(|i| &*i.0.name)).collect();
         if let Some((_, name)) = names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)) {
-            return refused(format!("the name `{name}` is there twice"));
+            return refused(format!("the name `{name}` is used twice"));
         }
         let ordered = |low: f64, high: f64| low <= high && low.is_finite() && high.is_finite();
         if let Some((i, (low, high))) = self.starts.iter().enumerate().find(|(_, s)| !ordered(s.0, s.1)) {
@@ -146,7 +146,7 @@ impl TaskBuilder {
                 None => Kind::Plain,
                 Some(of) => match self.states.iter().position(|s| s.name == *of && s.name != *name) {
                     Some(of) => Kind::RateOf(of),
-                    None => return refused(format!("`{name}` is the rate of `{of}`, which is no other state")),
+                    None => return refused(format!("`{name}` is the rate of `{of}`, which is not another state")),
                 },
             };
             state.push(Channel::new(name, unit, kind, 1.0));
@@ -211,7 +211,7 @@ mod tests {
         for (builder, says) in [
             (TaskBuilder::new("a", 0.1), "needs a state and an input"),
             (TaskBuilder { dt: f64::NAN, ..whole() }, "control interval"),
-            (whole().state("x", "m", (0.0, 0.0)), "`x` is there twice"),
+            (whole().state("x", "m", (0.0, 0.0)), "`x` is used twice"),
             (whole().state("y", "m", (1.0, 0.0)), "`y` must begin within"),
             (whole().input("v", "N", 1.0, 1.0), "`v` must go from low to high"),
             (whole().rate("w", "m/s", "w", (0.0, 0.0)), "`w` is the rate of `w`"),

@@ -1,4 +1,4 @@
-//! What everything that can be trained on has in common.
+//! The trait of systems with a task.
 
 use std::sync::Arc;
 
@@ -7,12 +7,12 @@ use sindyna_sindy::Identified;
 
 use crate::Error;
 
-/// A system with a task on it.
+/// A system with a task.
 pub trait Problem: Send + Sync {
     /// Names, units and bounds of the channels, control interval.
     fn spec(&self) -> &Spec;
 
-    /// How policies are evaluated on it; no learner sees it.
+    /// How policies are evaluated on it; unknown to learners.
     fn protocol(&self) -> Protocol;
 
     /// Start states, reward and termination: all the agent may know.
@@ -24,35 +24,35 @@ pub trait Problem: Send + Sync {
     /// One such system; the first call must be a reset.
     ///
     /// # Errors
-    /// [`Error`] if the system cannot be had.
+    /// [`Error`] if the system is not available.
     fn environment(&self) -> Result<Box<dyn Environment>, Error>;
 
-    /// How many of it there can be at a time: 1 for hardware.
+    /// How many copies may exist at a time: 1 for hardware.
     fn copies(&self) -> usize {
         usize::MAX
     }
 
-    /// The dynamics behind it, where they are known: those of a ground-truth simulator.
+    /// The true dynamics, if known: those of a ground-truth simulator.
     fn dynamics(&self) -> Option<Arc<dyn Dynamics>> {
         None
     }
 
-    /// The equations of motion, where they are known.
+    /// The equations of motion, if known.
     fn true_equations(&self) -> Vec<String> {
         Vec::new()
     }
 
-    /// All data that there will ever be, where the system itself is not at hand: as its sensors showed them, with the rewards of the task.
+    /// All data, if the system itself is not available: observations, with the rewards of the task.
     fn log(&self) -> Option<&Dataset> {
         None
     }
 
-    /// What was identified in [`Self::log`] before.
+    /// What was identified from [`Self::log`] before.
     fn identified(&self) -> Option<&Identified> {
         None
     }
 
-    /// Refuses to go on where the task itself failed: one that is made of someone else's functions may.
+    /// Fails if the task itself failed, as user-defined functions may.
     ///
     /// # Errors
     /// [`Error::System`].
@@ -60,7 +60,7 @@ pub trait Problem: Send + Sync {
         Ok(())
     }
 
-    /// Files that a record of a run needs to run it again: name and contents.
+    /// Files that a record needs to repeat the run: names and contents.
     ///
     /// # Errors
     /// [`Error`] if they cannot be made.

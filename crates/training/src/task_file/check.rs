@@ -25,7 +25,7 @@ impl Document {
         }
         self.check_simulator()?;
         ensure!(!self.state.is_empty(), "there is no [[state]]");
-        ensure!(!self.control.is_empty(), "there is no [[control]]: nothing could be trained");
+        ensure!(!self.control.is_empty(), "there is no [[control]], so there is nothing to train");
         if let Some(mark) = self.solved_at {
             ensure!(mark.is_finite(), "solved_at must be finite, got {mark}");
         }
@@ -69,7 +69,7 @@ impl Document {
                     self.state_named(name)?,
                     self.state_named(of).with_context(|| format!("state `{name}`: rate_of"))?,
                 );
-                ensure!(!closes_circle(&rates, pair), "state `{name}` cannot be its own rate, nor by way of others");
+                ensure!(!closes_circle(&rates, pair), "the rates of states form a circle at `{name}`");
                 rates.push(pair);
                 ensure!(*kind == StateKind::Plain, "state `{name}` cannot be both an angle and a rate");
             }
@@ -88,10 +88,10 @@ impl Document {
         for (i, name) in names.iter().enumerate() {
             let symbol = parse(name, std::slice::from_ref(name)) == Ok(Expr::Variable(0));
             let free = symbol && name.trim() == name && !["and", "or"].contains(&name.as_str());
-            ensure!(free, "`{name}` is no name for formulas: letters, digits and `_`, not beginning with a digit");
+            ensure!(free, "`{name}` is not a valid name: letters, digits and `_`, not beginning with a digit");
             ensure!(
                 !names[..i].contains(name),
-                "the name `{name}` is there twice (`next_` begins the state after a step)"
+                "the name `{name}` is used twice (`next_` begins the state after a step)"
             );
         }
         Ok(())
@@ -107,7 +107,7 @@ impl Document {
         let elsewhere = task.into_iter().flatten().chain(others).find(|text| holds(text));
         ensure!(
             elsewhere.is_none(),
-            "site() and body() stand in [let] alone: give the coordinate in `{}` a name there",
+            "site() and body() are allowed in [let] only: give the coordinate in `{}` a name there",
             elsewhere.map_or("", String::as_str)
         );
         Ok(())
@@ -119,7 +119,7 @@ impl Document {
             ensure!(dt > 0.0 && dt.is_finite(), "dt must be finite and above 0, got {dt}");
         }
         let (model, equations) = (self.model.is_some(), self.equations.is_some());
-        ensure!(!(model && equations), "there is a `model` and there are [equations]: a system is one of them");
+        ensure!(!(model && equations), "`model` and [equations] exclude each other");
         ensure!(
             !model || self.frame_skip.is_some(),
             "a `model` needs a `frame_skip`: its steps in one control interval"
@@ -128,7 +128,7 @@ impl Document {
             !model || self.dt.is_none(),
             "the control interval of a `model` is `frame_skip` of its steps: leave `dt` out"
         );
-        ensure!(model || self.frame_skip.is_none(), "`frame_skip` means nothing without a `model`");
+        ensure!(model || self.frame_skip.is_none(), "`frame_skip` requires a `model`");
         ensure!(!equations || self.dt.is_some(), "[equations] need `dt`: the seconds of one control interval");
         Ok(())
     }

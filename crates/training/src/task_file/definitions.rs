@@ -37,7 +37,7 @@ impl Document {
             return Ok(term.clone());
         }
         if progress.begun.contains(&name) {
-            bail!("[let] `{name}` is defined by itself: {} → {name}", progress.begun.join(" → "));
+            bail!("[let] `{name}` is defined in terms of itself: {} → {name}", progress.begun.join(" → "));
         }
         progress.begun.push(name);
         let (n, others) = (self.state.len(), self.definitions.keys().chain(self.parameters.keys()));
@@ -94,12 +94,12 @@ mod tests {
         let long: Vec<String> = (1..60).map(|i| format!("a{i} = \"a{0} + a{0} + a{0}\"", i - 1)).collect();
         let long = format!("a0 = \"x\"\n{}", long.join("\n"));
         for (definitions, says) in [
-            ("a = \"b\"\nb = \"2*a\"", "[let] `a` is defined by itself: a → b → a"),
+            ("a = \"b\"\nb = \"2*a\"", "[let] `a` is defined in terms of itself: a → b → a"),
             ("a = \"u\"", "no variable named `u`"),
             ("a = \"x +\"", "[let] `a`"),
-            ("x = \"1\"", "the name `x` is there twice"),
-            ("next_x = \"1\"", "the name `next_x` is there twice"),
-            ("k = \"x\"", "the name `k` is there twice"),
+            ("x = \"1\"", "the name `x` is used twice"),
+            ("next_x = \"1\"", "the name `next_x` is used twice"),
+            ("k = \"x\"", "the name `k` is used twice"),
             ("\"a b\" = \"x\"", "`a b` is no name for formulas"),
             (&long, "is longer than 20000 characters"),
             ("a = 'site(\"tip\").x'", "site() and body() are places of a `model`, and there is none"),
@@ -115,6 +115,6 @@ mod tests {
             "{:#}",
             point("", "u", "site('tip').x".replace('\'', "\\\"").as_str(), "next_x > 9").err().unwrap()
         );
-        assert!(refusal.contains("site() and body() stand in [let] alone"), "{refusal}");
+        assert!(refusal.contains("site() and body() are allowed in [let] only"), "{refusal}");
     }
 }

@@ -98,7 +98,7 @@ mod tests {
         for (parameters, says) in [
             ("goal = [3.0, 1.0]", "state `goal`: start must be [low, high]"),
             ("goal = \"far\"", "a parameter must be a number, [low, high] or { mean = …, std = … }"),
-            ("goal = [0.0, 1.0]\nx = [0.0, 1.0]", "the name `x` is there twice"),
+            ("goal = [0.0, 1.0]\nx = [0.0, 1.0]", "the name `x` is used twice"),
         ] {
             let refusal = format!("{:#}", point(parameters, "").err().unwrap());
             assert!(refusal.contains(says), "{parameters}: {refusal}");

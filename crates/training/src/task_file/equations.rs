@@ -38,10 +38,7 @@ impl Equations {
             let text = match (written.get(&state.name), rate) {
                 (Some(text), _) => text.clone(),
                 (None, Some(rate)) => rate.name.clone(),
-                (None, None) => anyhow::bail!(
-                    "[equations] have none for `{0}`, the rate of which no state is: {0} = \"…\"",
-                    state.name
-                ),
+                (None, None) => anyhow::bail!("[equations] lack one for `{0}`: {0} = \"…\"", state.name),
             };
             let rate = parse(&text, &names).with_context(|| format!("the equation of `{}`", state.name))?;
             rates.push(rate.replaced(&|i| match i.checked_sub(n)? {

@@ -47,7 +47,7 @@ impl Document {
             let (name, turned) = (&channel.name, shows(&cosine(i)) && shows(&sine(i)));
             ensure!(
                 shows(channel) || turned,
-                "observation does not show state `{name}`: equations are found for what is seen. List `{name}`, or \
+                "observation does not show state `{name}`, which identification needs. List `{name}`, or \
                  both `cos {name}` and `sin {name}`"
             );
         }

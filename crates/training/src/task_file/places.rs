@@ -136,7 +136,7 @@ fn place(tree: &Tree, mut body: usize, pos: [f64; 3], n: usize) -> anyhow::Resul
                     Coordinate::sum([(1.0, &point[d]), (axis[d], &slide), (-axis[d], &rest)])
                 }),
                 JointKind::Free | JointKind::Ball => {
-                    bail!("it hangs on a free or a ball joint, of which no such formulas are made")
+                    bail!("it depends on a free or a ball joint, which is not supported")
                 }
             };
         }

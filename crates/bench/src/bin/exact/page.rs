@@ -181,7 +181,7 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
     Ok(page
         .section("How it was measured")
         .text(
-            "Every row is `Identifier::new(&spec).identify(&data)` with nothing set, on data of the default warm-up (`Swings`), which are those of `sindyna train TASK \
+            "Every row is `Identifier::new(&spec).identify(&data)` with default settings, on data of the default warm-up (`Swings`), which are those of `sindyna train TASK \
              --seed S`.",
         )
         .text(
@@ -211,7 +211,7 @@ fn findings(few: &[&Group], tasks: &[&Group], others: &[&Group]) -> Vec<String> 
             sum(few, |g| g.stlsq_best.exact)
         ),
         format!(
-            "Of {} runs from all numbers of steps {silent} are not exact without the report saying so.",
+            "In {silent} of {} runs from all numbers of steps the equations are reported as exact and are not.",
             exact(tasks).1
         ),
         format!("Other systems, same defaults: exact in {other} of {other_runs} runs."),
@@ -230,7 +230,7 @@ fn of_few(page: Page, few: &[&Group]) -> Page {
         "exact",
         "true terms (shown)",
         "deviation, median (largest)",
-        "resets, median (most)",
+        "resets, median (maximum)",
         "fit [ms], median (largest)",
     ];
     page.section(&format!("{FEW} real steps")).table(&head, few.iter().map(row)).text(
@@ -250,8 +250,8 @@ fn by_steps(page: Page, tasks: &[&Group], stem: &str) -> Page {
         "exact",
         "true terms (shown)",
         "refused",
-        "not exact and said so",
-        "not exact and not said",
+        "not exact, reported as such",
+        "not exact, reported as exact",
         "STLSQ exact",
         "STLSQ exact, best threshold",
     ];
@@ -259,8 +259,8 @@ fn by_steps(page: Page, tasks: &[&Group], stem: &str) -> Page {
         .text(&format!("![Share of seeds against real steps]({stem}.svg)"))
         .table(&head, tasks.iter().map(row))
         .text(
-            "*Refused*: fewer steps than a model linear in states and inputs has unknowns. *Said so*: the report tells that residuals are larger than the sensors' rounding \
-             explains (`reached_floor` is false). *STLSQ*: sequentially thresholded least squares on increments with the same candidate terms and the paper's threshold of \
+            "*Refused*: fewer steps than a model linear in states and inputs has unknowns. *Reported as such*: the report says that residuals are above the level of \
+             rounding (`reached_floor` is false). *STLSQ*: sequentially thresholded least squares on increments with the same candidate terms and the paper's threshold of \
              0.0009; *best threshold*: the nearest to the truth of 11 thresholds from 1e-4 to 10, on increments and on central differences, chosen with \
              knowledge of the true equations.",
         )
@@ -284,7 +284,7 @@ fn coefficients(page: Page, tasks: &[&Group]) -> Page {
         "median",
     ];
     let told = tasks.iter().filter(|g| g.true_terms > 0 && [8, 10, 20, 50].contains(&g.steps));
-    page.section("Coefficients, and what rounding allows")
+    page.section("Coefficients and the bound from rounding")
         .text(
             "The reported standard errors are the Cramér–Rao bound for observations rounded as the spec declares. If they are right, 68 % of the errors (estimate − \
              truth)/(standard error) are within 1, 95 % within 2, and the median magnitude is 0.67.",
@@ -331,8 +331,8 @@ fn of_others(page: Page, others: &[&Group]) -> Page {
         "samples",
         "exact",
         "true terms (shown)",
-        "not exact and said so",
-        "not exact and not said",
+        "not exact, reported as such",
+        "not exact, reported as exact",
         "deviation, median",
         "STLSQ, best threshold",
         "fit [s], median (largest)",

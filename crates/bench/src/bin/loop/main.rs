@@ -102,7 +102,7 @@ fn train(sindyna: &Sindyna, (task, noise, steps): &Cell, seed: u64, options: &[S
         updates: summary.training.updates,
         prediction,
         held: prediction.zip(mean_return).is_some_and(|([_, low, high], r)| low - 1e-9 <= r && r <= high + 1e-9),
-        kept: summary.training.confirmation.map(|c| c.kept),
+        agrees: summary.training.confirmation.map(|c| c.agrees),
         seconds: timing.wall_seconds,
         refused: None,
     };
@@ -110,10 +110,10 @@ fn train(sindyna: &Sindyna, (task, noise, steps): &Cell, seed: u64, options: &[S
     Ok(run)
 }
 
-/// Whether the run said beforehand that the task may not be solved: its interval reaches below the threshold, or a promise was broken.
+/// Whether the run said beforehand that the task may not be solved: its interval reaches below the threshold, or its confirmation episode disagreed.
 fn warned(run: &Run) -> bool {
     let below = |[_, low, _]: [f64; 3]| run.threshold.is_none_or(|threshold| low < threshold);
-    run.prediction.is_none_or(below) || run.kept == Some(false)
+    run.prediction.is_none_or(below) || run.agrees == Some(false)
 }
 
 fn summary((task, noise, steps): &Cell, runs: &[Run]) -> Group {
@@ -142,8 +142,8 @@ fn summary((task, noise, steps): &Cell, runs: &[Run]) -> Group {
         real_episodes: middle(|run| run.real_episodes),
         predicted: number(|run| run.prediction.is_some()),
         held: number(|run| run.held),
-        promises: number(|run| run.kept.is_some()),
-        kept: number(|run| run.kept == Some(true)),
+        confirmations: number(|run| run.agrees.is_some()),
+        agreed: number(|run| run.agrees == Some(true)),
         median_updates: median(done.iter().map(|run| run.updates as f64)),
         median_seconds: median(done.iter().map(|run| run.seconds)).and_then(rounded),
         runs: runs.to_vec(),

@@ -36,8 +36,10 @@ pub(crate) struct Group {
     pub(crate) real_episodes: Middle,
     pub(crate) predicted: usize,
     pub(crate) held: usize,
-    pub(crate) promises: usize,
-    pub(crate) kept: usize,
+    #[serde(alias = "promises")]
+    pub(crate) confirmations: usize,
+    #[serde(alias = "kept")]
+    pub(crate) agreed: usize,
     pub(crate) median_updates: Option<f64>,
     pub(crate) median_seconds: Option<f64>,
     pub(crate) runs: Vec<Run>,
@@ -84,10 +86,32 @@ pub(crate) struct Run {
     pub(crate) prediction: Option<[f64; 3]>,
     /// Whether the interval holds the return.
     pub(crate) held: bool,
-    /// Whether the real episode came out as promised, if there was one.
-    pub(crate) kept: Option<bool>,
+    /// Whether the confirmation episode agreed with its prediction, if there was one.
+    #[serde(alias = "kept")]
+    pub(crate) agrees: Option<bool>,
     #[serde(skip)]
     pub(crate) seconds: f64,
+}
+
+/// What is measured: the task, if it is one, the first steps, if all have the same, and the noise.
+fn title(groups: &[Group]) -> String {
+    let only = |mut names: Vec<String>| {
+        names.dedup();
+        if names.len() == 1 { names.pop() } else { None }
+    };
+    let task = only(groups.iter().map(|g| g.task.clone()).collect());
+    let steps = only(groups.iter().map(|g| g.steps.to_string()).collect());
+    let noises: Vec<f64> =
+        by(groups, |g| g.noise).into_iter().map(|(noise, _)| noise).filter(|noise| *noise > 0.0).collect();
+    let noise = match noises[..] {
+        [] => String::new(),
+        [one] => format!(" under {} noise", percent(one)),
+        [one, other] => format!(" under {} and {} noise", percent(one), percent(other)),
+        _ => format!(" under noise of up to {}", percent(noises.iter().copied().fold(0.0, f64::max))),
+    };
+    let of = task.map_or_else(String::new, |task| format!(" for {task}"));
+    let from = steps.map_or_else(String::new, |steps| format!(" from {steps} steps"));
+    format!("Controllers{of}{from}{noise}")
 }
 
 /// docs/OUT.md.
@@ -139,24 +163,24 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
         "first real steps",
         "solved",
         "return, median (lowest)",
-        "real steps, median (most)",
+        "real steps, median (maximum)",
         "episodes",
         "interval holds",
         "seconds, median",
     ];
     let with =
         if options.is_empty() { String::new() } else { format!(" Options of `train`: `{}`.", options.join(" ")) };
-    Ok(Page::new("Controllers under noise")
+    Ok(Page::new(&title(groups))
         .list(of_noise.chain([interval]).chain(warned))
         .table(&head, groups.iter().map(row))
         .text(notes.join("\n").trim())
         .section("How it was measured")
         .text(&format!(
             "Noise is Gaussian, independent from step to step, on every observation of the system, in training and in evaluation; its standard deviation is the given \
-             part of each channel's scale. The learner is told neither this nor the scales nor what return counts as solved. All settings are the defaults: where equations \
-             explain the data down to rounding, the system is not asked again; where something speaks against them, as many steps are collected again, and a policy that is \
-             optimal in the model has a real episode to confirm it. *Real steps* and *episodes* count all of that, before the evaluation of 100 episodes. *Seconds* are \
-             wall-clock times of one thread, on a machine that did other work as well.{with}"
+             part of each channel's scale. The learner knows neither the noise nor the scales nor the threshold of the task. All settings are the defaults: equations with residuals \
+             at the level of rounding are trusted; while there is a doubt about them, the number of real steps is doubled, and a policy that is optimal in the model has a \
+             confirmation episode. *Real steps* and *episodes* count all of that, before the evaluation of 100 episodes. *Seconds* are wall-clock times of one thread, on a \
+             machine that did other work as well.{with}"
         ))
         .text(&document.made.origin(stem))
         .markdown())

@@ -190,7 +190,7 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
     let Figures { groups, notes } = &document.figures;
     save(&root().join("docs").join(format!("{stem}.svg")), chart(groups).as_bytes())?;
     let seeds = groups.iter().map(|g| g.seeds).max().unwrap_or(0);
-    let page = Page::new("Under noise").list(findings(groups)).text(&notes.join("\n"));
+    let page = Page::new("Equations of the tasks under noise").list(findings(groups)).text(&notes.join("\n"));
     let page = regulators(equations(page, groups, stem), groups);
     Ok(page
         .section("How it was measured")
@@ -221,7 +221,7 @@ fn findings(groups: &[Group]) -> Vec<String> {
     let below = count(&regulated, |r| r.identified.median_return < r.least_squares.median_return);
     let regulator = (!regulated.is_empty()).then(|| {
         format!(
-            "A regulator of our equations earns more than one of least squares in {above} of {} rows, and less in {below}.",
+            "A regulator of the identified equations has a higher return than one of least squares in {above} of {} rows, and a lower one in {below}.",
             regulated.len()
         )
     });
@@ -247,23 +247,20 @@ fn equations(page: Page, groups: &[Group], stem: &str) -> Page {
         first.chain(middle).chain(told(|t| short(t.rms_deviation))).chain(last).collect()
     };
     let told = |title: &'static str| has_told.then_some(title);
-    let head = ["task", "noise", "real steps", "true terms (shown)"].into_iter().chain(told("told σ"));
+    let head = ["task", "noise", "real steps", "true terms (shown)"].into_iter().chain(told("known σ"));
     let head = head.chain([
         "coefficients' relative error, median (largest)",
         "within 2 standard errors",
         "accelerations' error, rms (worst)",
     ]);
-    let head = head.chain(told("told σ, rms"));
+    let head = head.chain(told("known σ, rms"));
     let head: Vec<&str> = head.chain(["STLSQ", "STLSQ, best threshold", "fit [s], median (largest)"]).collect();
     let page = page
         .section("Equations")
         .text(&format!("![Error of the accelerations against real steps]({stem}.svg)"))
         .table(&head, groups.iter().map(row));
-    let told = if has_told {
-        "The size of the noise is estimated; in the columns *told σ* the identifier knows it. "
-    } else {
-        ""
-    };
+    let told =
+        if has_told { "The size of the noise is estimated; in the columns *known σ* it is declared. " } else { "" };
     page.text(&format!(
         "{told}Errors of accelerations (velocity increments for mountain-car) are over 10,000 states and inputs from the task's box, as parts of the true ones' standard \
          deviation there; medians over seeds. Coefficients are compared where the terms are the true ones. *STLSQ*: the same candidate terms with the paper's threshold, on \
@@ -281,8 +278,9 @@ fn regulators(page: Page, groups: &[Group]) -> Page {
     if rows.is_empty() {
         return page;
     }
-    let head = ["task", "noise", "real steps", "least squares + LQR", "our equations + LQR", "true system + LQR"];
-    page.section("Least squares and a regulator, on the same data").table(&head, rows).text(
+    let head =
+        ["task", "noise", "real steps", "least squares + LQR", "identified equations + LQR", "true system + LQR"];
+    page.section("Comparison with least squares: returns of regulators").table(&head, rows).text(
         "Mean return of 20 episodes on the noisy true system: median (lowest) over seeds; where there is no regulator, 0. Least squares is x⁺ = x + Δt (A x + B u). The \
          regulators weigh every channel by its scale and act on the noisy observation as it is.",
     )

@@ -153,7 +153,7 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
         .text(
             "63 equations of one to four dimensions (ODEFormer, d'Ascoli et al., 2024; crates/bench/data), 512 samples over 10 s from the first start, equations \
              judged by the motion they predict from the first start (*reconstruction*) and from the second, which was not seen (*generalisation*). Noise \
-             multiplies each sample by 1 + σ ε; samples are dropped at random. The method is told names alone.",
+             multiplies each sample by 1 + σ ε; samples are dropped at random. The method knows only the names.",
         )
         .text(&format!(
             "*Recovered*: exactly the true terms. An adequate equation that is not recovered may have the true rates in other terms; its deviation, the RMS \

@@ -112,7 +112,7 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
     let of = |key: &[&str; 4]| runs.iter().filter(|run| run.key() == *key).collect::<Vec<&Run>>();
     let first = seeds.iter().min();
     let shown = runs.iter().filter(|run| Some(&run.seed) == first && run.imagined_rollouts == "inf");
-    let mut page = Page::new("The paper's own method, as it stands")
+    let mut page = Page::new("The paper's method, reproduced")
         .list(PAPER.iter().filter_map(|paper| finding(paper, runs)))
         .table(&HEAD, lines.iter().filter_map(|key| table_row(&of(key))))
         .text("*Solved*: the mean return of 100 evaluation episodes reaches the task's threshold, after no more real episodes than the paper needed.")

@@ -103,7 +103,7 @@ pub(crate) fn page() -> Result<String> {
     Ok(page
         .section("How it was measured")
         .text(&format!(
-            "{data_sets} data sets per design, abess {abess}. Every solver is told the true number of terms; STLSQ counts as right if any of 80 thresholds is, half of them on columns of \
+            "{data_sets} data sets per design, abess {abess}. Every solver knows the true number of terms; STLSQ counts as right if any of 80 thresholds is, half of them on columns of \
              unit length. Times are medians for one thread; best subset is the whole path with its proofs and the triangle, abess its path over the same sizes, which proves nothing. \
              Operations are pairs of columns looked at and their like; the ratio is to the first row of the same name. Seconds are one machine's."
         ))

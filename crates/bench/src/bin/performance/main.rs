@@ -29,7 +29,7 @@ fn main() -> Result {
     let page = sections.into_iter().fold(page, |page, body| page.text(body.markdown().trim()));
     let page = page.section("How it was measured").text(&format!(
         "Every table is of one run in which all that is compared took turns; medians, with the least and the largest of the repeats. The machine was shared with other work, so \
-         only ratios mean anything. Each table has its command, and the commit and the day of its figures; `scripts/peers_install` installs the peers. Made by `{}` of the files in \
+         only ratios are meaningful. Each table has its command, and the commit and the day of its figures; `scripts/peers_install` installs the peers. Made by `{}` of the files in \
          `results/`.",
         command()
     ));

@@ -195,7 +195,7 @@ pub(crate) fn footprint() -> Result<Option<Section>> {
     );
     let build = found.clean_build.as_ref().map(|b| {
         format!(
-            "A build from clean with {} jobs: {:.0} s, {:.0} s of processor time; {} crates. The machine had other things to do, which the processor time leaves out.",
+            "A build from clean with {} jobs: {:.0} s, {:.0} s of processor time; {} crates. The machine was shared with other work, which processor time leaves out.",
             b.jobs, b.wall_seconds, b.processor_seconds, b.crates
         )
     });

@@ -99,7 +99,7 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
         "task",
         "planner",
         "first real steps",
-        "real steps, most",
+        "real steps, maximum",
         "exact",
         "deviation, largest",
         "return, mean (lowest)",

@@ -26,8 +26,8 @@ const OTHERS: [(&str, &str, &str); 3] = [
     (
         "Without the rates",
         POSITIONS,
-        "The same systems without the states that are rates of others: the method is told which these are, not their values. None of these logs was looked at during \
-         development, some systems of these kinds were.",
+        "The same systems without the states that are rates of others: the method knows which these are, but not their values. None of these logs was used during \
+         development, but some systems of these kinds were.",
     ),
 ];
 
@@ -218,7 +218,7 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
     }
     let findings = others.iter().map(|(title, _, _, other)| finding(title, &other.figures.groups));
     let seeds = groups.iter().map(|g| g.seeds).max().unwrap_or(0);
-    let mut page = Page::new("Data whose noise nobody declares")
+    let mut page = Page::new("Equations under undeclared noise")
         .list([finding("Reported systems", groups)].into_iter().chain(findings));
     page = totals(page.section("All systems"), groups)
         .section("System by system")
@@ -249,8 +249,8 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
         .section("How it was measured")
         .text(
             "A log of N samples, in recordings of 60 to 100 from random starts under inputs that are half sines and half steps, held over each sample; Gaussian noise on \
-             every state, in parts of its standard deviation over the log. The method is told the names of the columns, which state is an angle and which the rate of \
-             another; not the noise, and no terms. Not held out: during the development of this version faults were looked into on some of these systems and seeds \
+             every state, in parts of its standard deviation over the log. The method knows the names of the columns, which state is an angle and which is the rate of \
+             another, but neither the noise nor any terms. Not held out: during the development of this version faults were examined on some of these systems and seeds \
              (docs/notes).",
         )
         .text(&format!(

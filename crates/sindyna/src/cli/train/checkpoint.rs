@@ -62,17 +62,16 @@ impl<'a> Checkpoints<'a> {
         let bytes = std::fs::read(self.run_dir.path().join(FILE)).ok()?;
         let contents = bytes.split_at_checked(4).filter(|(sum, rest)| *sum == crc32fast::hash(rest).to_le_bytes());
         let Some(Ok(contents)) = contents.map(|(_, rest)| decode::<Contents>(rest)) else {
-            self.progress.say(&format!("note: {FILE} is damaged, so the run begins anew"));
+            self.progress.say(&format!("note: {FILE} is damaged, so the run restarts"));
             return None;
         };
         if contents.made_by != self.made_by() {
             let (commit, isa) = contents.made_by;
-            self.progress.say(&format!("note: {FILE} is of another build ({commit}, {isa}), so the run begins anew"));
+            self.progress.say(&format!("note: {FILE} is of another build ({commit}, {isa}), so the run restarts"));
             return None;
         }
         if contents.config != self.config {
-            self.progress
-                .say(&format!("note: config.toml was changed since {FILE} was written, so the run begins anew"));
+            self.progress.say(&format!("note: config.toml was changed since {FILE} was written, so the run restarts"));
             return None;
         }
         let (elapsed, identified) = contents.seconds;
@@ -105,7 +104,7 @@ impl<'a> Checkpoints<'a> {
             // A run that cannot be gone on with is better than none.
             if let Err(error) = self.run_dir.write(FILE, &file) {
                 self.progress.say(&format!(
-                    "note: {}; the run goes on without a new checkpoint",
+                    "note: {}; the run continues without a new checkpoint",
                     std::error::Error::source(&error)
                         .map_or_else(|| error.to_string(), |cause| format!("{error}: {cause}"))
                 ));

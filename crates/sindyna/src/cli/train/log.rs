@@ -30,7 +30,7 @@ impl DataOptions {
         if has_log || *self == Self::default() {
             return Ok(());
         }
-        Err(Failure::new("--delay, --dt, --units and other options of a log mean nothing without --data")
+        Err(Failure::new("--delay, --dt, --units and other options of a log require --data")
             .hint("leave them out, or name a log with --data"))
     }
 

@@ -43,7 +43,7 @@ impl Recorder<'_> {
         let (number, (before, now)) = lines.find(|(_, (before, now))| before != now).unwrap_or_default();
         let path = self.run_dir.path().join("rollout.csv");
         format!(
-            "the system did not answer as it did before: {}, line {} has `{before}`, now it is `{now}`; the file is kept",
+            "the system responds differently than before: {}, line {} has `{before}`, the system now gives `{now}`; the file is kept",
             path.display(),
             number + 1
         )

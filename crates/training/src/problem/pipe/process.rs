@@ -74,7 +74,7 @@ impl Process {
 
     fn asked<T: DeserializeOwned>(&mut self, request: &Request<'_>) -> Result<T, String> {
         if let Ok(Ok(line)) = self.lines.try_recv() {
-            return Err(format!("it said `{}` without being asked; messages for people belong on stderr", line.trim()));
+            return Err(format!("it sent `{}` without a request; messages for people belong on stderr", line.trim()));
         }
         if self.say(request).is_err() {
             return Err(self.ended(request));
@@ -99,7 +99,7 @@ impl Process {
                 Ok(line) => return line,
                 Err(RecvTimeoutError::Disconnected) => return Err(self.ended(request)),
                 Err(RecvTimeoutError::Timeout) if self.source.stop.load(Ordering::SeqCst) => {
-                    return Err(format!("it was not waited for: its answer to `{}` had not come", request.name()));
+                    return Err(format!("the wait for its answer to `{}` was interrupted", request.name()));
                 }
                 Err(RecvTimeoutError::Timeout) if begun.elapsed() >= self.source.timeout => {
                     let seconds = self.source.timeout.as_secs_f64();
@@ -167,7 +167,7 @@ fn read(from: ChildStdout, sender: &SyncSender<Result<String, String>>) {
         let told = match from.by_ref().take(LONGEST).read_until(b'\n', &mut line) {
             Ok(0) => return,
             Ok(_) if line.ends_with(b"\n") => Ok(String::from_utf8_lossy(&line).into_owned()),
-            Ok(_) if line.len() as u64 == LONGEST => Err(format!("it said a line of more than {LONGEST} bytes")),
+            Ok(_) if line.len() as u64 == LONGEST => Err(format!("it sent a line of more than {LONGEST} bytes")),
             // It ended in the middle of a line.
             Ok(_) => return,
             Err(error) => Err(format!("its output cannot be read: {error}")),

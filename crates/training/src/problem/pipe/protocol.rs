@@ -99,7 +99,7 @@ impl<'a> Request<'a> {
 /// Reads the line that answers `request`.
 pub(super) fn answer<T: DeserializeOwned>(line: &str, request: &Request<'_>) -> Result<T, String> {
     if let Ok(Refused { error }) = serde_json::from_str(line) {
-        return Err(format!("it refuses `{}`: {error}", request.name()));
+        return Err(format!("it rejects `{}`: {error}", request.name()));
     }
     serde_json::from_str(line).map_err(|error| {
         format!(
@@ -163,7 +163,7 @@ mod tests {
         let step = Request::Step { control: &[0.0] };
         assert_eq!(answer::<Reached>("{\"state\": [1, 2.5]}\n", &step).unwrap().state, [1.0, 2.5]);
         for (line, says) in [
-            ("{\"error\": \"the motor is hot\"}", "it refuses `step`: the motor is hot"),
+            ("{\"error\": \"the motor is hot\"}", "it rejects `step`: the motor is hot"),
             ("ready", "it answered `step` by `ready`"),
             ("{\"state\": [NaN]}", "expected value"),
             ("{\"state\": [null]}", "invalid type: null"),

@@ -1,4 +1,4 @@
-//! What the model promises of a policy, and what the loop makes of what came of it.
+//! Confirmation episodes: when there is one, and what follows from it.
 
 mod common;
 
@@ -9,7 +9,7 @@ use sindyna_core::{
 use sindyna_dyna::{Refit, Rollouts, evaluate};
 
 #[test]
-fn a_promise_reality_keeps_costs_one_real_episode() {
+fn a_confirmed_prediction_costs_one_real_episode() {
     let mut schedule = schedule();
     schedule.imagined_rollouts = Rollouts::Count(1_000_000);
     let learned = run(&Given(EXACT), &schedule, Student::default(), &|| false);
@@ -20,7 +20,7 @@ fn a_promise_reality_keeps_costs_one_real_episode() {
 }
 
 #[test]
-fn a_promise_reality_breaks_is_answered_with_more_training() {
+fn a_failed_prediction_leads_to_more_training() {
     // The model moves half as far as it should, so reality overshoots; refitting does not help this learner.
     let mut schedule = schedule();
     schedule.imagined_rollouts = Rollouts::Count(1_000_000);
@@ -44,16 +44,16 @@ impl DynamicsLearner for Waking {
 }
 
 #[test]
-fn a_promise_that_was_kept_has_to_stand_in_the_model_that_knows_the_episode() {
+fn a_confirmed_return_is_predicted_again_with_the_episode_among_the_data() {
     let rollouts = |next: Push| {
         let learned = run(&Waking(30, next), &auto(), Student::default(), &|| false);
         assert!(learned.policy.is_some() && learned.prediction.is_some());
         learned.data.n_rollouts()
     };
-    let kept = rollouts(EXACT);
-    assert_eq!(kept, run(&Given(EXACT), &auto(), Student::default(), &|| false).data.n_rollouts() + 1);
+    let confirmed = rollouts(EXACT);
+    assert_eq!(confirmed, run(&Given(EXACT), &auto(), Student::default(), &|| false).data.n_rollouts() + 1);
     assert!(
-        rollouts(Push { gain: 3.0, ..EXACT }) > kept,
+        rollouts(Push { gain: 3.0, ..EXACT }) > confirmed,
         "in the next model the policy overshoots: it is trained anew"
     );
 }
@@ -109,7 +109,7 @@ fn doubts_are_met_with_as_much_data_again_and_an_episode_that_confirms() {
     let steps = learned.data.n_steps();
     // The model predicts the new data as well as the first ones: no more are collected, though it is still doubted.
     assert!((60..=80).contains(&steps), "30, 60, and an episode of 20 at most: {steps}");
-    assert!(learned.confirmation.expect("it was not believed at once").is_kept());
+    assert!(learned.confirmation.expect("it was not believed at once").agrees());
 }
 
 /// Finds a model of few data and none of more.
@@ -145,7 +145,7 @@ fn what_reality_did_not_keep_widens_what_is_predicted() {
         let learned = run_seeded(seed, &wrong, &schedule, agent.clone(), &|| false);
         let confirmation = learned.confirmation.expect("it was tried");
         // An episode that begins next to the goal tells little.
-        if !confirmation.is_kept() {
+        if !confirmation.agrees() {
             broken += 1;
             let (low, high) = learned.prediction.expect("there is a policy").interval(0.9, 100);
             assert!(high - low > confirmation.shortfall(), "{low} to {high}");

@@ -1,4 +1,4 @@
-//! What is promised of the policy that is handed over, and which one that is.
+//! Which policy is handed over, and the prediction of its return.
 
 use sindyna_core::DynamicsLearner;
 
@@ -59,7 +59,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             prediction.misfit = confirmation.misfit();
         }
         if let (true, Some(Imagination { belief, .. }), Some(best)) =
-            (self.has_rivals() && self.is_wide(), &self.imagination, &self.best)
+            (self.has_alternatives() && self.is_wide(), &self.imagination, &self.best)
         {
             self.gap = Gap::of(belief, &*best.policy, self.parts.seed).map_err(DynaError::Trial)?;
         }
