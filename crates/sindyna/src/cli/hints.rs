@@ -124,7 +124,7 @@ fn of_ours(error: &Error) -> Option<String> {
         }
         .into(),
         Error::NotIdentified { .. } => {
-            "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again".into()
+            "--model takes a directory that `sindyna identify` left; one of an older version is made again by identifying again; `train --config` with a run's config.toml finds equations in its log again".into()
         }
         Error::Delayed { .. } => {
             "if the delay is one of the log alone, shift the column of the inputs; `--delay 0` looks for none".into()

@@ -12,7 +12,7 @@ use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
 use super::pipe::{PipeSource, Piped};
-use super::recorded::Recorded;
+use super::recorded::{self, Recorded};
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -98,7 +98,7 @@ impl Source {
                 let file = TaskFile::with_simulator(path)?;
                 (file.task(), simulator_of(&file))
             }
-            Self::Log(path, source) => (Recorded::load(path, source)?.task(), SimulatorName::None),
+            Self::Log(path, source) => (recorded::task(path, source)?, SimulatorName::None),
             Self::Pipe(path, _) => (TaskFile::without_simulator(path)?.task(), SimulatorName::Pipe),
         })
     }
