@@ -103,7 +103,7 @@ pub(super) fn closed(program: &Program) -> String {
         )
     };
     format!(
-        "\n\n# What stands between equations and policy.\nSTATE_LOW = {}\nSTATE_HIGH = {}\n{control}\n\ndef observe(x):\n    \
+        "\n\n# What stands between equations and policy.\nSTATE_LOW = {}\nSTATE_HIGH = {}\n{control}\n\n@np.errstate(divide=\"ignore\")\ndef observe(x):\n    \
          \"\"\"What the policy observes (..., {}) of a state (..., {n}).\"\"\"\n    x = np.asarray(x, dtype=float)\n    \
          return np.stack([{}], axis=-1){rounded}\n\n\ndef clip(x):\n    \
          \"\"\"A state (..., {n}) within its declared bounds, as it was while the policy was trained.\"\"\"\n    \
