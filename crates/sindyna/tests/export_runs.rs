@@ -12,7 +12,7 @@ use common::{parts, python, sindyna};
 use sindyna_core::{Dynamics as _, Mode, Observe as _, Policy as _, Precision, Seed, Sensors, Space, Spec};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
-use sindyna_training::problem;
+use sindyna_training::problem::{self, Problem as _};
 
 /// A short run of a task, and what is known of it.
 struct Run {
@@ -54,7 +54,7 @@ fn trained(temp: &Path, task: &str) -> Run {
     fs::write(temp.join("seen.toml"), SEEN).unwrap();
     let which: &[&str] = if task == "seen" { &["--task-file", "seen.toml"] } else { &[task] };
     let args = ["--max-updates", "400", "--episodes", "2", "--quiet", "--out", task];
-    let (code, _, stderr) = parts(&sindyna(temp, &[&["train"], which, &args].concat()));
+    let (code, _, stderr) = parts(&sindyna(temp, &[&["train"][..], which, &args].concat()));
     assert!(code <= 1, "{stderr}");
     let directory = temp.join(task);
     let problem =
