@@ -123,7 +123,7 @@ class Controller:
         own = self._document
         # Equations of a task file are over people's names.
         names = (Names if own["system"] else OwnNames)(own["states"], own["inputs"])
-        return Fitted(names, self._model, json.dumps(own["account"]), n_trajectories=own["resets"])
+        return Fitted(names, (self._model, json.dumps(own["account"])), n_trajectories=own["resets"])
 
     @cached_property
     def policy(self) -> Policy:

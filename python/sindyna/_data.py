@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from . import _sindyna
+
 Array = npt.NDArray[np.float64]
 
 #: Differences between intervals that rounding of times makes.
@@ -36,9 +38,7 @@ class Trajectory:
         """The sampling interval [s]; none where it varies."""
         if len(self.t) < 2:
             return None
-        steps = self.t[1:] - self.t[:-1]
-        mean = float(self.t[-1] - self.t[0]) / (len(self.t) - 1)
-        return mean if max(float(steps.max()) - mean, mean - float(steps.min())) <= _EVEN * mean else None
+        return _sindyna.interval(self.t, _EVEN)
 
 
 def is_list(x: Any) -> bool:
@@ -65,18 +65,22 @@ def matrix(name: str, values: Any) -> Array:
     ValueError
         If it is not, or has a value that is not finite.
     """
-    try:
-        raw = np.asarray(values.to_numpy() if is_frame(values) else values)
-        if raw.dtype.kind == "c":
-            raise ValueError("got complex ones")
-        array: Array = raw.astype(np.float64, copy=False)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of real numbers: {error}") from None
+    array: Array
+    if type(values) is np.ndarray and values.dtype == np.float64:
+        array = values
+    else:
+        try:
+            raw = np.asarray(values.to_numpy() if is_frame(values) else values)
+            if raw.dtype.kind == "c":
+                raise ValueError("got complex ones")
+            array = raw.astype(np.float64, copy=False)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"{name} must be an array of real numbers: {error}") from None
     if array.ndim == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2:
         raise ValueError(f"{name} must have shape (samples, signals), got {array.shape}")
-    if not np.isfinite(array).all():
+    if not _sindyna.finite(array):
         row, column = np.argwhere(~np.isfinite(array))[0]
         raise ValueError(
             f"{name} is {array[row, column]} in row {row}, column {column}; leave such samples out and give their times, or interpolate"
@@ -97,13 +101,10 @@ def _times(name: str, t: Any, n_rows: int) -> Array:
         raise ValueError(
             f"{name} must be a number or one time for each of the {n_rows} rows of x, got shape {array.shape}"
         )
-    steps = array[1:] - array[:-1]
-    # Times that increase from one finite number to another are all finite.
-    increases = not len(steps) or float(steps.min()) > 0.0
-    if not (increases and np.isfinite(array[:1]).all() and np.isfinite(array[-1:]).all()):
+    if not _sindyna.increasing(array):
         if not np.isfinite(array).all():
             raise ValueError(f"{name} is {array[~np.isfinite(array)][0]} in row {int(np.argmax(~np.isfinite(array)))}")
-        row = int(np.argmax(steps <= 0.0)) + 1
+        row = int(np.argmax(np.diff(array) <= 0.0)) + 1
         raise ValueError(
             f"{name} must increase: {array[row]} s of row {row} does not come after {array[row - 1]} s; give several trajectories as a list"
         )

@@ -52,6 +52,13 @@ def derivatives(method: Differentiation | Callable[..., Any] | None, one: Trajec
     return x, np.ascontiguousarray(x_dot)
 
 
+def finite_order(method: Differentiation | Callable[..., Any] | None) -> int | None:
+    """The order of finite differences; none of other methods."""
+    if method is None:
+        return 2
+    return method._checked() if type(method) is FiniteDifference else None
+
+
 class FiniteDifference(Differentiation):
     """
     Finite differences, with PySINDy's stencils and ends.
@@ -94,13 +101,17 @@ class FiniteDifference(Differentiation):
         self.drop_endpoints = drop_endpoints
         self.periodic = periodic
 
-    def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
+    def _checked(self) -> int:
+        """The order, where nothing else is asked for."""
         for name, supported in (("d", (1,)), ("axis", (0, -2)), ("drop_endpoints", (False,)), ("periodic", (False,))):
             if getattr(self, name) not in supported:
                 raise NotImplementedError(
                     f"FiniteDifference supports {name}={supported[0]} only, got {getattr(self, name)!r}"
                 )
-        order = whole("order", self.order, 1)
+        return whole("order", self.order, 1)
+
+    def _differentiate(self, x: Array, t: Array, dt: float | None) -> tuple[Array, Array]:
+        order = self._checked()
         if dt is not None:
             return x, _sindyna.differentiate(x, dt, order)
         if order != 2:

@@ -120,7 +120,7 @@ def load(path: str | os.PathLike[str]) -> tuple[str, dict[str, Any], Fitted]:
     try:
         names = Names(document["states"], document["inputs"])
         model = _sindyna.Model.from_json(json.dumps(document["model"]))
-        fitted = Fitted(names, model, json.dumps(document["account"]), document["labels"], document["n_trajectories"])
+        fitted = Fitted(names, (model, json.dumps(document["account"])), document["labels"], document["n_trajectories"])
         params = {name: _read(value) for name, value in document["params"].items()}
         kind = str(document["class"])
         # What does not fit together is told here, not later.

@@ -6,14 +6,14 @@ import json
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 
 from . import _known, _report, _sindyna
 from ._data import Array, Trajectory, columns, trajectories, without_gaps
-from ._differentiation import Differentiation, derivatives
+from ._differentiation import Differentiation, derivatives, finite_order
 from ._errors import ConvergenceWarning
 from ._formula import Names
 from ._libraries import FormulaLibrary, PolynomialLibrary
@@ -46,21 +46,23 @@ class Fitted:
     """Everything a fit leaves behind; never changed afterwards."""
 
     names: Names
-    model: _sindyna.Model
-    #: The engine's account, as JSON; or what gives it when somebody asks.
-    told: str | _sindyna.Regression
+    #: The equations, and the engine's account of them as JSON; or what gives both when somebody asks.
+    found: tuple[_sindyna.Model, str] | _sindyna.Regression
     labels: dict[str, str] = field(default_factory=dict)
     n_trajectories: int = 1
 
     @cached_property
+    def model(self) -> _sindyna.Model:
+        return self.found[0] if isinstance(self.found, tuple) else self.found.model()
+
+    @cached_property
     def account(self) -> dict[str, Any]:
-        return dict(json.loads(self.told if isinstance(self.told, str) else self.told.account()))
+        return dict(json.loads(self.found[1] if isinstance(self.found, tuple) else self.found.account()))
 
     def __getstate__(self) -> dict[str, Any]:
         return {
             "names": self.names,
-            "model": self.model,
-            "told": json.dumps(self.account),
+            "found": (self.model, json.dumps(self.account)),
             "labels": self.labels,
             "n_trajectories": self.n_trajectories,
         }
@@ -103,8 +105,10 @@ def named(x: Any, u: Any, feature_names: Any, controls: int | list[str] | None, 
         states, inputs = given[:n], given[n:] or [f"u{i}" for i in range(k)]
     else:
         own = columns(x)
+        if own is None and (told := columns(u)) is None:
+            return _numbered(n, k)
         if own is None:
-            states, inputs = [f"x{i}" for i in range(n)], columns(u) or [f"u{i}" for i in range(k)]
+            states, inputs = [f"x{i}" for i in range(n)], told or []
         elif isinstance(controls, list):
             states, inputs = [name for name in own if name not in controls], list(controls)
         else:
@@ -114,6 +118,12 @@ def named(x: Any, u: Any, feature_names: Any, controls: int | list[str] | None, 
         if not name or name in every[:i]:
             raise ValueError(f"every state and input needs a name of its own; {name!r} is not one of {every}")
     return Names(states, inputs)
+
+
+@lru_cache
+def _numbered(n: int, k: int) -> Names:
+    """The names of states and inputs that have none."""
+    return Names([f"x{i}" for i in range(n)], [f"u{i}" for i in range(k)])
 
 
 def fit(model: Asked, x: Any, t: Any, x_dot: Any, u: Any, feature_names: Any) -> Fitted:
@@ -183,8 +193,7 @@ def _identified(model: Asked, data: list[Trajectory], names: Names, solver: dict
             continue
         times: Array = np.arange(len(one.t), dtype=np.float64) * dt if even else one.t
         recordings.append((times, np.ascontiguousarray(one.x), np.ascontiguousarray(_held(model, one))))
-    found, account = _sindyna.identify(recordings, json.dumps(settings))
-    return Fitted(names, found, account, {}, len(data))
+    return Fitted(names, _sindyna.identify(recordings, json.dumps(settings)), {}, len(data))
 
 
 def _held(model: Asked, one: Trajectory) -> Array:
@@ -213,6 +222,8 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
     """One regression of derivatives or next states."""
     for name, default in _ESTIMATOR_ONLY.items():
         value = getattr(model, name)
+        if value is default:
+            continue
         if not (isinstance(value, type(default)) and value == default) and value not in ({}, [], ()):
             why = "discrete_time=True" if model.discrete_time else "this optimizer, differentiation_method or x_dot"
             raise NotImplementedError(
@@ -225,7 +236,11 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
         raise NotImplementedError(
             f"differentiation_method={model.differentiation_method!r} has no meaning in discrete time"
         )
-    prepared = [one if model.discrete_time else differentiated(model.differentiation_method, one) for one in data]
+    dt = next((one.dt for one in data if one.dt is not None), model.t_default)
+    order = finite_order(model.differentiation_method)
+    # The engine differentiates by itself what is even.
+    alone = model.discrete_time or (order is not None and all(one.dt == dt for one in data))
+    prepared = data if alone else [differentiated(model.differentiation_method, one) for one in data]
     rows = []
     for one in prepared:
         inputs = one.u
@@ -234,14 +249,19 @@ def _regressed(model: Asked, data: list[Trajectory], names: Names, solver: dict[
                 raise ValueError(f"u must have an input for each of the {len(one.x)} samples, got {len(inputs)}")
             inputs = np.vstack([inputs, np.zeros((len(one.x) - len(inputs), inputs.shape[1]))])
         rows.append((np.ascontiguousarray(one.x), np.ascontiguousarray(inputs), one.x_dot))
-    dt = next((one.dt for one in data if one.dt is not None), model.t_default)
-    settings = {"library": library._recipe(names), "solver": solver, "discrete": bool(model.discrete_time), "dt": dt}
+    settings = {
+        "library": library._recipe(names),
+        "solver": solver,
+        "discrete": bool(model.discrete_time),
+        "order": order or 2,
+        "dt": dt,
+    }
     if sum(len(x) - (model.discrete_time and known_next is None) for x, _, known_next in rows) < 2:
         raise ValueError("there are fewer than 2 rows to fit equations to")
-    found, regression = _sindyna.regress(rows, json.dumps(settings))
+    regression = _sindyna.regress(rows, settings)
     if "stlsq" in solver:
         _warned(regression, names)
-    return Fitted(names, found, regression, _labels(model, names), len(data))
+    return Fitted(names, regression, _labels(model, names), len(data))
 
 
 def _warned(regression: _sindyna.Regression, names: Names) -> None:

@@ -132,8 +132,14 @@ def identified(symbols: Symbols, episodes: Episodes) -> str:
         scale = np.abs(terms).max(axis=0)
         rates = np.zeros_like(terms)
         rates[:, 0] = target
-        settings = {"library": "identity", "solver": {"best_subset": {"max_size": 8}}, "discrete": False, "dt": 1.0}
-        _, found = _sindyna.regress([(terms / scale, np.zeros((len(terms), 0)), rates)], json.dumps(settings))
+        settings = {
+            "library": "identity",
+            "solver": {"best_subset": {"max_size": 8}},
+            "discrete": False,
+            "order": 2,
+            "dt": 1.0,
+        }
+        found = _sindyna.regress([(terms / scale, np.zeros((len(terms), 0)), rates)], settings)
         for step in json.loads(found.account())["report"]["equations"][0]["path"]:
             support = step["support"]
             if len(support) + SPARE > len(target):

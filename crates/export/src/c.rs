@@ -1,9 +1,9 @@
 //! C99 without allocation.
 
 use sindyna_sindy::export::Stepping;
-use sindyna_sindy::{Function, export::System};
+use sindyna_sindy::{Expr, Function, export::System};
 
-use super::code::{Coefficient, Dialect, assignments, list, uses, value};
+use super::code::{Coefficient, Dialect, assignments, expression, list, uses, value};
 use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
@@ -38,7 +38,7 @@ pub(super) fn write(program: &Program) -> String {
         system.controls.len(),
         system.dt
     );
-    text += &helpers(system);
+    text += &helpers(system, program.readings());
     text += &equations(system, &Style::FILE);
     text += &program.policy.as_ref().map_or_else(String::new, policy);
     text + &program.closed().map_or_else(String::new, closed)
@@ -93,13 +93,13 @@ impl Style<'_> {
     };
 }
 
-/// Helpers that the terms of `system` call.
-pub(super) fn helpers(system: &System) -> String {
+/// Helpers that the terms of `system`, or the `others`, call.
+pub(super) fn helpers(system: &System, others: &[Expr]) -> String {
     let mut text = String::new();
-    if uses(system, Function::Sign) {
+    if uses(system, others, Function::Sign) {
         text += "\nstatic double sign_of(double a) { return a > 0.0 ? 1.0 : a < 0.0 ? -1.0 : a * 0.0; }\n";
     }
-    if uses(system, Function::PositivePart) {
+    if uses(system, others, Function::PositivePart) {
         text += "\nstatic double positive_part(double a) { return a < 0.0 ? 0.0 : a; }\n";
     }
     text
@@ -286,9 +286,10 @@ static void layer(const float *weights, const float *biases, int inputs, int out
 /// Observations, controls and bounds.
 fn closed(interface: &Interface) -> String {
     let shown = if interface.rounded { "(float)" } else { "" };
+    let n = interface.bounds.len();
     let readings = interface.readings.iter().enumerate();
     let readings: String =
-        readings.map(|(i, reading)| format!("    o[{i}] = {shown}{};\n", reading.code("cos", "sin"))).collect();
+        readings.map(|(i, o)| format!("    o[{i}] = {shown}{};\n", expression(&DIALECT, o, n))).collect();
     let control = if interface.numbered.is_empty() {
         let clipped = |(i, (low, high)): (usize, &(f64, f64))| clip("u", "action", i, *low, *high);
         interface.controls.iter().enumerate().map(clipped).collect::<String>()

@@ -3,7 +3,8 @@
 use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
-use super::code::{Dialect, assignments, list, uses, value};
+use super::code::{Dialect, assignments, expression, list, number, uses, value};
+use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -32,6 +33,9 @@ pub(super) fn write(program: &Program) -> String {
     if program.policy.is_some() {
         text += "#   policy(o)   action for an observation\n";
     }
+    if program.closed().is_some() {
+        text += "#   observe(x), control(action), clip(x)   what closes the loop:\n#   x = clip(F(x, control(policy(observe(x)))))\n";
+    }
     text += "\nimport casadi as ca\nimport numpy as np\n\n";
     text += &format!(
         "STATES = {}\nINPUTS = {}\n# Control interval in seconds.\nDT = {:?}\n",
@@ -39,7 +43,7 @@ pub(super) fn write(program: &Program) -> String {
         system.controls.len(),
         system.dt
     );
-    if uses(system, Function::PositivePart) {
+    if uses(system, program.readings(), Function::PositivePart) {
         text += "\n\ndef _positive_part(a):\n    return ca.if_else(a < 0.0, 0.0, a)\n";
     }
     if is_map {
@@ -47,7 +51,44 @@ pub(super) fn write(program: &Program) -> String {
     } else {
         text += &(right_side(system, "f", "rate") + &step(&system.stepping));
     }
-    text + &program.policy.as_ref().map_or_else(String::new, policy)
+    text += &program.policy.as_ref().map_or_else(String::new, policy);
+    text + &program.closed().map_or_else(String::new, closed)
+}
+
+/// Observations, in double precision, controls and bounds.
+fn closed(interface: &Interface) -> String {
+    let bound = |value: f64| match value {
+        f64::INFINITY => "ca.inf".to_owned(),
+        f64::NEG_INFINITY => "-ca.inf".to_owned(),
+        _ => number(value),
+    };
+    let clipped = |name: &str, bounds: &[(f64, f64)]| {
+        let column = |of: fn(&(f64, f64)) -> f64| list(bounds.iter().map(|b| bound(of(b))));
+        format!("ca.fmin(ca.fmax({name}, ca.DM([{}])), ca.DM([{}]))", column(|b| b.0), column(|b| b.1))
+    };
+    let readings = interface.readings.iter().map(|o| expression(&DIALECT, o, interface.bounds.len()));
+    let (width, control) = if interface.numbered.is_empty() {
+        ("INPUTS", format!("    u = {}\n", clipped("action", &interface.controls)))
+    } else {
+        let row = |u: &Vec<f64>| format!("ca.DM([{}])", list(u.iter().map(|v| number(*v))));
+        let rows = list(interface.numbered.iter().map(row));
+        (
+            "1",
+            format!(
+                "    rows = [{rows}]\n    u = rows[0]\n    for i, row in enumerate(rows[1:]):\n        \
+                 u = ca.if_else(action > i + 0.5, row, u)\n"
+            ),
+        )
+    };
+    let function = |name: &str, argument: &str, width: &str, body: &str, value: &str| {
+        format!(
+            "\n\ndef _{name}():\n    {argument} = ca.SX.sym(\"{argument}\", {width})\n{body}    \
+             return ca.Function(\"{name}\", [{argument}], [{value}])\n\n\n{name} = _{name}()\n"
+        )
+    };
+    function("observe", "x", "STATES", "", &format!("ca.vertcat({})", readings.collect::<Vec<_>>().join(", ")))
+        + &function("control", "action", width, &control, "u")
+        + &function("clip", "x", "STATES", "", &clipped("x", &interface.bounds))
 }
 
 /// The function `name` of the sums of all equations, solved for the rates if they hold some.

@@ -60,8 +60,8 @@ pub(super) fn number(value: f64) -> String {
     if value.is_sign_negative() { format!("({value:?})") } else { format!("{value:?}") }
 }
 
-/// Whether a term of `system` holds `function`.
-pub(super) fn uses(system: &System, function: Function) -> bool {
+/// Whether a term of `system`, or one of the `others`, holds `function`.
+pub(super) fn uses(system: &System, others: &[Expr], function: Function) -> bool {
     fn holds(expr: &Expr, function: Function) -> bool {
         match expr {
             Expr::Constant(_) | Expr::Variable(_) => false,
@@ -72,7 +72,8 @@ pub(super) fn uses(system: &System, function: Function) -> bool {
             }
         }
     }
-    system.equations.iter().flatten().any(|entry| holds(&system.terms[entry.term], function))
+    let terms = system.equations.iter().flatten().map(|entry| &system.terms[entry.term]);
+    terms.chain(others).any(|term| holds(term, function))
 }
 
 /// The lines `target = …` of all equations; of implicit ones those of the coupling too.

@@ -1,29 +1,12 @@
 //! How a policy meets the equations: what it observes of a state, what its actions put on the system, and where episodes begin.
 
 use sindyna_core::{Channel, Kind, Precision, Seed, Space, Spec, Task};
-
-/// An observed value as a function of the states.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Reading {
-    State(usize),
-    Cosine(usize),
-    Sine(usize),
-}
-
-impl Reading {
-    /// In a language that writes calls of functions as C does.
-    pub(super) fn code(self, cosine: &str, sine: &str) -> String {
-        match self {
-            Self::State(i) => format!("x[{i}]"),
-            Self::Cosine(i) => format!("{cosine}(x[{i}])"),
-            Self::Sine(i) => format!("{sine}(x[{i}])"),
-        }
-    }
-}
+use sindyna_sindy::{Expr, Function};
 
 /// What stands between equations over the states of a task and its policy.
 pub struct Interface {
-    pub(super) readings: Vec<Reading>,
+    /// Observed values (m) as functions of the states.
+    pub(super) readings: Vec<Expr>,
     /// Whether the sensors show single precision.
     pub(super) rounded: bool,
     /// The control of every numbered action; none where actions are controls.
@@ -46,10 +29,11 @@ pub struct Interface {
 const STARTS: u64 = 12;
 
 impl Interface {
-    /// That of `task`, whose sensors show its states or cosines and sines of them; `None` for others.
-    pub fn of(task: &dyn Task, seed: u64) -> Option<Self> {
+    /// That of `task`, whose sensors show its states, cosines and sines of them, or `formulas` of the states, by the names of their channels; `None`
+    /// for others.
+    pub fn of(task: &dyn Task, formulas: &[(String, Expr)], seed: u64) -> Option<Self> {
         let spec = task.spec();
-        let readings = spec.observation.iter().map(|o| reading(spec, o)).collect::<Option<Vec<_>>>()?;
+        let readings = spec.observation.iter().map(|o| reading(spec, formulas, o)).collect::<Option<Vec<_>>>()?;
         let start = |i: u64| {
             let mut x = vec![0.0; spec.state_dim()];
             task.initial(&mut Seed::new(seed).stream("start of the page", i), &mut x);
@@ -100,11 +84,15 @@ impl Interface {
     }
 }
 
-fn reading(spec: &Spec, observed: &Channel) -> Option<Reading> {
+fn reading(spec: &Spec, formulas: &[(String, Expr)], observed: &Channel) -> Option<Expr> {
+    let wave = |function, i| Expr::Call(function, Box::new(Expr::Variable(i)));
     match observed.kind {
-        Kind::CosOf(i) => Some(Reading::Cosine(i)),
-        Kind::SinOf(i) => Some(Reading::Sine(i)),
-        _ => spec.state.iter().position(|state| state.name == observed.name).map(Reading::State),
+        Kind::CosOf(i) => Some(wave(Function::Cos, i)),
+        Kind::SinOf(i) => Some(wave(Function::Sin, i)),
+        _ => {
+            let state = spec.state.iter().position(|state| state.name == observed.name).map(Expr::Variable);
+            state.or_else(|| formulas.iter().find(|(name, _)| *name == observed.name).map(|(_, f)| f.clone()))
+        }
     }
 }
 

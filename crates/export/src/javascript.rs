@@ -1,10 +1,10 @@
 //! Modules for Node.js and browsers.
 
-use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
+use sindyna_sindy::{Expr, Function};
 
-use super::code::{Coefficient, Dialect, assignments, list, number, value};
-use super::interface::{Interface, Reading};
+use super::code::{Coefficient, Dialect, assignments, expression, list, number, value};
+use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -163,8 +163,9 @@ export function act(o) {{
 
 /// Observations, controls and bounds.
 fn closed(interface: &Interface) -> String {
-    let reading = |reading: &Reading| {
-        let value = reading.code("Math.cos", "Math.sin");
+    let n = interface.bounds.len();
+    let reading = |reading: &Expr| {
+        let value = expression(&DIALECT, reading, n);
         if interface.rounded { format!("Math.fround({value})") } else { value }
     };
     let readings: Vec<String> = interface.readings.iter().map(reading).collect();

@@ -1,8 +1,20 @@
 //! Policies in NumPy, and what closes the loop, after the equations in the same module.
 
-use super::code::list;
+use sindyna_sindy::{Expr, Function};
+
+use super::code::{Dialect, expression, list};
 use super::network::Head;
 use super::program::{Program, harmless};
+
+const DIALECT: Dialect = Dialect {
+    call: |function, a| match function {
+        Function::PositivePart => format!("np.maximum({a}, 0.0)"),
+        Function::Atan => format!("np.arctan({a})"),
+        other => format!("np.{}({a})", other.name()),
+    },
+    power: |a, exponent| format!("({a}**{exponent}.0)"),
+    end: "",
+};
 
 /// The function `act`; nothing without a policy.
 pub(super) fn policy(program: &Program) -> String {
@@ -64,8 +76,12 @@ pub(super) fn closed(program: &Program) -> String {
     let Some(interface) = program.closed() else { return String::new() };
     let array = |values: &mut dyn Iterator<Item = f64>| format!("np.array([{}])", list(values.map(number)));
     let (n, k) = (interface.bounds.len(), interface.controls.len());
-    let readings: Vec<String> =
-        interface.readings.iter().map(|reading| reading.code("np.cos", "np.sin").replace("x[", "x[..., ")).collect();
+    // A number is one for every row.
+    let reading = |o: &Expr| match o.max_variable() {
+        Some(_) => expression(&DIALECT, o, n).replace("x[", "x[..., "),
+        None => format!("np.full(x.shape[:-1], {})", expression(&DIALECT, o, n)),
+    };
+    let readings: Vec<String> = interface.readings.iter().map(reading).collect();
     let rounded = if interface.rounded { ".astype(np.float32).astype(float)" } else { "" };
     let control = if interface.numbered.is_empty() {
         format!(
@@ -87,7 +103,7 @@ pub(super) fn closed(program: &Program) -> String {
         )
     };
     format!(
-        "\n\n# What stands between equations and policy.\nSTATE_LOW = {}\nSTATE_HIGH = {}\n{control}\n\ndef observe(x):\n    \
+        "\n\n# What stands between equations and policy.\nSTATE_LOW = {}\nSTATE_HIGH = {}\n{control}\n\n@np.errstate(divide=\"ignore\")\ndef observe(x):\n    \
          \"\"\"What the policy observes (..., {}) of a state (..., {n}).\"\"\"\n    x = np.asarray(x, dtype=float)\n    \
          return np.stack([{}], axis=-1){rounded}\n\n\ndef clip(x):\n    \
          \"\"\"A state (..., {n}) within its declared bounds, as it was while the policy was trained.\"\"\"\n    \

@@ -1,9 +1,10 @@
 //! What is written in a language: equations and a policy, with the names that stand in comments.
 
 use sindyna_rl::SavedPolicy;
+use sindyna_sindy::Expr;
 use sindyna_sindy::export::System;
 
-use super::interface::{Interface, Reading};
+use super::interface::Interface;
 use super::network::{Head, Network};
 
 /// Who wrote a file, as it stands in files that are no text.
@@ -43,9 +44,7 @@ impl Program {
     pub(super) fn closed(&self) -> Option<&Interface> {
         let (network, interface) = (self.policy.as_ref()?, self.interface.as_ref()?);
         let (n, k) = (self.system.states.len(), self.system.controls.len());
-        let below = |reading: &Reading| match reading {
-            Reading::State(i) | Reading::Cosine(i) | Reading::Sine(i) => *i < n,
-        };
+        let below = |reading: &Expr| reading.max_variable().is_none_or(|i| i < n);
         let acts = match network.head {
             Head::Squashed { .. } => interface.numbered.is_empty() && network.actions() == k,
             Head::Largest => {
@@ -56,6 +55,11 @@ impl Program {
             && interface.bounds.len() == n
             && interface.controls.len() == k;
         (acts && sizes && interface.readings.iter().all(below)).then_some(interface)
+    }
+
+    /// What the policy observes as functions of the states; nothing where that is not known.
+    pub(super) fn readings(&self) -> &[Expr] {
+        self.closed().map_or(&[], |interface| &interface.readings)
     }
 
     /// What stands in the head of a file: the equations, what is which number in which array, where it comes from.

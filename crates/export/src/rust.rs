@@ -1,10 +1,10 @@
 //! Modules of Rust.
 
-use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
+use sindyna_sindy::{Expr, Function};
 
-use super::code::{Dialect, assignments, list, uses, value};
-use super::interface::{Interface, Reading};
+use super::code::{Dialect, assignments, expression, list, uses, value};
+use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
 
@@ -32,10 +32,10 @@ pub(super) fn write(program: &Program) -> String {
         "\n/// States.\npub const N: usize = {n};\n/// Inputs.\npub const K: usize = {k};\n/// Control interval \\[s\\].\npub const DT: f64 = {:?};\n",
         system.dt
     );
-    if uses(system, Function::Sign) {
+    if uses(system, program.readings(), Function::Sign) {
         text += "\nfn sign_of(a: f64) -> f64 {\n    if a > 0.0 { 1.0 } else if a < 0.0 { -1.0 } else { a * 0.0 }\n}\n";
     }
-    if uses(system, Function::PositivePart) {
+    if uses(system, program.readings(), Function::PositivePart) {
         text += "\nfn positive_part(a: f64) -> f64 {\n    if a < 0.0 { 0.0 } else { a }\n}\n";
     }
     text += &equations(system);
@@ -189,8 +189,9 @@ fn layer<const I: usize, const O: usize>(weights: &[f32], biases: &[f32; O], is_
 
 /// Observations, controls and bounds.
 fn closed(interface: &Interface) -> String {
-    let reading = |reading: &Reading| {
-        let value = reading.code("f64::cos", "f64::sin");
+    let n = interface.bounds.len();
+    let reading = |reading: &Expr| {
+        let value = expression(&DIALECT, reading, n);
         if interface.rounded { format!("f64::from({value} as f32)") } else { value }
     };
     let readings: Vec<String> = interface.readings.iter().map(reading).collect();
@@ -209,7 +210,7 @@ fn closed(interface: &Interface) -> String {
         )
     };
     format!(
-        "\n/// What the policy observes of a state.\npub fn observe(x: &[f64; N]) -> [f64; {}] {{\n    [{}]\n}}\n\
+        "\n/// What the policy observes of a state.\n#[allow(unused_parens, clippy::all)]\npub fn observe(x: &[f64; N]) -> [f64; {}] {{\n    [{}]\n}}\n\
          \n/// The control that an action puts on the system.\npub fn control(action: &[f64; {actions}]) -> [f64; K] {{\n{control}}}\n\
          \n/// The state within its declared bounds, as it was while the policy was trained.\npub fn clip(x: &[f64; N]) -> [f64; N] {{\n    [{}]\n}}\n",
         readings.len(),

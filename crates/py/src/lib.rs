@@ -12,6 +12,7 @@ mod library;
 mod model;
 mod pair;
 mod regress;
+mod samples;
 
 use pyo3::prelude::pymodule;
 
@@ -31,6 +32,8 @@ mod _sindyna {
     use crate::model::Model;
     #[pymodule_export]
     use crate::regress::{Regression, differentiate, feature_names, features, regress, smoothed};
+    #[pymodule_export]
+    use crate::samples::{finite, increasing, interval};
 
     use pyo3::prelude::*;
 

@@ -4,18 +4,43 @@ use ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::{PyBool, PyDict, PyFloat, PyList, PyString};
 use serde::Deserialize;
-use serde_json::json;
+use serde_json::{Value, json};
 use sindyna_core::Scheme;
 use sindyna_sindy::{
-    BestSubset, Columns, Differentiator, Finish, FiniteDifference, Library, SavitzkyGolay, Selected, Sindy, SindyFit,
-    SolverChoice, Stlsq, Target, Trajectory, Triangle, Watch,
+    BestSubset, Columns, Differentiator, Finish, FiniteDifference, Library, Regressed, SavitzkyGolay, Selected, Sindy,
+    SolverChoice, Stlsq, Target, Trajectory, Watch,
 };
 
 use crate::interrupt::apart;
 use crate::library::{Recipe, symbols};
 use crate::model::Model;
 use crate::pair::Pair;
+
+/// What Python's `json` would write of `value`.
+fn document(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if value.is_none() {
+        return Ok(Value::Null);
+    }
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(Value::String(text.to_cow()?.into_owned()));
+    }
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(Value::Bool(flag.is_true()));
+    }
+    if let Ok(number) = value.cast::<PyFloat>() {
+        return Ok(json!(number.value()));
+    }
+    if let Ok(entries) = value.cast::<PyDict>() {
+        let entry = |(key, value): (Bound<'_, PyAny>, _)| Ok((key.extract()?, document(&value)?));
+        return Ok(Value::Object(entries.iter().map(entry).collect::<PyResult<_>>()?));
+    }
+    if let Ok(items) = value.cast::<PyList>() {
+        return Ok(Value::Array(items.iter().map(|item| document(&item)).collect::<PyResult<_>>()?));
+    }
+    Ok(json!(value.extract::<i64>()?))
+}
 
 fn refused(e: impl std::fmt::Display) -> PyErr {
     PyValueError::new_err(e.to_string())
@@ -58,6 +83,8 @@ struct Settings {
     solver: Solver,
     /// Whether the next state is regressed, not the derivative.
     discrete: bool,
+    /// Order of the finite differences that give derivatives where there are none.
+    order: usize,
     dt: f64,
 }
 
@@ -69,12 +96,16 @@ type Rows<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>, Option
 
 /// Regresses derivatives (T, n), or next states, on the terms of a library over states (T, n) and inputs (T, k).
 #[pyfunction]
-pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &str) -> PyResult<(Model, Regression)> {
-    let settings: Settings = serde_json::from_str(settings).map_err(refused)?;
+pub(crate) fn regress(
+    py: Python<'_>,
+    trajectories: Vec<Rows<'_>>,
+    settings: &Bound<'_, PyAny>,
+) -> PyResult<Regression> {
+    let settings: Settings = serde_json::from_value(document(settings)?).map_err(refused)?;
     let target = if settings.discrete {
         Target::Discrete
     } else {
-        let differentiator = Differentiator::default();
+        let differentiator = Differentiator::Finite(FiniteDifference::new(settings.order).map_err(refused)?);
         Target::Continuous { differentiator, scheme: Scheme::Rk4 { substeps: 1 } }
     };
     let searches = matches!(settings.solver, Solver::BestSubset { .. });
@@ -96,11 +127,7 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
                 x_dot: x_dot.as_ref().map(|x_dot| x_dot.view()),
             })
             .collect();
-        let fit = sindy.fit_watched(&trajectories, settings.dt, &Watch::going_on(go_on));
-        fit.map(|fit| {
-            let SindyFit { names, targets, equations, triangle, model, .. } = fit;
-            (Regression { names, n_rows: targets.nrows(), equations, triangle }, model)
-        })
+        sindy.regress_watched(&trajectories, settings.dt, &Watch::going_on(go_on))
     };
     // Handing it to another thread would take longer than a small regression.
     let fit = if searches || n_values > FEW {
@@ -108,18 +135,12 @@ pub(crate) fn regress(py: Python<'_>, trajectories: Vec<Rows<'_>>, settings: &st
     } else {
         py.detach(|| fit(&|| true))
     };
-    let (regression, model) = fit.map_err(refused)?;
-    Ok((Model::new(model), regression))
+    fit.map(Regression).map_err(refused)
 }
 
-/// What a regression found, from which standard errors and conditions are computed when somebody asks.
+/// What a regression found, from which the model, standard errors and conditions are computed when somebody asks.
 #[pyclass(frozen, module = "sindyna._sindyna")]
-pub(crate) struct Regression {
-    names: Vec<String>,
-    n_rows: usize,
-    equations: Vec<Selected>,
-    triangle: Triangle,
-}
+pub(crate) struct Regression(Regressed);
 
 #[pymethods]
 impl Regression {
@@ -135,26 +156,32 @@ impl Regression {
         self.without(|e| e.converged)
     }
 
+    /// The equations, ready to step.
+    fn model(&self) -> PyResult<Model> {
+        self.0.model().map(Model::new).map_err(refused)
+    }
+
     /// The account, in the form of that of an identification.
     fn account(&self) -> String {
-        account(self)
+        account(&self.0)
     }
 }
 
 impl Regression {
     fn without(&self, good: impl Fn(&Selected) -> bool) -> Vec<usize> {
-        (0..self.equations.len()).filter(|&i| !good(&self.equations[i])).collect()
+        let equations = self.0.equations().iter().enumerate();
+        equations.filter(|(_, equation)| !good(equation)).map(|(i, _)| i).collect()
     }
 }
 
-fn account(fit: &Regression) -> String {
-    let n_features = fit.names.len();
+fn account(fit: &Regressed) -> String {
+    let names: Vec<&str> = fit.names().collect();
     let equations: Vec<_> = fit
-        .equations
+        .equations()
         .iter()
         .enumerate()
         .map(|(i, e)| {
-            let errors: Vec<f64> = fit.triangle.spread(&e.support).into_iter().map(|s| s * e.residual).collect();
+            let errors: Vec<f64> = fit.triangle().spread(&e.support).into_iter().map(|s| s * e.residual).collect();
             json!({
                 "state": format!("x{i}"),
                 "residual": e.residual,
@@ -172,13 +199,13 @@ fn account(fit: &Regression) -> String {
             })
         })
         .collect();
-    let all: Vec<usize> = (0..n_features).collect();
+    let all: Vec<usize> = (0..names.len()).collect();
     let report = json!({
-        "rows": fit.n_rows,
+        "rows": fit.n_rows(),
         "rows_at_limit": 0,
         "rows_astray": 0,
-        "features": fit.names,
-        "condition": fit.triangle.condition(&all),
+        "features": names,
+        "condition": fit.triangle().condition(&all),
         "noise": "NotEstimated",
         "noise_deviations": [],
         "noise_growing": [],
@@ -187,7 +214,7 @@ fn account(fit: &Regression) -> String {
         "warnings": [],
         "equations": equations,
     });
-    let doubts = vec![None::<String>; fit.equations.len()];
+    let doubts = vec![None::<String>; fit.equations().len()];
     json!({ "certainty": "doubted", "doubts": doubts, "report": report }).to_string()
 }
 

@@ -53,7 +53,7 @@ pub use identify::{
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{AnalysisError, Entry, Form, Model, ModelError, ModelParts, Reading};
-pub use plain::{Sindy, SindyError, SindyFit, Trajectory};
+pub use plain::{Regressed, Sindy, SindyError, SindyFit, Trajectory};
 pub use solve::{
     BestSubset, Bound, Columns, ConstraintError, Constraints, Finish, Path, Selected, Selection, SizeReport,
     SizeResult, SparseFit, Stlsq, Subset, SubsetPath,

@@ -2,13 +2,14 @@
 
 use ndarray::{Array2, ArrayView2, Axis, CowArray, Ix2, concatenate, s};
 
-use crate::differentiate::TooShort;
+use crate::differentiate::{Differentiator, TooShort};
 use crate::identify::{SolverChoice, Target};
 use crate::library::LibraryError;
-use crate::model::{Model, ModelError};
+use crate::library::Term;
+use crate::model::{Form, Model, ModelError};
 use crate::names::symbols;
-use crate::regression::{Space, design, model};
-use crate::solve::{Selected, Selection};
+use crate::regression::{Space, model, narrow_design};
+use crate::solve::{Selected, Selection, SparseFit};
 use crate::triangle::all_finite;
 use crate::{Library, Triangle, Watch};
 
@@ -172,6 +173,34 @@ impl Sindy {
         dt: f64,
         watch: &Watch<'_>,
     ) -> Result<SindyFit, SindyError> {
+        let (regressed, targets) = self.regressed(trajectories, dt, watch)?;
+        let model = regressed.model()?;
+        let coefficients = regressed.coefficients();
+        let Regressed { terms, equations, triangle, .. } = regressed;
+        let names = terms.into_iter().map(|t| t.name).collect();
+        Ok(SindyFit { names, coefficients, targets: targets.into_owned(), equations, triangle, model })
+    }
+
+    /// The equations behind `trajectories` alone, without a model that can be stepped: [`Regressed::model`] makes it.
+    ///
+    /// # Errors
+    /// As [`Self::fit_watched`].
+    pub fn regress_watched(
+        &self,
+        trajectories: &[Trajectory<'_>],
+        dt: f64,
+        watch: &Watch<'_>,
+    ) -> Result<Regressed, SindyError> {
+        Ok(self.regressed(trajectories, dt, watch)?.0)
+    }
+
+    /// The equations and what they were fitted to.
+    fn regressed<'a>(
+        &self,
+        trajectories: &[Trajectory<'a>],
+        dt: f64,
+        watch: &Watch<'_>,
+    ) -> Result<(Regressed, Rows<'a>), SindyError> {
         if !(dt.is_finite() && dt > 0.0) {
             return Err(SindyError::TimeStep { dt });
         }
@@ -193,25 +222,35 @@ impl Sindy {
         let names: Vec<String> = states.iter().chain(&controls).cloned().collect();
         let terms = self.library.terms(&symbols(&names))?;
         let triangle =
-            design(&terms, z.view(), targets.view()).map_err(|e| SindyError::Term { reason: e.to_string() })?;
+            narrow_design(&terms, z.view(), targets.view()).map_err(|e| SindyError::Term { reason: e.to_string() })?;
         let complexity: Vec<u32> = terms.iter().map(|t| t.complexity).collect();
-        let floor = |i: usize| ROUNDING * targets.column(i).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let selection = |i: usize| Selection { floor: floor(i), complexity: &complexity, region: None };
-        let equations: Vec<Selected> =
-            (0..n).map(|i| self.solver.solve_while(&triangle, terms.len() + i, selection(i), watch.asks())).collect();
+        let floors: Vec<f64> = largest(targets.view()).iter().map(|v| ROUNDING * v).collect();
+        let columns = terms.len()..terms.len() + n;
+        let equations: Vec<Selected> = match &self.solver {
+            SolverChoice::Stlsq(solver) => {
+                let fits = solver.solve_all(&triangle, terms.len(), columns.clone());
+                let account = |((fit, target), floor): ((SparseFit, usize), &f64)| Selected {
+                    converged: fit.converged,
+                    ..Selected::dense(&triangle, target, &fit.coefficients, *floor)
+                };
+                fits.into_iter().zip(columns).zip(&floors).map(account).collect()
+            }
+            solver => {
+                let selection = |floor: &f64| Selection { floor: *floor, complexity: &complexity, region: None };
+                let of = |(target, floor)| solver.solve_while(&triangle, target, selection(floor), watch.asks());
+                columns.zip(&floors).map(of).collect()
+            }
+        };
         if !watch.go_on() {
             return Err(SindyError::Interrupted);
         }
-        let mut coefficients = Array2::zeros((n, terms.len()));
-        for (i, equation) in equations.iter().enumerate() {
-            for (&j, &c) in equation.support.iter().zip(&equation.coefficients) {
-                coefficients[[i, j]] = c;
-            }
+        if let Some(value) = equations.iter().flat_map(|e| &e.coefficients).copied().find(|c| !c.is_finite()) {
+            return Err(ModelError::BadNumber { what: "a coefficient", value }.into());
         }
-        let space = Space { states, controls, readings: None, kinematic: vec![false; n] };
-        let model = model(space, &terms, &equations, self.target.form(), dt)?;
-        let names = terms.into_iter().map(|t| t.name).collect();
-        Ok(SindyFit { names, coefficients, targets: targets.into_owned(), equations, triangle, model })
+        let n_rows = targets.nrows();
+        let regressed =
+            Regressed { terms, equations, triangle, n_rows, states, controls, form: self.target.form(), dt };
+        Ok((regressed, targets))
     }
 
     /// (z, targets) of one trajectory.
@@ -220,6 +259,10 @@ impl Sindy {
         let t = x.nrows();
         let (states, targets): (Rows<'a>, Rows<'a>) = match (&self.target, trajectory.x_dot) {
             (Target::Continuous { .. }, Some(x_dot)) => (x.into(), x_dot.into()),
+            (Target::Continuous { differentiator: Differentiator::Finite(finite), .. }, None) => {
+                let too_short = |source| SindyError::TooShort { trajectory: index, source };
+                (x.into(), finite.differentiate(x, dt).map_err(too_short)?.into())
+            }
             (Target::Continuous { differentiator, .. }, None) => {
                 let too_short = |source| SindyError::TooShort { trajectory: index, source };
                 let result = differentiator.differentiate(x, dt).map_err(too_short)?;
@@ -244,6 +287,24 @@ impl Sindy {
     }
 }
 
+/// The largest magnitude in each column.
+fn largest(values: ArrayView2<'_, f64>) -> Vec<f64> {
+    /// Rows that are looked at side by side.
+    const LANES: usize = 8;
+    let n = values.ncols();
+    let mut found = vec![0.0_f64; n * LANES];
+    let larger = |slot: &mut f64, v: &f64| *slot = if v.abs() > *slot { v.abs() } else { *slot };
+    match values.as_slice() {
+        Some(values) if n > 0 => {
+            for rows in values.chunks(n * LANES) {
+                found.iter_mut().zip(rows).for_each(|(slot, v)| larger(slot, v));
+            }
+        }
+        _ => values.rows().into_iter().for_each(|row| found.iter_mut().zip(row).for_each(|(slot, v)| larger(slot, v))),
+    }
+    (0..n).map(|i| found.iter().skip(i).step_by(n).copied().fold(0.0, f64::max)).collect()
+}
+
 /// Rows of data, copied only where they have to be.
 type Rows<'a> = CowArray<'a, f64, Ix2>;
 
@@ -256,6 +317,66 @@ fn stacked(mut parts: Vec<Rows<'_>>) -> Rows<'_> {
     }
     let views: Vec<ArrayView2<'_, f64>> = parts.iter().map(|rows| rows.view()).collect();
     concatenate(Axis(0), &views).expect("widths were checked").into()
+}
+
+/// What [`Sindy::regress_watched`] found: equations over the terms of a library.
+#[derive(Debug, Clone)]
+pub struct Regressed {
+    terms: Vec<Term>,
+    equations: Vec<Selected>,
+    triangle: Triangle,
+    n_rows: usize,
+    states: Vec<String>,
+    controls: Vec<String>,
+    form: Form,
+    dt: f64,
+}
+
+impl Regressed {
+    /// Names of the terms, in PySINDy's notation.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.terms.iter().map(|t| t.name.as_str())
+    }
+
+    /// The account of each equation.
+    #[must_use]
+    pub fn equations(&self) -> &[Selected] {
+        &self.equations
+    }
+
+    /// The triangle of [Θ | targets].
+    #[must_use]
+    pub fn triangle(&self) -> &Triangle {
+        &self.triangle
+    }
+
+    /// Number of rows that were fitted.
+    #[must_use]
+    pub fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
+    /// Ξ (n, F).
+    #[must_use]
+    pub fn coefficients(&self) -> Array2<f64> {
+        let mut coefficients = Array2::zeros((self.equations.len(), self.terms.len()));
+        for (i, equation) in self.equations.iter().enumerate() {
+            for (&j, &c) in equation.support.iter().zip(&equation.coefficients) {
+                coefficients[[i, j]] = c;
+            }
+        }
+        coefficients
+    }
+
+    /// The equations, ready to step.
+    ///
+    /// # Errors
+    /// [`ModelError`] if they are none.
+    pub fn model(&self) -> Result<Model, ModelError> {
+        let kinematic = vec![false; self.states.len()];
+        let (states, controls) = (self.states.clone(), self.controls.clone());
+        model(Space { states, controls, readings: None, kinematic }, &self.terms, &self.equations, self.form, self.dt)
+    }
 }
 
 impl SindyFit {

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 use ndarray::{ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
-use crate::solve::{least_squares, truncated};
+use crate::solve::{Reflected, least_squares, truncated};
 
 /// The factor R of all candidate columns [Θ | targets], rows of the data pushed so far: RᵀR = [Θ | Y]ᵀ[Θ | Y].
 ///
@@ -76,6 +76,15 @@ impl Triangle {
     #[must_use]
     pub fn new(n_columns: usize) -> Self {
         Self { r: Mat::zeros(0, n_columns), n_columns, n_rows: 0 }
+    }
+
+    /// That of `n_rows` rows with this factor; `None` if it holds what is not finite.
+    pub(crate) fn of_factor(factor: &Reflected, n_rows: usize) -> Option<Self> {
+        let n_columns = factor.width();
+        let sign = |i: usize| if factor.at(i, i) < 0.0 { -1.0 } else { 1.0 };
+        let r = Mat::from_fn(n_columns, n_columns, |i, j| sign(i) * factor.at(i, j));
+        let finite = (0..n_columns).all(|j| r.col_as_slice(j).iter().all(|v| v.is_finite()));
+        finite.then_some(Self { r, n_columns, n_rows })
     }
 
     /// Adds `rows` (N, columns).

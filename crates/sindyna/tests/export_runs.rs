@@ -9,25 +9,59 @@ use std::path::{Path, PathBuf};
 
 use common::programs::{export, numbers, python_with, run, same};
 use common::{parts, python, sindyna};
-use sindyna_core::{Dynamics as _, Mode, Observe as _, Policy as _, Seed, Sensors, Space, Spec};
+use sindyna_core::{Dynamics as _, Mode, Observe as _, Policy as _, Precision, Seed, Sensors, Space, Spec};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
+use sindyna_training::problem::{self, Problem as _};
 
 /// A short run of a task, and what is known of it.
 struct Run {
     directory: PathBuf,
     spec: Spec,
+    sensors: Sensors,
     model: Model,
     policy: SavedPolicy,
 }
 
+/// A pendulum whose policy sees formulas of its state, too.
+const SEEN: &str = r#"
+name = "seen"
+dt = 0.05
+max_steps = 50
+observation = ["cos a", "sin a", "w", "clip(w, -far, far)", "atan2(sin(a), 2 + cos(a))", "max(w, 0)*sign(bend)", "bend^2/(1 + w^2)", "far"]
+[parameters]
+far = 1.5
+[let]
+bend = "min(w, tan(a/4))"
+[equations]
+w = "-2*sin(a) - 0.3*w + 3*u"
+[[state]]
+name = "a"
+kind = "angle"
+start = [-1.0, 1.0]
+[[state]]
+name = "w"
+rate_of = "a"
+[[control]]
+name = "u"
+low = -2.0
+high = 2.0
+[task]
+reward = "cos(a) - 0.1*w^2"
+"#;
+
 fn trained(temp: &Path, task: &str) -> Run {
-    let args = ["train", task, "--max-updates", "400", "--episodes", "2", "--quiet", "--out", task];
-    let (code, _, stderr) = parts(&sindyna(temp, &args));
+    fs::write(temp.join("seen.toml"), SEEN).unwrap();
+    let which: &[&str] = if task == "seen" { &["--task-file", "seen.toml"] } else { &[task] };
+    let args = ["--max-updates", "400", "--episodes", "2", "--quiet", "--out", task];
+    let (code, _, stderr) = parts(&sindyna(temp, &[&["train"][..], which, &args].concat()));
     assert!(code <= 1, "{stderr}");
     let directory = temp.join(task);
+    let problem =
+        if task == "seen" { problem::of_file(&temp.join("seen.toml")) } else { problem::named(task) }.unwrap();
     Run {
-        spec: sindyna_envs::find(task).unwrap().spec().clone(),
+        spec: problem.spec().clone(),
+        sensors: problem.sensors(),
         model: Model::from_json(&fs::read_to_string(directory.join("model.json")).unwrap()).unwrap(),
         policy: SavedPolicy::from_safetensors(&fs::read(directory.join("policy.safetensors")).unwrap()).unwrap(),
         directory,
@@ -50,8 +84,22 @@ impl Run {
 
     fn observed(&self, x: &[f64]) -> Vec<f64> {
         let mut o = vec![0.0; self.spec.observation_dim()];
-        Sensors::new(&self.spec).unwrap().without_noise().observe(x, &mut Seed::new(0).numpy(), &mut o);
+        self.sensors.observe(x, &mut Seed::new(0).numpy(), &mut o);
         o
+    }
+
+    /// Holds what a program printed of every state, its observation and the state one step of the loop later, against ours.
+    fn compare(&self, what: &str, printed: &str) {
+        let found = numbers(printed);
+        let width = self.spec.observation_dim() + self.spec.state_dim();
+        assert_eq!(found.len(), width * self.states().len(), "{what}");
+        for (x, found) in self.states().iter().zip(found.chunks(width)) {
+            let o = self.observed(x);
+            // CasADi's numbers are not rounded to single precision.
+            let close = if self.spec.precision == Precision::F32 && what.ends_with("CasADi") { 1e-6 } else { 1e-12 };
+            same(&format!("observations of {what}"), &found[..o.len()], &o, close);
+            same(what, &found[o.len()..], &self.next(x, self.action(&o)), 1e-6);
+        }
     }
 
     /// The state that the action `a` leads to, within the declared bounds.
@@ -68,21 +116,20 @@ impl Run {
 
 #[test]
 fn equations_and_policy_are_one_loop_in_every_language() {
-    for task in ["pendulum", "cart-pole"] {
+    for task in ["pendulum", "cart-pole", "seen"] {
         let temp = tempfile::tempdir().unwrap();
         let of = trained(temp.path(), task);
         let (directory, states) = (&of.directory, of.states());
-        let expected: Vec<f64> = states.iter().flat_map(|x| of.next(x, of.action(&of.observed(x)))).collect();
-        let check = |language: &str, printed: &str| {
-            same(&format!("{task} in {language}"), &numbers(printed), &expected, 1e-6);
-        };
+        let check = |language: &str, printed: &str| of.compare(&format!("{task} in {language}"), printed);
         let rows = format!("{states:?}");
+        let m = of.spec.observation_dim();
 
         export(directory, "c", "model.c");
         let main = format!(
             "#include <stdio.h>\n#include \"model.c\"\nint main(void)\n{{\n    static const double x[60][STATES] = {};\n    int i, j;\n    \
-             for (i = 0; i < 60; i++) {{\n        double o[8], action[1], u[1], next[STATES];\n        sindyna_observe(x[i], o);\n        \
+             for (i = 0; i < 60; i++) {{\n        double o[{m}], action[1], u[1], next[STATES];\n        sindyna_observe(x[i], o);\n        \
              sindyna_act(o, action);\n        sindyna_control(action, u);\n        sindyna_step(x[i], u, next);\n        sindyna_clip(next);\n        \
+             for (j = 0; j < {m}; j++) printf(\"%.17g\\n\", o[j]);\n        \
              for (j = 0; j < STATES; j++) printf(\"%.17g\\n\", next[j]);\n    }}\n    return 0;\n}}\n",
             rows.replace('[', "{").replace(']', "}")
         );
@@ -95,7 +142,7 @@ fn equations_and_policy_are_one_loop_in_every_language() {
         export(directory, "javascript", "model.mjs");
         let script = format!(
             "import {{ observe, act, control, step, clip }} from './model.mjs';\n\
-             for (const x of {rows}) console.log(clip(step(x, control(act(observe(x))))).join(' '));\n"
+             for (const x of {rows}) console.log([...observe(x), ...clip(step(x, control(act(observe(x)))))].join(' '));\n"
         );
         fs::write(directory.join("main.mjs"), script).unwrap();
         if let Some(printed) = run(directory, "node", &["main.mjs"]) {
@@ -104,7 +151,8 @@ fn equations_and_policy_are_one_loop_in_every_language() {
 
         export(directory, "python", "model.py");
         let script = format!(
-            "from model import *\nx = np.array({rows})\nall = clip(step(x, control(act(observe(x)))))\nprint(all.ravel().tolist())\n\
+            "from model import *\nx = np.array({rows})\nall = clip(step(x, control(act(observe(x)))))\n\
+             print(np.concatenate([observe(x), all], axis=1).ravel().tolist())\n\
              one = clip(step(x[7], control(act(observe(x[7])))))\nassert np.abs(one - all[7]).max() < 1e-12\n"
         );
         check("Python", &python(directory, &script));
@@ -112,7 +160,7 @@ fn equations_and_policy_are_one_loop_in_every_language() {
         export(directory, "rust", "model.rs");
         let main = format!(
             "mod model;\nuse model::{{observe, act, control, step, clip}};\nfn main() {{\n    for x in {rows} {{\n        \
-             println!(\"{{:?}}\", clip(&step(&x, &control(&act(&observe(&x))))));\n    }}\n}}\n"
+             println!(\"{{:?}} {{:?}}\", observe(&x), clip(&step(&x, &control(&act(&observe(&x))))));\n    }}\n}}\n"
         );
         fs::write(directory.join("main.rs"), main).unwrap();
         let flags = ["--edition", "2024", "-A", "dead_code", "-D", "warnings", "main.rs", "-o", "rusty"];
@@ -134,6 +182,12 @@ fn policies(of: &Run, task: &str) {
     let script = format!("from model_casadi import policy\nfor o in {observations:?}:\n    print(float(policy(o)))\n");
     if let Some(printed) = python_with(&of.directory, "casadi", &script) {
         same(&format!("{task} in CasADi"), &numbers(&printed), &expected, 1e-6);
+        let script = format!(
+            "from model_casadi import *\nfor x in {:?}:\n    o = observe(x)\n    \
+             print(*ca.vertcat(o, clip(F(x, control(policy(o))))).full().ravel())\n",
+            of.states()
+        );
+        of.compare(&format!("{task} in CasADi"), &python_with(&of.directory, "casadi", &script).unwrap());
     }
     export(&of.directory, "onnx", "model.onnx");
     let script = format!(

@@ -98,6 +98,15 @@ fn a_controller_from_a_log_does_on_the_system_what_is_predicted() {
     assert_eq!(files(&run), whole);
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run"]));
     assert!(code == 2 && stderr.contains("there is no system to evaluate its policy on"), "{stderr}");
+
+    // An earlier version kept no equations with the log: they are found in it again.
+    let config = fs::read_to_string(run.join("config.toml")).unwrap();
+    assert!(config.contains("models = \"posterior.bin\"\n"), "{config}");
+    fs::write(run.join("config.toml"), config.replace("models = \"posterior.bin\"\n", "")).unwrap();
+    fs::remove_file(run.join("posterior.bin")).unwrap();
+    let again = ["train", "--config", "run/config.toml", "--max-updates", "200", "--quiet", "--out", "again"];
+    succeeds(temp.path(), &again);
+    assert_eq!(files(&temp.path().join("again"))[Path::new("model.json")], whole[Path::new("model.json")]);
 }
 
 #[test]

@@ -33,7 +33,7 @@ pub(super) fn write(program: &Program, guid: &str, start: &[f64]) -> String {
         dt: "dt",
         coefficient: &|k, _| format!("c[{k}]"),
     };
-    text += &(c::helpers(system) + &c::equations(system, &style));
+    text += &(c::helpers(system, &[]) + &c::equations(system, &style));
     let clipped = |name: &str, bounds: &[(f64, f64)]| {
         let each = bounds.iter().enumerate();
         each.map(|(i, (low, high))| c::clip(name, name, i, *low, *high)).collect::<String>()

@@ -77,13 +77,33 @@ impl FiniteDifference {
             let at_end = rows.start - first != before;
             let edge = at_end.then(|| weights(first as f64 - rows.start as f64, count));
             let out = &mut out[rows.start * n..rows.end * n];
-            for (k, w) in edge.as_ref().unwrap_or(&inside).iter().enumerate() {
-                let values = &values[(first + k) * n..][..out.len()];
-                out.iter_mut().zip(values).for_each(|(slot, v)| *slot += w * v);
-            }
-            out.iter_mut().for_each(|slot| *slot /= dt);
+            differences(out, &values[first * n..], n, edge.as_ref().unwrap_or(&inside), dt);
         }
         Ok(x_dot)
+    }
+}
+
+/// Adds Σ `weights`ₖ of `values` k rows of `n` further on to each of `out`, and divides it by `dt`.
+fn differences(out: &mut [f64], values: &[f64], n: usize, weights: &[f64], dt: f64) {
+    /// Numbers that are computed side by side.
+    const LANES: usize = 16;
+    let n_out = out.len();
+    let (chunks, rest) = out.as_chunks_mut::<LANES>();
+    let n_chunked = n_out - rest.len();
+    for (number, chunk) in chunks.iter_mut().enumerate() {
+        for (k, w) in weights.iter().enumerate() {
+            let Some(values) = values[k * n + number * LANES..].first_chunk::<LANES>() else { return };
+            for l in 0..LANES {
+                chunk[l] += w * values[l];
+            }
+        }
+        for slot in chunk {
+            *slot /= dt;
+        }
+    }
+    for (i, slot) in rest.iter_mut().enumerate() {
+        let sum = weights.iter().enumerate().fold(*slot, |sum, (k, w)| sum + w * values[k * n + n_chunked + i]);
+        *slot = sum / dt;
     }
 }
 

@@ -10,6 +10,7 @@ mod least_squares;
 mod path;
 mod prepare;
 mod problem;
+mod reflect;
 mod stlsq;
 mod tree;
 
@@ -20,5 +21,6 @@ pub use constraints::{ConstraintError, Constraints};
 pub(crate) use criterion::FLOOR_FACTOR;
 pub(crate) use least_squares::{least_squares, truncated};
 pub use path::{Path, SizeResult, Subset, SubsetPath};
+pub(crate) use reflect::Reflected;
 pub use stlsq::{Columns, Finish, SparseFit, Stlsq};
 pub use tree::Bound;

@@ -1,5 +1,8 @@
 //! Sequentially thresholded least squares.
 
+use std::ops::Range;
+
+use super::reflect::Reflected;
 use crate::Triangle;
 use crate::error::{InvalidParam, at_least_zero};
 
@@ -111,16 +114,28 @@ impl Stlsq {
     /// Fits the column `target` of `triangle` with its first `n_features` columns.
     #[must_use]
     pub fn solve(&self, triangle: &Triangle, n_features: usize, target: usize) -> SparseFit {
-        let scale = |j: usize| match self.columns {
-            Columns::AsTheyAre => 1.0,
-            Columns::Normalised => triangle.norm(j),
+        self.solve_all(triangle, n_features, target..target + 1).remove(0)
+    }
+
+    /// Fits each of the columns `targets` of `triangle` with its first `n_features` columns. The first round has the same columns for all of them.
+    pub(crate) fn solve_all(&self, triangle: &Triangle, n_features: usize, targets: Range<usize>) -> Vec<SparseFit> {
+        let scales: Vec<f64> = match self.columns {
+            Columns::AsTheyAre => vec![1.0; n_features],
+            Columns::Normalised => (0..n_features).map(|j| triangle.norm(j)).collect(),
         };
-        let mut support: Vec<usize> = (0..n_features).filter(|&j| scale(j) > 0.0).collect();
+        let columns: Vec<usize> = (0..n_features).filter(|&j| scales[j] > 0.0).collect();
+        let round = Round::new(triangle, &scales, columns, targets.clone(), self.ridge);
+        targets.map(|target| self.rounds(&round, target)).collect()
+    }
+
+    /// All rounds for one target, after the `first`.
+    fn rounds(&self, first: &Round<'_>, target: usize) -> SparseFit {
+        let mut support = first.columns.clone();
         let mut kept = Vec::new();
         let mut history = Vec::new();
         let mut converged = false;
         for _ in 0..self.max_iterations {
-            let xi = triangle.solve_scaled(&support, target, self.ridge, scale);
+            let xi = first.coefficients(&support, target);
             let before = support.len();
             kept = support.iter().copied().zip(xi).filter(|(_, c)| c.abs() >= self.threshold).collect();
             support = kept.iter().map(|(j, _)| *j).collect();
@@ -134,13 +149,66 @@ impl Stlsq {
         kept.retain(|(_, c)| c.abs() > 1e-14);
         if self.finish == Finish::Unbiased {
             let support: Vec<usize> = kept.iter().map(|(j, _)| *j).collect();
-            let xi = triangle.solve_truncated(&support, target, CUTOFF, scale);
+            let xi = first.unbiased(&support, target);
             kept = support.into_iter().zip(xi).collect();
         }
-        let mut coefficients = vec![0.0; n_features];
+        let mut coefficients = vec![0.0; first.scales.len()];
         for (j, c) in kept {
-            coefficients[j] = c / scale(j);
+            coefficients[j] = c / first.scales[j];
         }
         SparseFit { coefficients, converged, history }
     }
+}
+
+/// The first round: ridge regressions of all targets on all columns.
+struct Round<'a> {
+    triangle: &'a Triangle,
+    scales: &'a [f64],
+    columns: Vec<usize>,
+    targets: Range<usize>,
+    ridge: f64,
+    /// The factor of [Θ; √ridge I], with which columns that are dropped leave that of the others.
+    factor: Reflected,
+}
+
+impl<'a> Round<'a> {
+    fn new(triangle: &'a Triangle, scales: &'a [f64], columns: Vec<usize>, targets: Range<usize>, ridge: f64) -> Self {
+        let mut factor = Reflected::new(columns.len(), targets.len(), ridge.sqrt());
+        factor.absorb(&mut rows(triangle, scales, &columns, targets.clone()));
+        Self { triangle, scales, columns, targets, ridge, factor }
+    }
+
+    /// Ridge coefficients of the columns `support` for the column `target`.
+    fn coefficients(&self, support: &[usize], target: usize) -> Vec<f64> {
+        let number = target - self.targets.start;
+        let found = if support.len() == self.columns.len() {
+            self.factor.solve(number)
+        } else {
+            let place = |j: &usize| self.columns.partition_point(|c| c < j);
+            self.factor.chosen(&support.iter().map(place).collect::<Vec<_>>(), number).solve(0)
+        };
+        found.unwrap_or_else(|| self.triangle.solve_scaled(support, target, self.ridge, |j| self.scales[j]))
+    }
+
+    /// Least-squares coefficients of the columns `support` for the column `target`, without what is nearly a dependence.
+    fn unbiased(&self, support: &[usize], target: usize) -> Vec<f64> {
+        let mut factor = Reflected::new(support.len(), 1, 0.0);
+        factor.absorb(&mut rows(self.triangle, self.scales, support, target..target + 1));
+        // No singular value is below the cutoff, so all of them count.
+        let independent = factor.condition() * CUTOFF < 1.0;
+        let found = independent.then(|| factor.solve(0)).flatten();
+        found.unwrap_or_else(|| self.triangle.solve_truncated(support, target, CUTOFF, |j| self.scales[j]))
+    }
+}
+
+/// Scaled columns and targets of the triangle, column after column, down to the last row that one of the columns reaches.
+fn rows(triangle: &Triangle, scales: &[f64], columns: &[usize], targets: Range<usize>) -> Vec<f64> {
+    let height = columns.iter().map(|&j| triangle.column(j).len()).max().unwrap_or(0);
+    let mut rows = Vec::with_capacity(height * (columns.len() + targets.len()));
+    let scaled = columns.iter().map(|&j| (j, scales[j])).chain(targets.map(|j| (j, 1.0)));
+    for (number, (j, scale)) in scaled.enumerate() {
+        rows.extend(triangle.column(j).iter().take(height).map(|v| v / scale));
+        rows.resize((number + 1) * height, 0.0);
+    }
+    rows
 }

@@ -12,7 +12,7 @@ use sindyna_export::{Contents, Interface, Language, PRODUCER, Program};
 use sindyna_record::Own;
 use sindyna_record::identification::{Stepping, read_model};
 use sindyna_rl::SavedPolicy;
-use sindyna_sindy::{Model, export};
+use sindyna_sindy::{Expr, Model, export};
 use sindyna_training::problem::{RECORDED_LOG, Source};
 use sindyna_training::settings::{ControllerName, TrainConfig};
 
@@ -62,11 +62,12 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let (system, notes) = (export::System::from(&model), notes(directory, &model));
     let program = Program::new(system, notes);
     let task = task(directory);
+    let (task, formulas) = task.map_or((None, Vec::new()), |(task, formulas)| (Some(task), formulas));
     let program = match policy(directory, task.as_deref())? {
         Some((policy, observed)) => program.with_policy(&policy, observed),
         None => program,
     };
-    let program = program.with_interface(interface(directory, &model, task.as_deref()));
+    let program = program.with_interface(interface(directory, &model, task.as_deref().zip(Some(&formulas[..]))));
     if args.to == Language::Html && program.interface.is_none() {
         return Err(Failure::new(format!(
             "{} cannot be exported as a page: the start state is not known",
@@ -126,23 +127,26 @@ fn planner(directory: &Path) -> Option<ControllerName> {
     config(directory).map(|config| config.controller).filter(|controller| !controller.trains())
 }
 
+/// A task, and the observed values of it that are formulas of its states, by their names.
+type Declared<'a> = (&'a dyn Task, &'a [(String, Expr)]);
+
 /// The task of a run, where it is one and what it needs is there.
-fn task(directory: &Path) -> Option<Arc<dyn Task>> {
-    let config = config(directory)?;
-    Some(Source::of(&config, directory, None).task().ok()?.0)
+fn task(directory: &Path) -> Option<(Arc<dyn Task>, Vec<(String, Expr)>)> {
+    let source = Source::of(&config(directory)?, directory, None);
+    Some((source.task().ok()?.0, source.formulas().ok()?))
 }
 
 /// Rows of a log that a page begins in, at most.
 const STARTS: usize = 12;
 
 /// What a page to play with has to know besides `model`: of a run its task, of an identification its data.
-fn interface(directory: &Path, model: &Model, task: Option<&dyn Task>) -> Option<Interface> {
+fn interface(directory: &Path, model: &Model, task: Option<Declared<'_>>) -> Option<Interface> {
     if model.readings().is_some() {
         return None;
     }
-    if let Some(task) = task {
+    if let Some((task, formulas)) = task {
         let same = task.spec().state.iter().map(|channel| &channel.name).eq(model.states());
-        return Interface::of(task, 0).filter(|_| same);
+        return Interface::of(task, formulas, 0).filter(|_| same);
     }
     let data = std::fs::read_to_string(directory.join(RECORDED_LOG)).ok()?;
     let mut reader = csv::Reader::from_reader(data.as_bytes());

@@ -122,7 +122,9 @@ fn of_ours(error: &Error) -> Option<String> {
             _ => "--sign \"dw/dt: w < 0\" declares that the coefficient of w is not positive",
         }
         .into(),
-        Error::NotIdentified { .. } => "--model takes an output directory of `sindyna identify` of this version".into(),
+        Error::NotIdentified { .. } => {
+            "--model takes an output directory of `sindyna identify` of this version; `train --config` with the config.toml of a run identifies the equations in its log again".into()
+        }
         Error::Delayed { .. } => {
             "if only the log has this delay, shift the column of the inputs; `--delay 0` turns its detection off".into()
         }

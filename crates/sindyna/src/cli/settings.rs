@@ -136,6 +136,14 @@ impl Settings {
                         .hint("start with --task-file and --data to identify again"));
                 }
                 same_task(task, &config.task, path)?;
+                let source = match source {
+                    // Another build, or an earlier version, kept what this one cannot read: its log is there.
+                    Source::Log(file, log) if !log.is_identified() => {
+                        let found = identified(&file, log.path(), &config)?;
+                        Source::Log(file, found)
+                    }
+                    source => source,
+                };
                 if let (Some(_), false) = (pipe, matches!(source, Source::Pipe(..))) {
                     return Err(Failure::new(format!("{} is for a system that is no program", path.display()))
                         .hint("leave --pipe out, or start with --task-file"));

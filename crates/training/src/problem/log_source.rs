@@ -97,6 +97,18 @@ impl LogSource {
         Self { log, models, dt: data.dt, precision: data.precision.into() }
     }
 
+    /// Whether this build can read what was identified in the log: that of another build it cannot.
+    #[must_use]
+    pub fn is_identified(&self) -> bool {
+        self.models.bytes().is_ok_and(|models| identified_of(&models).is_ok())
+    }
+
+    /// Where the log is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.log.path()
+    }
+
     /// Sampling interval \[s\]; of samples that are not evenly spaced the median.
     pub(crate) fn dt(&self) -> f64 {
         self.dt

@@ -41,6 +41,11 @@ impl Recorded {
     }
 }
 
+/// The task in the file at `path` on what `source` has.
+pub(super) fn task(path: &Path, source: &LogSource) -> Result<Arc<dyn Task>, Error> {
+    Ok(without_simulator(path, Some(source.dt()))?.with_precision(source.precision()).task())
+}
+
 /// What the task file at `path` declares, whatever its system is; `dt` \[s\] is the control interval where it tells none.
 ///
 /// # Errors

@@ -5,13 +5,14 @@ use std::sync::Arc;
 
 use sindyna_core::Task;
 use sindyna_envs::System;
+use sindyna_sindy::Expr;
 
 use super::Problem;
 use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
 use super::pipe::{PipeSource, Piped};
-use super::recorded::Recorded;
+use super::recorded::{self, Recorded};
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -97,9 +98,20 @@ impl Source {
                 let file = TaskFile::with_simulator(path)?;
                 (file.task(), simulator_of(&file))
             }
-            Self::Log(path, source) => (Recorded::load(path, source)?.task(), SimulatorName::None),
+            Self::Log(path, source) => (recorded::task(path, source)?, SimulatorName::None),
             Self::Pipe(path, _) => (TaskFile::without_simulator(path)?.task(), SimulatorName::Pipe),
         })
+    }
+
+    /// Observed values of the task that are formulas of its states, by the names of their channels.
+    pub fn formulas(&self) -> Result<Vec<(String, Expr)>, Error> {
+        match self {
+            Self::Named(_) => Ok(Vec::new()),
+            // No formula of states holds the control interval.
+            Self::File(path) | Self::Log(path, _) | Self::Pipe(path, _) => {
+                Ok(TaskFile::load(path, Some(1.0))?.formulas().to_vec())
+            }
+        }
     }
 
     /// The problem on `simulator`, with Gaussian noise on the sensors of its system: `noise` is a fraction of every

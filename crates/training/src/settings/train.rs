@@ -68,12 +68,17 @@ pub struct TrainConfig {
 pub struct DataConfig {
     /// The log, relative to this file.
     pub log: String,
-    /// What was identified in it, relative to this file.
+    /// What was identified in it, relative to this file; earlier records have no such file.
+    #[serde(default = "recorded_models")]
     pub models: String,
     /// Sampling interval \[s\].
     pub dt: f64,
     /// How finely the states were recorded.
     pub precision: PrecisionName,
+}
+
+fn recorded_models() -> String {
+    RECORDED_MODELS.into()
 }
 
 /// Real data before anything is learned.

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use sindyna_core::{Computed, Dynamics, EnvError, Environment, Precision, Protocol, Sensors, Simulated, Spec, Task};
 use sindyna_mujoco::MujocoEnvironment;
+use sindyna_sindy::Expr;
 
 use crate::Error;
 use crate::problem::{FormulaTask, Problem};
@@ -35,7 +36,7 @@ pub(crate) struct TaskFile {
     task: Arc<FormulaTask>,
     sensors: Sensors,
     /// Observed values that are formulas.
-    functions: Vec<(String, Computed)>,
+    formulas: Vec<(String, Expr)>,
     simulator: Simulator,
     text: String,
     path: PathBuf,
@@ -81,12 +82,12 @@ impl TaskFile {
         let document = document.with_drawn();
         document.check()?;
         let (simulator, task, document) = Simulator::of(document, path, dt)?;
-        let functions = document.observed(&task.spec.state)?.functions;
-        let sensors = Sensors::computing(&task.spec, &functions).context("an observation shows no state")?;
+        let formulas = document.observed(&task.spec.state)?.formulas;
+        let sensors = sensors(&task.spec, &formulas).context("an observation shows no state")?;
         Ok(Self {
             task: Arc::new(task),
             sensors,
-            functions,
+            formulas,
             simulator,
             text,
             path: path.to_owned(),
@@ -98,7 +99,7 @@ impl TaskFile {
     /// The same with noise on its sensors: `fraction` of every observation channel's scale.
     pub(crate) fn with_noise(mut self, fraction: f64) -> Self {
         Arc::make_mut(&mut self.task).spec.noise = fraction;
-        self.sensors = Sensors::computing(&self.task.spec, &self.functions).expect("noise changes no channel");
+        self.sensors = sensors(&self.task.spec, &self.formulas).expect("noise changes no channel");
         self
     }
 
@@ -118,10 +119,25 @@ impl TaskFile {
         matches!(self.simulator, Simulator::Mujoco(_))
     }
 
+    /// Observed values that are formulas of the states, by the names of their channels.
+    pub(crate) fn formulas(&self) -> &[(String, Expr)] {
+        &self.formulas
+    }
+
     /// Whether something moves.
     pub(crate) fn has_simulator(&self) -> bool {
         !matches!(self.simulator, Simulator::None)
     }
+}
+
+/// The sensors of `spec` where some channels are formulas of the states.
+fn sensors(spec: &Spec, formulas: &[(String, Expr)]) -> Option<Sensors> {
+    let computed = |formula: &Expr| -> Computed {
+        let formula = formula.clone();
+        Arc::new(move |x: &[f64]| formula.eval(x))
+    };
+    let functions: Vec<_> = formulas.iter().map(|(name, formula)| (name.clone(), computed(formula))).collect();
+    Sensors::computing(spec, &functions)
 }
 
 fn wrong(path: &Path, e: anyhow::Error) -> Error {

@@ -1,9 +1,7 @@
 //! What the sensors of a task file show: states, cosines and sines of them, formulas.
 
-use std::sync::Arc;
-
 use anyhow::{Context as _, ensure};
-use sindyna_core::{Channel, Computed, Kind};
+use sindyna_core::{Channel, Kind};
 use sindyna_sindy::{Expr, parse};
 
 use super::document::Document;
@@ -12,7 +10,7 @@ use super::document::Document;
 pub(super) struct Observed {
     pub(super) channels: Vec<Channel>,
     /// Those that are formulas, by their names: the text itself.
-    pub(super) functions: Vec<(String, Computed)>,
+    pub(super) formulas: Vec<(String, Expr)>,
 }
 
 impl Document {
@@ -25,9 +23,9 @@ impl Document {
                 Kind::Angle if !channel.is_bounded() => vec![cosine(i), sine(i)],
                 _ => vec![channel.clone()],
             });
-            return Ok(Observed { channels: shown.collect(), functions: Vec::new() });
+            return Ok(Observed { channels: shown.collect(), formulas: Vec::new() });
         };
-        let (mut shown, mut functions) = (Vec::new(), Vec::new());
+        let (mut shown, mut formulas) = (Vec::new(), Vec::new());
         for text in listed {
             let channel = match text.split_once(' ') {
                 Some(("cos", name)) => Some(cosine(self.state_named(name).context("observation")?)),
@@ -36,10 +34,10 @@ impl Document {
             };
             match channel {
                 Some(channel) => {
-                    ensure!(functions.is_empty(), "observation lists `{text}` after a formula: formulas come last");
+                    ensure!(formulas.is_empty(), "observation lists `{text}` after a formula: formulas come last");
                     shown.push(channel);
                 }
-                None => functions.push((text.clone(), self.function_of_states(text)?)),
+                None => formulas.push((text.clone(), self.function_of_states(text)?)),
             }
         }
         for (i, channel) in state.iter().enumerate() {
@@ -51,15 +49,15 @@ impl Document {
                  both `cos {name}` and `sin {name}`"
             );
         }
-        shown.extend(functions.iter().map(|(text, _)| Channel::new(text, "", Kind::Plain, 1.0)));
+        shown.extend(formulas.iter().map(|(text, _)| Channel::new(text, "", Kind::Plain, 1.0)));
         for (i, channel) in shown.iter().enumerate() {
             ensure!(!shown[..i].contains(channel), "observation lists `{}` twice", channel.name);
         }
-        Ok(Observed { channels: shown, functions })
+        Ok(Observed { channels: shown, formulas })
     }
 
     /// A formula over states, definitions and parameters.
-    fn function_of_states(&self, text: &str) -> anyhow::Result<Computed> {
+    fn function_of_states(&self, text: &str) -> anyhow::Result<Expr> {
         let (n, definitions) = (self.state.len(), self.defined()?);
         let states = self.state.iter().map(|s| s.name.clone());
         let defined = definitions.iter().map(|(name, _)| name.clone());
@@ -67,11 +65,10 @@ impl Document {
         let numbers: Vec<f64> = self.numbers().map(|(_, value)| value).collect();
         let formula =
             parse(text, &names).with_context(|| format!("observation `{text}`, a formula over the states"))?;
-        let formula = formula.replaced(&|i| match i.checked_sub(n)? {
+        Ok(formula.replaced(&|i| match i.checked_sub(n)? {
             i if i < definitions.len() => Some(definitions[i].1.clone()),
             i => Some(Expr::Constant(numbers[i - definitions.len()])),
-        });
-        Ok(Arc::new(move |x: &[f64]| formula.eval(x)))
+        }))
     }
 }
 
