@@ -71,6 +71,7 @@ pub(super) fn account(
         fits,
         twins: Vec::new(),
         n_known: vec![0; n],
+        contradicted: Vec::new(),
         errors: all_errors,
         stepping: Stepping::Classical { substeps: 1 },
         condition: condition(&covariance),
