@@ -12,7 +12,7 @@ use common::{parts, python, sindyna};
 use sindyna_core::{Dynamics as _, Mode, Observe as _, Policy as _, Precision, Seed, Sensors, Space, Spec};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
-use sindyna_training::problem::{self, Problem as _};
+use sindyna_training::problem;
 
 /// A short run of a task, and what is known of it.
 struct Run {

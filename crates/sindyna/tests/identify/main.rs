@@ -7,7 +7,6 @@ mod common;
 mod other_logs;
 mod reading;
 
-use std::f64::consts::TAU;
 use std::fmt::Write as _;
 use std::fs;
 

@@ -1,12 +1,11 @@
 //! How logs are read: columns, times, units, angles, rates.
 
 use std::f64::consts::TAU;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
 use super::common::{COLUMNS, example, identify, json, parts, sindyna};
-use super::{at_uneven_times, reordered, rows};
+use super::{at_uneven_times, rows};
 
 #[test]
 fn without_options_names_tell_what_columns_are_or_the_call_is_shown() {
@@ -145,7 +144,7 @@ fn a_log_may_come_from_standard_input_with_other_cells_and_time() {
     let log = example().replace(',', ";").replacen("t [s];", "seconds [s];", 1).replacen("t;", "seconds;", 1);
     assert!(log.starts_with("seconds"), "{}", &log[..40]);
     let args = [&["identify", "-"], &COLUMNS[..], &["--angles", "th", "--delimiter", ";", "--time-column", "seconds"]];
-    let mut process = common::command(temp.path(), &args.concat())
+    let mut process = super::common::command(temp.path(), &args.concat())
         .stdin(std::process::Stdio::piped())
         .stdout(std::process::Stdio::piped())
         .stderr(std::process::Stdio::piped())
