@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::front::Front;
 use super::goal::Goal;
+use super::guess;
 use super::ilqr::Plan;
 use super::objective::Objective;
 use super::plant::{Plant, unused};
@@ -17,6 +18,14 @@ const FARTHER: f64 = 1.2;
 
 /// Iterations of that.
 const ITERATIONS: usize = 20;
+
+/// Guesses with waves for each goal and length, lengths in states' own pace and the factor between them, iterations that close a guess's gaps, and lengths
+/// that may bring nothing once a goal is reached.
+const WAVED: usize = 4;
+const SHORTEST: f64 = 4.0;
+const LONGER: f64 = 1.3;
+const CLOSING: usize = 80;
+const ENOUGH: usize = 3;
 
 /// Rounds that may bring nothing once a goal is reached, before no longer ways are tried.
 const PATIENCE: usize = 10;
@@ -113,11 +122,12 @@ impl Course {
     pub(crate) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let none = Self { plan: None, made: 0, goal: None };
         let mut best = Found { earned: f64::NEG_INFINITY, course: none, arrived: false };
-        let plain = (0..goals.len()).map(Some).chain([None]).map(|goal| Try { goal, controls: Vec::new() });
+        let plain = (0..goals.len()).map(Some).chain([None]).map(Try::Held);
         best.better(plant, goals, x, steps, plain.collect());
         if is_enough(goals, best.earned, steps) {
             return (best.course, best.earned);
         }
+        best.guess(plant, goals, x, steps);
         for width in CELLS {
             if !best.arrived {
                 best.look(plant, goals, x, steps, width);
@@ -169,6 +179,18 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 }
 
 impl Found {
+    /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more.
+    fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) {
+        let (mut length, mut without) = (SHORTEST / plant.pace, 0);
+        while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
+            let all = (0..goals.len()).flat_map(|goal| (0..guess::ways(plant) + WAVED).map(move |number| (goal, number)));
+            let tries = all.map(|(goal, number)| Try::Guessed { goal, steps: length as usize, number });
+            let gained = self.better(plant, goals, x, steps, tries.collect());
+            without = if gained || !self.arrived { 0 } else { without + 1 };
+            length = (LONGER * length).max(length + 1.0);
+        }
+    }
+
     /// Looks at all ways through cells so many scales wide.
     fn look(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
         let mut front = Front::new(plant, goals, x, width);
@@ -179,15 +201,15 @@ impl Found {
             for (goal, (place, reached)) in goals.iter().zip(&mut reached).enumerate() {
                 for (distance, controls) in front.nearest(place, NEAREST, FARTHER * *reached) {
                     *reached = reached.min(distance);
-                    tries.push(Try { goal: Some(goal), controls });
+                    tries.push(Try::Led { goal: Some(goal), controls });
                 }
             }
-            tries.extend(front.richest(true).map(|controls| Try { goal: None, controls }));
+            tries.extend(front.richest(true).map(|controls| Try::Led { goal: None, controls }));
             let gained = self.better(plant, goals, x, steps, tries);
             without = if gained || !self.arrived { 0 } else { without + 1 };
         }
         if !self.arrived {
-            let tries = front.richest(false).map(|controls| Try { goal: None, controls });
+            let tries = front.richest(false).map(|controls| Try::Led { goal: None, controls });
             self.better(plant, goals, x, steps, tries.into_iter().collect());
         }
     }
@@ -230,29 +252,41 @@ impl Found {
                 return;
             }
             let faster = |t: usize| plan.u[t * plan.u.len() / length].clone();
-            let one = Try { goal: self.course.goal, controls: (0..length).map(faster).collect() };
+            let one = Try::Led { goal: self.course.goal, controls: (0..length).map(faster).collect() };
             part = if self.better(plant, goals, x, steps, vec![one]) { 0 } else { part + 1 };
         }
     }
 }
 
 /// A way to be tried.
-struct Try {
-    goal: Option<usize>,
-    /// What leads near it.
-    controls: Vec<Vec<f64>>,
+enum Try {
+    /// No way: only this is held.
+    Held(Option<usize>),
+    /// Controls that lead near a goal.
+    Led { goal: Option<usize>, controls: Vec<Vec<f64>> },
+    /// Guess `number` of the states on a way of so many steps.
+    Guessed { goal: usize, steps: usize, number: usize },
 }
 
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
-        let Self { goal, controls } = self;
-        if controls.is_empty() {
-            return Some(Course { plan: None, made: 0, goal: *goal });
+        let objective =
+            |goal: Option<usize>| Objective { reward: 0.0, effort: EFFORT, end: goal.map(|goal| (&goals[goal], 1.0)) };
+        match self {
+            Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
+            Self::Led { goal, controls } => {
+                let objective = objective(*goal);
+                let plan = Plan::of(plant, &objective, x, controls.clone())?;
+                let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
+                Some(Course { plan: Some(plan), made: 0, goal: *goal })
+            }
+            Self::Guessed { goal, steps, number } => {
+                let objective = objective(Some(*goal));
+                let states = guess::between(plant, x, &goals[*goal], *steps, *number);
+                let plan = Plan::through(plant, &objective, states, vec![plant.middle(); *steps])?;
+                let plan = plan.improved(plant, &objective, CLOSING);
+                plan.is_closed().then_some(Course { plan: Some(plan), made: 0, goal: Some(*goal) })
+            }
         }
-        let end = goal.map(|goal| (&goals[goal], 1.0));
-        let objective = Objective { reward: 0.0, effort: EFFORT, end };
-        let plan = Plan::of(plant, &objective, x, controls.clone())?;
-        let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
-        Some(Course { plan: Some(plan), made: 0, goal: *goal })
     }
 }
