@@ -1,5 +1,7 @@
 //! A way through the rest of an episode: a plan, and a goal that is held from its end on.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::front::Front;
@@ -19,13 +21,17 @@ const FARTHER: f64 = 1.2;
 /// Iterations of that.
 const ITERATIONS: usize = 20;
 
-/// Guesses with waves for each goal and length, lengths in states' own pace and the factor between them, iterations that close a guess's gaps, and lengths
-/// that may bring nothing once a goal is reached.
-const WAVED: usize = 4;
+/// Guesses with waves for each goal and length, more of them if the first lead nowhere; lengths in states' own pace and the factor between them, and lengths that may bring nothing once a goal is
+/// reached.
+const WAVED: [usize; 2] = [4, 12];
 const SHORTEST: f64 = 4.0;
 const LONGER: f64 = 1.3;
-const CLOSING: usize = 80;
-const ENOUGH: usize = 3;
+const ENOUGH: usize = 2;
+
+/// Iterations that close the gaps of a guess, the part of the guesses of one length that is then improved further, and the iterations of that.
+const CLOSING: usize = 20;
+const KEPT: usize = 4;
+const ARRIVING: usize = 60;
 
 /// Rounds that may bring nothing once a goal is reached, before no longer ways are tried.
 const PATIENCE: usize = 10;
@@ -127,7 +133,14 @@ impl Course {
         if is_enough(goals, best.earned, steps) {
             return (best.course, best.earned);
         }
-        best.guess(plant, goals, x, steps);
+        let mut first = 0;
+        for waved in WAVED {
+            let last = guess::ways(plant) + waved;
+            if !best.arrived {
+                best.guess(plant, goals, x, steps, first..last);
+            }
+            first = last;
+        }
         for width in CELLS {
             if !best.arrived {
                 best.look(plant, goals, x, steps, width);
@@ -147,7 +160,11 @@ impl Course {
         earned: f64,
         iterations: usize,
     ) -> (Self, f64) {
-        let objective = Objective { reward: 1.0, effort: 0.0, end: None };
+        // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
+        let goal = self.goal.map(|goal| &goals[goal]);
+        let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
+        let unit = if unit.is_finite() { unit } else { 0.0 };
+        let objective = Objective { reward: 1.0, effort: EFFORT * unit, end: goal.map(|goal| (goal, unit)) };
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
         let (_, controls) = self.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
         let better = Plan::of(plant, &objective, x, controls).map(|plan| {
@@ -180,11 +197,22 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 
 impl Found {
     /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more.
-    fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) {
+    fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, numbers: Range<usize>) {
         let (mut length, mut without) = (SHORTEST / plant.pace, 0);
         while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
-            let all = (0..goals.len()).flat_map(|goal| (0..guess::ways(plant) + WAVED).map(move |number| (goal, number)));
-            let tries = all.map(|(goal, number)| Try::Guessed { goal, steps: length as usize, number });
+            let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
+            let all: Vec<(usize, usize)> = all.collect();
+            let close = |&(goal, number): &(usize, usize)| {
+                let objective = Objective { reward: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
+                let states = guess::between(plant, x, &goals[goal], length as usize, number);
+                let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length as usize])?;
+                Some((goal, plan.improved(plant, &objective, CLOSING)))
+            };
+            let mut closed: Vec<(usize, Plan)> = all.par_iter().filter_map(close).collect();
+            closed.retain(|(_, plan)| plan.is_closed());
+            closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
+            closed.truncate(all.len().div_ceil(KEPT));
+            let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
             let gained = self.better(plant, goals, x, steps, tries.collect());
             without = if gained || !self.arrived { 0 } else { without + 1 };
             length = (LONGER * length).max(length + 1.0);
@@ -264,8 +292,8 @@ enum Try {
     Held(Option<usize>),
     /// Controls that lead near a goal.
     Led { goal: Option<usize>, controls: Vec<Vec<f64>> },
-    /// Guess `number` of the states on a way of so many steps.
-    Guessed { goal: usize, steps: usize, number: usize },
+    /// A plan that ends somewhere near a goal.
+    Closed { goal: usize, plan: Plan },
 }
 
 impl Try {
@@ -280,12 +308,9 @@ impl Try {
                 let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
                 Some(Course { plan: Some(plan), made: 0, goal: *goal })
             }
-            Self::Guessed { goal, steps, number } => {
-                let objective = objective(Some(*goal));
-                let states = guess::between(plant, x, &goals[*goal], *steps, *number);
-                let plan = Plan::through(plant, &objective, states, vec![plant.middle(); *steps])?;
-                let plan = plan.improved(plant, &objective, CLOSING);
-                plan.is_closed().then_some(Course { plan: Some(plan), made: 0, goal: Some(*goal) })
+            Self::Closed { goal, plan } => {
+                let plan = plan.clone().improved(plant, &objective(Some(*goal)), ARRIVING);
+                Some(Course { plan: Some(plan), made: 0, goal: Some(*goal) })
             }
         }
     }

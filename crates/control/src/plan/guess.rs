@@ -11,9 +11,9 @@ use super::plant::Plant;
 /// Directions in which angles may turn: those of so many are all tried.
 const TURNING: usize = 2;
 
-/// Waves that are added to a guess, and their size in scales, less for the quicker ones.
+/// Waves that are added to a guess, and their sizes in scales, one guess after the other; less for the quicker waves.
 const WAVES: usize = 4;
-const HEIGHT: f64 = 1.0;
+const HEIGHTS: [f64; 3] = [0.3, 1.0, 3.0];
 
 /// How many guesses there are for each goal without waves: angles turn either way.
 pub(crate) fn ways(plant: &Plant) -> usize {
@@ -35,7 +35,7 @@ pub(crate) fn between(plant: &Plant, x: &[f64], goal: &Goal, steps: usize, numbe
         }
     }
     let mut rng = Seed::new(0).stream("guesses", number as u64);
-    let height = if number < ways(plant) { 0.0 } else { HEIGHT };
+    let height = if number < ways(plant) { 0.0 } else { HEIGHTS[number % HEIGHTS.len()] };
     let waves: Vec<Vec<f64>> = (0..n)
         .map(|i| {
             let of = |wave: usize| {
