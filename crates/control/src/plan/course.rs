@@ -40,13 +40,16 @@ const PATIENCE: usize = 10;
 const ARRIVED: f64 = 1e-2;
 
 /// Parts of its time in which the same way is tried.
-const PARTS: [f64; 4] = [0.85, 0.93, 0.97, 0.985];
+const PARTS: [f64; 5] = [0.85, 0.93, 0.97, 0.985, 0.993];
 
 /// Part of the return that is not worth a search.
 const NOTHING: f64 = 1e-3;
 
 /// Steps after a plan that are improved with it, and as many as it has.
 const BEYOND: usize = 30;
+
+/// Steps of differences of the reward, in scales: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
+const WIDTHS: [f64; 2] = [1e-3, 0.1];
 
 /// Iterations by which the best is improved for its reward.
 const POLISH: usize = 40;
@@ -164,18 +167,21 @@ impl Course {
         let goal = self.goal.map(|goal| &goals[goal]);
         let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
         let unit = if unit.is_finite() { unit } else { 0.0 };
-        let objective = Objective { reward: 1.0, effort: EFFORT * unit, end: goal.map(|goal| (goal, unit)) };
+        let end = goal.map(|goal| (goal, unit));
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
-        let (_, controls) = self.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
-        let better = Plan::of(plant, &objective, x, controls).map(|plan| {
+        let (mut best, mut earned) = (self, earned);
+        for width in WIDTHS {
+            let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
+            let (_, controls) = best.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
+            let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };
             let plan = plan.improved(plant, &objective, iterations);
-            let course = Self { plan: Some(plan), made: 0, goal: self.goal };
-            (course.earns(plant, goals, x, steps).0, course)
-        });
-        match better {
-            Some((more, course)) if more > earned => (course, more),
-            _ => (self, earned),
+            let course = Self { plan: Some(plan), made: 0, goal: best.goal };
+            let more = course.earns(plant, goals, x, steps).0;
+            if more > earned {
+                (best, earned) = (course, more);
+            }
         }
+        (best, earned)
     }
 }
 
@@ -203,7 +209,7 @@ impl Found {
             let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
             let all: Vec<(usize, usize)> = all.collect();
             let close = |&(goal, number): &(usize, usize)| {
-                let objective = Objective { reward: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
+                let objective = Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
                 let states = guess::between(plant, x, &goals[goal], length as usize, number);
                 let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length as usize])?;
                 Some((goal, plan.improved(plant, &objective, CLOSING)))
@@ -299,7 +305,7 @@ enum Try {
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
         let objective =
-            |goal: Option<usize>| Objective { reward: 0.0, effort: EFFORT, end: goal.map(|goal| (&goals[goal], 1.0)) };
+            |goal: Option<usize>| Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: goal.map(|goal| (&goals[goal], 1.0)) };
         match self {
             Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
             Self::Led { goal, controls } => {
