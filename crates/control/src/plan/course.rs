@@ -304,8 +304,12 @@ enum Try {
 
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
-        let objective =
-            |goal: Option<usize>| Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: goal.map(|goal| (&goals[goal], 1.0)) };
+        let objective = |goal: Option<usize>| Objective {
+            reward: 0.0,
+            width: 0.0,
+            effort: EFFORT,
+            end: goal.map(|goal| (&goals[goal], 1.0)),
+        };
         match self {
             Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
             Self::Led { goal, controls } => {

@@ -73,3 +73,28 @@ pub(crate) fn between(plant: &Plant, x: &[f64], goal: &Goal, steps: usize, numbe
     }
     states
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::ilqr::Plan;
+    use super::super::objective::Objective;
+    use super::*;
+
+    #[test]
+    fn gaps_of_a_guess_are_closed_at_its_goal() {
+        let system = sindyna_envs::find("cart-pole-swing-up").expect("it is registered");
+        let plant = Plant::new(system.dynamics(), system.task());
+        let start = [0.0, PI, 0.0, 0.0];
+        let goal = Goal::find(&plant, &start).swap_remove(0);
+        let objective = Objective { reward: 0.0, width: 0.0, effort: 1e-3, end: Some((&goal, 1.0)) };
+        let closed = |steps: usize| {
+            let states = between(&plant, &start, &goal, steps, 0);
+            assert!(states[0] == start && goal.distance(&states[steps]) < 1e-9, "{steps}");
+            let plan = Plan::through(&plant, &objective, states, vec![plant.middle(); steps]).expect("it stays finite");
+            assert!(!plan.is_closed());
+            let plan = plan.improved(&plant, &objective, 80);
+            plan.is_closed() && plan.x.last().is_some_and(|last| goal.distance(last) < 1e-2)
+        };
+        assert!([40, 60, 80, 110].into_iter().any(closed));
+    }
+}

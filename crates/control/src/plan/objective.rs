@@ -94,11 +94,12 @@ fn of_reward(plant: &Plant, (x, u, next): (&[f64], &[f64], &[f64]), width: f64) 
     let mut z = [x, u, next].concat();
     let reward = |z: &[f64]| plant.reward(&z[..n], &z[n..n + k], &z[n + k..]);
     let step = |i: usize| {
-        width * match i {
-            i if i < n => plant.scales[i],
-            i if i < n + k => plant.half(i - n),
-            i => plant.scales[i - n - k],
-        }
+        width
+            * match i {
+                i if i < n => plant.scales[i],
+                i if i < n + k => plant.half(i - n),
+                i => plant.scales[i - n - k],
+            }
     };
     let middle = reward(&z);
     let (mut g, mut h) = (Array1::zeros(size), Array2::zeros((size, size)));

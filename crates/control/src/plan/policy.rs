@@ -31,6 +31,9 @@ const LOST: usize = 100;
 /// Iterations of such an improvement.
 const AGAIN: usize = 3;
 
+/// Start states from which it is tried whether holding a goal is enough.
+const STARTS: u64 = 16;
+
 /// How a [`Planner`] plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Method {
@@ -102,6 +105,18 @@ impl Planner {
             Goal::find(&self.plant, &start)
         });
         shared.clone()
+    }
+
+    /// Whether holding a goal earns about all there is, from every start state that is tried.
+    pub(super) fn is_enough(&self) -> bool {
+        let (plant, steps) = (&self.plant, self.plant.task.max_steps());
+        (0..STARTS).all(|start| {
+            let mut x = vec![0.0; plant.dims().0];
+            plant.task.initial(&mut Seed::new(0).stream("starts", start), &mut x);
+            let goals = self.goals(&x);
+            let earned = Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0;
+            is_enough(&goals, earned, steps)
+        })
     }
 
     /// How it plans.
