@@ -204,7 +204,7 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 impl Found {
     /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more.
     fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, numbers: Range<usize>) {
-        let (mut length, mut without) = (SHORTEST / plant.pace, 0);
+        let (mut length, mut without) = ((SHORTEST / plant.pace).max(2.0), 0);
         while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
             let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
             let all: Vec<(usize, usize)> = all.collect();
