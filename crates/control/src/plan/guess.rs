@@ -30,7 +30,7 @@ pub(crate) fn between(plant: &Plant, x: &[f64], goal: &Goal, steps: usize, numbe
     let error = goal.error(x);
     let mut way: Vec<f64> = error.iter().map(|error| -error).collect();
     for (bit, i) in turning(plant).into_iter().enumerate() {
-        if number >> bit & 1 == 1 {
+        if (number >> bit) & 1 == 1 {
             way[i] -= TAU * way[i].signum();
         }
     }
