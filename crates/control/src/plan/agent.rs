@@ -69,11 +69,17 @@ impl Agent for Planners {
     }
 
     fn plan(&self, model: &Arc<dyn Dynamics>) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
-        let each = self.methods.iter().filter_map(|&method| {
-            let planner = self.planner(method, model.clone()).ok()?;
-            Some((method.name(), Arc::new(planner) as Arc<dyn TrainedPolicy>))
-        });
-        each.collect()
+        let mut all: Vec<(&'static str, Arc<dyn TrainedPolicy>)> = Vec::new();
+        for &method in &self.methods {
+            let Ok(planner) = self.planner(method, model.clone()) else { continue };
+            // Where the regulator earns all there is, nothing else is worth its time.
+            let enough = method == Method::Lqr && planner.is_enough();
+            all.push((method.name(), Arc::new(planner)));
+            if enough {
+                break;
+            }
+        }
+        all
     }
 
     fn policy(&self) -> Arc<dyn TrainedPolicy> {

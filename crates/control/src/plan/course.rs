@@ -1,9 +1,12 @@
 //! A way through the rest of an episode: a plan, and a goal that is held from its end on.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::front::Front;
 use super::goal::Goal;
+use super::guess;
 use super::ilqr::Plan;
 use super::objective::Objective;
 use super::plant::{Plant, unused};
@@ -18,6 +21,18 @@ const FARTHER: f64 = 1.2;
 /// Iterations of that.
 const ITERATIONS: usize = 20;
 
+/// Guesses with waves for each goal and length, more of them if the first lead nowhere; lengths in states' own pace and the factor between them, and lengths that may bring nothing once a goal is
+/// reached.
+const WAVED: [usize; 2] = [4, 12];
+const SHORTEST: f64 = 4.0;
+const LONGER: f64 = 1.3;
+const ENOUGH: usize = 2;
+
+/// Iterations that close the gaps of a guess, the part of the guesses of one length that is then improved further, and the iterations of that.
+const CLOSING: usize = 20;
+const KEPT: usize = 4;
+const ARRIVING: usize = 60;
+
 /// Rounds that may bring nothing once a goal is reached, before no longer ways are tried.
 const PATIENCE: usize = 10;
 
@@ -25,13 +40,16 @@ const PATIENCE: usize = 10;
 const ARRIVED: f64 = 1e-2;
 
 /// Parts of its time in which the same way is tried.
-const PARTS: [f64; 4] = [0.85, 0.93, 0.97, 0.985];
+const PARTS: [f64; 5] = [0.85, 0.93, 0.97, 0.985, 0.993];
 
 /// Part of the return that is not worth a search.
 const NOTHING: f64 = 1e-3;
 
 /// Steps after a plan that are improved with it, and as many as it has.
 const BEYOND: usize = 30;
+
+/// Steps of differences of the reward, in scales: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
+const WIDTHS: [f64; 2] = [1e-3, 0.1];
 
 /// Iterations by which the best is improved for its reward.
 const POLISH: usize = 40;
@@ -113,10 +131,18 @@ impl Course {
     pub(crate) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let none = Self { plan: None, made: 0, goal: None };
         let mut best = Found { earned: f64::NEG_INFINITY, course: none, arrived: false };
-        let plain = (0..goals.len()).map(Some).chain([None]).map(|goal| Try { goal, controls: Vec::new() });
+        let plain = (0..goals.len()).map(Some).chain([None]).map(Try::Held);
         best.better(plant, goals, x, steps, plain.collect());
         if is_enough(goals, best.earned, steps) {
             return (best.course, best.earned);
+        }
+        let mut first = 0;
+        for waved in WAVED {
+            let last = guess::ways(plant) + waved;
+            if !best.arrived {
+                best.guess(plant, goals, x, steps, first..last);
+            }
+            first = last;
         }
         for width in CELLS {
             if !best.arrived {
@@ -137,18 +163,25 @@ impl Course {
         earned: f64,
         iterations: usize,
     ) -> (Self, f64) {
-        let objective = Objective { reward: 1.0, effort: 0.0, end: None };
+        // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
+        let goal = self.goal.map(|goal| &goals[goal]);
+        let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
+        let unit = if unit.is_finite() { unit } else { 0.0 };
+        let end = goal.map(|goal| (goal, unit));
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
-        let (_, controls) = self.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
-        let better = Plan::of(plant, &objective, x, controls).map(|plan| {
+        let (mut best, mut earned) = (self, earned);
+        for width in WIDTHS {
+            let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
+            let (_, controls) = best.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
+            let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };
             let plan = plan.improved(plant, &objective, iterations);
-            let course = Self { plan: Some(plan), made: 0, goal: self.goal };
-            (course.earns(plant, goals, x, steps).0, course)
-        });
-        match better {
-            Some((more, course)) if more > earned => (course, more),
-            _ => (self, earned),
+            let course = Self { plan: Some(plan), made: 0, goal: best.goal };
+            let more = course.earns(plant, goals, x, steps).0;
+            if more > earned {
+                (best, earned) = (course, more);
+            }
         }
+        (best, earned)
     }
 }
 
@@ -169,6 +202,29 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 }
 
 impl Found {
+    /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more.
+    fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, numbers: Range<usize>) {
+        let (mut length, mut without) = ((SHORTEST / plant.pace).max(2.0), 0);
+        while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
+            let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
+            let all: Vec<(usize, usize)> = all.collect();
+            let close = |&(goal, number): &(usize, usize)| {
+                let objective = Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
+                let states = guess::between(plant, x, &goals[goal], length as usize, number);
+                let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length as usize])?;
+                Some((goal, plan.improved(plant, &objective, CLOSING)))
+            };
+            let mut closed: Vec<(usize, Plan)> = all.par_iter().filter_map(close).collect();
+            closed.retain(|(_, plan)| plan.is_closed());
+            closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
+            closed.truncate(all.len().div_ceil(KEPT));
+            let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
+            let gained = self.better(plant, goals, x, steps, tries.collect());
+            without = if gained || !self.arrived { 0 } else { without + 1 };
+            length = (LONGER * length).max(length + 1.0);
+        }
+    }
+
     /// Looks at all ways through cells so many scales wide.
     fn look(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
         let mut front = Front::new(plant, goals, x, width);
@@ -179,15 +235,15 @@ impl Found {
             for (goal, (place, reached)) in goals.iter().zip(&mut reached).enumerate() {
                 for (distance, controls) in front.nearest(place, NEAREST, FARTHER * *reached) {
                     *reached = reached.min(distance);
-                    tries.push(Try { goal: Some(goal), controls });
+                    tries.push(Try::Led { goal: Some(goal), controls });
                 }
             }
-            tries.extend(front.richest(true).map(|controls| Try { goal: None, controls }));
+            tries.extend(front.richest(true).map(|controls| Try::Led { goal: None, controls }));
             let gained = self.better(plant, goals, x, steps, tries);
             without = if gained || !self.arrived { 0 } else { without + 1 };
         }
         if !self.arrived {
-            let tries = front.richest(false).map(|controls| Try { goal: None, controls });
+            let tries = front.richest(false).map(|controls| Try::Led { goal: None, controls });
             self.better(plant, goals, x, steps, tries.into_iter().collect());
         }
     }
@@ -230,29 +286,42 @@ impl Found {
                 return;
             }
             let faster = |t: usize| plan.u[t * plan.u.len() / length].clone();
-            let one = Try { goal: self.course.goal, controls: (0..length).map(faster).collect() };
+            let one = Try::Led { goal: self.course.goal, controls: (0..length).map(faster).collect() };
             part = if self.better(plant, goals, x, steps, vec![one]) { 0 } else { part + 1 };
         }
     }
 }
 
 /// A way to be tried.
-struct Try {
-    goal: Option<usize>,
-    /// What leads near it.
-    controls: Vec<Vec<f64>>,
+enum Try {
+    /// No way: only this is held.
+    Held(Option<usize>),
+    /// Controls that lead near a goal.
+    Led { goal: Option<usize>, controls: Vec<Vec<f64>> },
+    /// A plan that ends somewhere near a goal.
+    Closed { goal: usize, plan: Plan },
 }
 
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
-        let Self { goal, controls } = self;
-        if controls.is_empty() {
-            return Some(Course { plan: None, made: 0, goal: *goal });
+        let objective = |goal: Option<usize>| Objective {
+            reward: 0.0,
+            width: 0.0,
+            effort: EFFORT,
+            end: goal.map(|goal| (&goals[goal], 1.0)),
+        };
+        match self {
+            Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
+            Self::Led { goal, controls } => {
+                let objective = objective(*goal);
+                let plan = Plan::of(plant, &objective, x, controls.clone())?;
+                let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
+                Some(Course { plan: Some(plan), made: 0, goal: *goal })
+            }
+            Self::Closed { goal, plan } => {
+                let plan = plan.clone().improved(plant, &objective(Some(*goal)), ARRIVING);
+                Some(Course { plan: Some(plan), made: 0, goal: Some(*goal) })
+            }
         }
-        let end = goal.map(|goal| (&goals[goal], 1.0));
-        let objective = Objective { reward: 0.0, effort: EFFORT, end };
-        let plan = Plan::of(plant, &objective, x, controls.clone())?;
-        let plan = if goal.is_some() { plan.improved(plant, &objective, ITERATIONS) } else { plan };
-        Some(Course { plan: Some(plan), made: 0, goal: *goal })
     }
 }

@@ -18,7 +18,7 @@ const WIDTH: usize = 2_000;
 const NEAR: f64 = 0.9;
 
 /// Steps of the model in one search.
-const BUDGET: usize = 2_000_000;
+const BUDGET: usize = 400_000;
 
 /// Steps for which a control is held, at most.
 const LONGEST: usize = 25;

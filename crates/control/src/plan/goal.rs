@@ -10,7 +10,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Kind, Rng, Seed};
 
 use super::plant::{Plant, unused};
-use crate::{Costs, Linear, regulate};
+use crate::{Costs, Linear, Regulator, regulate};
 
 /// States from which rest is looked for.
 const SAMPLES: usize = 400;
@@ -27,6 +27,14 @@ const ALIKE: f64 = 0.2;
 const NEIGHBOURS: usize = 48;
 const NEAREST: f64 = 0.01;
 const FARTHEST: f64 = 0.5;
+
+/// Weights on controls of the regulators that may hold a goal, besides 1; what another one must earn more, from how many states so many scales away and for
+/// how many steps that is simulated.
+const WEIGHTS: [f64; 3] = [0.1, 0.01, 0.001];
+const BETTER: f64 = 0.01;
+const HELD: usize = 16;
+const AWAY: f64 = 0.2;
+const FOR: usize = 200;
 
 /// Scales by which two goals differ.
 const APART: f64 = 0.1;
@@ -73,6 +81,28 @@ impl Goal {
         let mut u: Vec<f64> = self.u.iter().zip(self.gain.dot(&self.error(x))).map(|(u, du)| u - du).collect();
         plant.clamp(&mut u);
         u
+    }
+
+    /// What the regulator earns from states near the goal.
+    fn holds(&self, plant: &Plant) -> f64 {
+        let (mut rng, mut drawn, mut earned) = (unused(), Seed::new(0).stream("near a goal", 0), 0.0);
+        for _ in 0..HELD {
+            let (mut x, mut next) = (self.x.clone(), vec![0.0; self.x.len()]);
+            for i in (0..x.len()).filter(|i| plant.moved[*i]) {
+                let normal: f64 = StandardNormal.sample(&mut drawn);
+                let (low, high) = plant.spec().state[i].prior.bounds;
+                x[i] = (x[i] + AWAY * plant.scales[i] * normal).clamp(low, high);
+            }
+            for _ in 0..plant.task.max_steps().min(FOR) {
+                let Some(stepped) = plant.step(&x, &self.control(plant, &x), &mut rng, &mut next) else { break };
+                earned += stepped.reward;
+                if stepped.ended {
+                    break;
+                }
+                std::mem::swap(&mut x, &mut next);
+            }
+        }
+        earned
     }
 
     /// States of rest that pay most to stay in, the best first. States that no control changes are those of `start`.
@@ -203,18 +233,38 @@ impl Rest {
             Array2::from_shape_fn((moved.len(), columns.len()), |(i, j)| of[[moved[i], columns[j]]])
         };
         let linear = Linear { a: part(&all.a, &moved), b: part(&all.b, &(0..k).collect::<Vec<_>>()) };
-        let costs = Costs {
-            state: moved.iter().map(|i| plant.scales[*i].powi(-2)).collect(),
-            control: (0..k).map(|j| plant.half(j).powi(-2)).collect(),
+        let regulator = |weight: f64| {
+            let costs = Costs {
+                state: moved.iter().map(|i| plant.scales[*i].powi(-2)).collect(),
+                control: (0..k).map(|j| weight * plant.half(j).powi(-2)).collect(),
+            };
+            regulate(&linear, &costs).ok()
         };
-        let regulator = regulate(&linear, &costs).ok()?;
-        let (mut gain, mut value) = (Array2::zeros((k, n)), Array2::zeros((n, n)));
+        let gain = |regulator: &Regulator| {
+            let mut gain = Array2::zeros((k, n));
+            for (i, &column) in moved.iter().enumerate() {
+                (0..k).for_each(|j| gain[[j, column]] = regulator.gain[[j, i]]);
+            }
+            gain
+        };
+        let first = regulator(1.0)?;
+        let mut value = Array2::zeros((n, n));
         for (i, &column) in moved.iter().enumerate() {
-            (0..k).for_each(|j| gain[[j, column]] = regulator.gain[[j, i]]);
-            moved.iter().enumerate().for_each(|(j, &row)| value[[row, column]] = regulator.value[[j, i]]);
+            moved.iter().enumerate().for_each(|(j, &row)| value[[row, column]] = first.value[[j, i]]);
         }
         let ends = plant.task.terminated(&self.x);
-        Some(Goal { x: self.x, u: self.u, pay: self.pay, ends, gain, value, turns: plant.turns.clone() })
+        let turns = plant.turns.clone();
+        let mut goal = Goal { x: self.x, u: self.u, pay: self.pay, ends, gain: gain(&first), value, turns };
+        let mut most = goal.holds(plant);
+        for weight in WEIGHTS {
+            let Some(other) = regulator(weight) else { continue };
+            let other = Goal { gain: gain(&other), ..goal.clone() };
+            let earned = other.holds(plant);
+            if earned > most + BETTER * most.abs() {
+                (goal, most) = (other, earned);
+            }
+        }
+        Some(goal)
     }
 }
 

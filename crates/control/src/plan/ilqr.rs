@@ -3,7 +3,7 @@
 use super::objective::{Expansion, Objective};
 use super::plant::{Plant, unused};
 use super::small::{box_newton, is_positive};
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView1};
 
 /// Parts of a step that are tried, one after the other.
 const PARTS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
@@ -15,8 +15,18 @@ const LARGEST: f64 = 1e10;
 /// Part of the cost by which an iteration must better it to be followed by another.
 const CONVERGED: f64 = 1e-5;
 
-/// Changes of the controls (T, k), and gains of all steps, each (k, n).
-type Law = (Vec<Array1<f64>>, Vec<Array2<f64>>);
+/// What a gap costs, beside the largest slope of the cost to go: from 1 on closing it always pays.
+const DEAR: f64 = 1.5;
+
+/// What one pass backward comes to.
+struct Law {
+    /// Changes of the controls (T, k).
+    change: Vec<Array1<f64>>,
+    /// Gains of all steps, each (k, n).
+    gains: Vec<Array2<f64>>,
+    /// The largest slope of the cost to go, for a change by a scale.
+    slope: f64,
+}
 
 /// Controls from a state, where they lead, and how to correct them on the way.
 #[derive(Debug, Clone)]
@@ -27,6 +37,8 @@ pub(crate) struct Plan {
     pub(crate) u: Vec<Vec<f64>>,
     /// u − u_t = K_t (x − x_t), each (k, n).
     pub(crate) gains: Vec<Array2<f64>>,
+    /// F(x_t, u_t) − x_{t+1}, (T, n), where states were guessed; none where they follow from the controls.
+    gaps: Vec<Vec<f64>>,
     pub(crate) cost: f64,
 }
 
@@ -36,10 +48,41 @@ impl Plan {
         let (n, k) = plant.dims();
         let gains = vec![Array2::zeros((k, n)); controls.len()];
         let x = vec![start.to_vec(); controls.len() + 1];
-        Self { x, u: controls, gains, cost: f64::INFINITY }.followed(plant, objective, start, None)
+        Self { x, u: controls, gains, gaps: Vec::new(), cost: f64::INFINITY }.followed(plant, objective, start, None)
     }
 
-    /// The plan from `start`, by its gains, plus a part of the `change` of its controls.
+    /// Guessed states (T + 1, n) under `controls` (T, k), which need not lead from one to the next; `None` where the model diverges.
+    pub(crate) fn through(
+        plant: &Plant,
+        objective: &Objective<'_>,
+        x: Vec<Vec<f64>>,
+        controls: Vec<Vec<f64>>,
+    ) -> Option<Self> {
+        let ((n, k), mut rng) = (plant.dims(), unused());
+        let (mut cost, mut gaps) = (objective.of_end(x.last()?), Vec::with_capacity(controls.len()));
+        for (pair, u) in x.windows(2).zip(&controls) {
+            let mut next = vec![0.0; n];
+            plant.step(&pair[0], u, &mut rng, &mut next)?;
+            next.iter_mut().zip(&pair[1]).for_each(|(next, guessed)| *next -= guessed);
+            gaps.push(next);
+            cost += objective.of_step(plant, plant.paid(&pair[0], u, &pair[1])?, u);
+        }
+        let gains = vec![Array2::zeros((k, n)); controls.len()];
+        cost.is_finite().then_some(Self { x, u: controls, gains, gaps, cost })
+    }
+
+    /// The sum of all gaps, in scales.
+    fn apart(&self, plant: &Plant) -> f64 {
+        let of = |gap: &Vec<f64>| gap.iter().zip(&plant.scales).map(|(gap, scale)| gap.abs() / scale).sum::<f64>();
+        self.gaps.iter().map(of).sum()
+    }
+
+    /// Whether its states follow from its controls.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.gaps.is_empty()
+    }
+
+    /// The plan from `start`, by its gains, plus a part of the `change` of its controls, by which gaps are smaller as well.
     pub(crate) fn followed(
         &self,
         plant: &Plant,
@@ -49,7 +92,9 @@ impl Plan {
     ) -> Option<Self> {
         let mut rng = unused();
         let (steps, mut cost) = (self.u.len(), 0.0);
-        let mut plan = Self { x: Vec::with_capacity(steps + 1), u: Vec::with_capacity(steps), gains: Vec::new(), cost };
+        let (x, u) = (Vec::with_capacity(steps + 1), Vec::with_capacity(steps));
+        let mut plan = Self { x, u, gains: Vec::new(), gaps: Vec::new(), cost };
+        let open = 1.0 - change.map_or(1.0, |(_, part)| part);
         plan.x.push(start.to_vec());
         for t in 0..steps {
             let x = &plan.x[t];
@@ -60,7 +105,12 @@ impl Plan {
             }
             plant.clamp(&mut u);
             let mut next = vec![0.0; x.len()];
-            let stepped = plant.step(x, &u, &mut rng, &mut next)?;
+            let mut stepped = plant.step(x, &u, &mut rng, &mut next)?;
+            if let Some(gap) = self.gaps.get(t).filter(|_| open > 0.0) {
+                plan.gaps.push(gap.iter().map(|gap| open * gap).collect());
+                next.iter_mut().zip(gap).for_each(|(next, gap)| *next -= open * gap);
+                stepped = plant.paid(x, &u, &next)?;
+            }
             cost += objective.of_step(plant, stepped, &u);
             plan.x.push(next);
             plan.u.push(u);
@@ -71,20 +121,22 @@ impl Plan {
     }
 
     /// The plan after so many iterations of differential dynamic programming at most, with limits of the controls. Second derivatives of the
-    /// dynamics are left out (iLQR), those of the rewards made positive.
+    /// dynamics are left out (iLQR), those of the rewards made positive. Gaps between guessed states are closed on the way (multiple shooting): a part of a step
+    /// leaves as much of them open.
     ///
     /// # References
     /// Li, Todorov (2004), ICINCO, "Iterative linear quadratic regulator design". Tassa, Mansard, Todorov (2014), ICRA, "Control-limited
-    /// differential dynamic programming", doi:10.1109/ICRA.2014.6907001.
+    /// differential dynamic programming", doi:10.1109/ICRA.2014.6907001. Mastalli et
+    /// al. (2020), ICRA, "Crocoddyl: an efficient and versatile framework for multi-contact optimal control", §III (gaps), doi:10.1109/ICRA40945.2020.9196673.
     pub(crate) fn improved(mut self, plant: &Plant, objective: &Objective<'_>, iterations: usize) -> Self {
-        let mut damping = FIRST;
+        let (mut damping, mut dear) = (FIRST, 0.0_f64);
         let mut expansions: Option<Vec<Expansion>> = None;
         for _ in 0..iterations {
             if plant.stopped() {
                 break;
             }
             let Some(local) = expansions.take().or_else(|| self.expanded(plant, objective)) else { break };
-            let Some((change, gains)) = self.backward(plant, objective, &local, damping) else {
+            let Some(Law { change, gains, slope }) = self.backward(plant, objective, &local, damping) else {
                 damping *= 10.0;
                 if damping > LARGEST {
                     break;
@@ -94,14 +146,16 @@ impl Plan {
             };
             self.gains = gains;
             let start = self.x[0].clone();
+            dear = dear.max(DEAR * slope);
+            let worth = |plan: &Self| if plan.is_closed() { plan.cost } else { plan.cost + dear * plan.apart(plant) };
+            let now = worth(&self);
             let better = PARTS.iter().find_map(|part| {
                 let tried = self.followed(plant, objective, &start, Some((&change, *part)))?;
-                (tried.cost < self.cost).then_some(tried)
+                (worth(&tried) < now).then_some(tried)
             });
             match better {
                 Some(better) => {
-                    let gained = self.cost - better.cost;
-                    let enough = gained > CONVERGED * self.cost.abs();
+                    let enough = !better.is_closed() || now - better.cost > CONVERGED * now.abs();
                     self = better;
                     damping = (damping / 10.0).max(FIRST);
                     if !enough {
@@ -130,8 +184,12 @@ impl Plan {
         let (steps, (n, k)) = (self.u.len(), plant.dims());
         let (mut vx, mut vxx) = objective.expand_end(&self.x[steps]);
         let (mut change, mut gains) = (vec![Array1::zeros(k); steps], vec![Array2::zeros((k, n)); steps]);
+        let mut slope = 0.0_f64;
         for t in (0..steps).rev() {
             let Expansion { a, b, lx, lu, lxx, lux, luu } = &local[t];
+            if let Some(gap) = self.gaps.get(t) {
+                vx = &vx + &vxx.dot(&ArrayView1::from(gap));
+            }
             let (va, vb) = (vxx.dot(a), vxx.dot(b));
             let qx = lx + &a.t().dot(&vx);
             let qu = lu + &b.t().dot(&vx);
@@ -151,8 +209,9 @@ impl Plan {
             let cross = gain.t().dot(&qux);
             vxx = &qxx + &gain.t().dot(&quu).dot(&gain) + &cross + cross.t();
             vxx = 0.5 * (&vxx + &vxx.t());
+            slope = vx.iter().zip(&plant.scales).map(|(v, scale)| (v * scale).abs()).fold(slope, f64::max);
             (change[t], gains[t]) = (du, gain);
         }
-        Some((change, gains))
+        Some(Law { change, gains, slope })
     }
 }

@@ -4,6 +4,7 @@ mod agent;
 mod course;
 mod front;
 mod goal;
+mod guess;
 mod ilqr;
 mod mppi;
 mod objective;

@@ -7,13 +7,12 @@ use super::goal::Goal;
 use super::plant::{Plant, Stepped};
 use super::small::without_negative;
 
-/// Step of differences of the reward, in scales: wide enough to look over small kinks.
-const STEP: f64 = 1e-3;
-
 /// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + `end`·(x_T − x*)ᵀP(x_T − x*).
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Objective<'a> {
     pub(crate) reward: f64,
+    /// Step of differences of the reward, in scales.
+    pub(crate) width: f64,
     pub(crate) effort: f64,
     pub(crate) end: Option<(&'a Goal, f64)>,
 }
@@ -62,7 +61,7 @@ impl Objective<'_> {
         let (a, b) = plant.linearize(x, u, rng).ok()?;
         let (mut slope, mut bend) = (Array1::zeros(n + k), Array2::zeros((n + k, n + k)));
         if self.reward > 0.0 {
-            let (g, h) = of_reward(plant, (x, u, next));
+            let (g, h) = of_reward(plant, (x, u, next), self.width);
             // z = (x; u; x⁺), of which the last is A x + B u.
             let mut through = Array2::zeros((2 * n + k, n + k));
             (0..n + k).for_each(|i| through[[i, i]] = 1.0);
@@ -89,17 +88,18 @@ impl Objective<'_> {
 }
 
 /// Gradient and Hessian of r over z = (x; u; x⁺), by central differences. Values of z on which r does not depend cost two evaluations each.
-fn of_reward(plant: &Plant, (x, u, next): (&[f64], &[f64], &[f64])) -> (Array1<f64>, Array2<f64>) {
+fn of_reward(plant: &Plant, (x, u, next): (&[f64], &[f64], &[f64]), width: f64) -> (Array1<f64>, Array2<f64>) {
     let (n, k) = plant.dims();
     let size = 2 * n + k;
     let mut z = [x, u, next].concat();
     let reward = |z: &[f64]| plant.reward(&z[..n], &z[n..n + k], &z[n + k..]);
     let step = |i: usize| {
-        STEP * match i {
-            i if i < n => plant.scales[i],
-            i if i < n + k => plant.half(i - n),
-            i => plant.scales[i - n - k],
-        }
+        width
+            * match i {
+                i if i < n => plant.scales[i],
+                i if i < n + k => plant.half(i - n),
+                i => plant.scales[i - n - k],
+            }
     };
     let middle = reward(&z);
     let (mut g, mut h) = (Array1::zeros(size), Array2::zeros((size, size)));

@@ -101,6 +101,11 @@ impl Plant {
     /// One step under any control in the box; `None` where the model diverges or goes where the task pays no finite number.
     pub(crate) fn step(&self, x: &[f64], u: &[f64], rng: &mut Rng, next: &mut [f64]) -> Option<Stepped> {
         self.dynamics.step(x, u, rng, next).ok()?;
+        self.paid(x, u, next)
+    }
+
+    /// What a step from x to `next` comes to; `None` where the task pays no finite number.
+    pub(crate) fn paid(&self, x: &[f64], u: &[f64], next: &[f64]) -> Option<Stepped> {
         let (reward, ended) = (self.reward(x, u, next), self.task.terminated(next));
         reward.is_finite().then_some(Stepped { reward, ended })
     }

@@ -1,11 +1,11 @@
 //! A planner as a policy.
 
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 
 use ndarray::{ArrayView2, ArrayViewMut2};
-use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Task};
+use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Seed, Task};
 
 use super::course::{Course, is_enough};
 use super::goal::Goal;
@@ -26,10 +26,13 @@ const SHORT: f64 = 0.05;
 const EVERY: usize = 10;
 
 /// Steps after which another way is looked for, if none leads to a goal.
-const LOST: usize = 200;
+const LOST: usize = 100;
 
 /// Iterations of such an improvement.
 const AGAIN: usize = 3;
+
+/// Start states from which it is tried whether holding a goal is enough.
+const STARTS: u64 = 16;
 
 /// How a [`Planner`] plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +74,8 @@ pub struct Planner {
     plant: Plant,
     inverse: Inverse,
     method: Method,
+    /// Goals that are the same in every episode.
+    goals: OnceLock<Vec<Goal>>,
 }
 
 impl Planner {
@@ -80,13 +85,38 @@ impl Planner {
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn new(method: Method, dynamics: Arc<dyn Dynamics>, task: Arc<dyn Task>) -> Result<Self, ControlError> {
         let inverse = Inverse::of(task.spec())?;
-        Ok(Self { plant: Plant::new(dynamics, task), inverse, method })
+        Ok(Self { plant: Plant::new(dynamics, task), inverse, method, goals: OnceLock::new() })
     }
 
     /// The same that ends its plans soon after `stop` is set: its actions are of no use then.
     #[must_use]
     pub fn with_stop(self, stop: Arc<AtomicBool>) -> Self {
         Self { plant: self.plant.with_stop(stop), ..self }
+    }
+
+    /// Where it pays to stay in an episode from `x`.
+    fn goals(&self, x: &[f64]) -> Vec<Goal> {
+        if !self.plant.moved.iter().all(|moved| *moved) {
+            return Goal::find(&self.plant, x);
+        }
+        let shared = self.goals.get_or_init(|| {
+            let mut start = vec![0.0; self.plant.dims().0];
+            self.plant.task.initial(&mut Seed::new(0).stream("a start", 0), &mut start);
+            Goal::find(&self.plant, &start)
+        });
+        shared.clone()
+    }
+
+    /// Whether holding a goal earns about all there is, from every start state that is tried.
+    pub(super) fn is_enough(&self) -> bool {
+        let (plant, steps) = (&self.plant, self.plant.task.max_steps());
+        (0..STARTS).all(|start| {
+            let mut x = vec![0.0; plant.dims().0];
+            plant.task.initial(&mut Seed::new(0).stream("starts", start), &mut x);
+            let goals = self.goals(&x);
+            let earned = Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0;
+            is_enough(&goals, earned, steps)
+        })
     }
 
     /// How it plans.
@@ -188,7 +218,7 @@ impl<'a> Episode<'a> {
 
 impl Memory for Episode<'_> {
     fn act(&mut self, observation: &[f64], _mode: Mode, _rng: &mut Rng, action: &mut [f64]) {
-        let Planner { plant, inverse, method } = self.planner;
+        let Planner { plant, inverse, method, .. } = self.planner;
         if plant.stopped() {
             plant.settle(&mut plant.middle(), action);
             return;
@@ -196,7 +226,7 @@ impl Memory for Episode<'_> {
         let before = self.x.clone();
         inverse.state(observation, &before, &mut self.x);
         if self.steps == 0 {
-            self.goals = Goal::find(plant, &self.x);
+            self.goals = self.planner.goals(&self.x);
         }
         let left = plant.task.max_steps().saturating_sub(self.steps).max(1);
         let mut u = match method {

@@ -48,7 +48,7 @@ pub enum Doubt {
 impl Doubt {
     /// Whether it is one of terms that are missing altogether, which spoils the other equations too.
     pub(crate) fn is_spoilt(self) -> bool {
-        matches!(self, Self::Correlated | Self::Large | Self::Unfinished)
+        matches!(self, Self::Correlated | Self::Large | Self::Unfinished | Self::Disturbed)
     }
 
     /// Whether it is that other terms may be as good, and nothing speaks against these.

@@ -34,14 +34,15 @@ impl Identifier {
             let model = written(found, space, self.spec.dt).ok();
             model.and_then(|model| cut.left_by(&model, problem.watch)).is_some_and(|by_noise| by_noise < left)
         };
+        let complete = found.as_ref().is_none_or(|found| found.complete);
         match found.filter(is_better) {
             Some(found) => (Some(found), Vec::new()),
-            None => (Some(of_pieces), notes),
+            None => (Some(Estimate { complete, ..of_pieces }), notes),
         }
     }
 
-    /// Whether nothing is told of the equations that those of a Lagrangian could not have.
+    /// Whether nothing is told of the equations that those of a Lagrangian could not have, and the search is more than one that compares readings of a log.
     fn may_be_disturbed(&self) -> bool {
-        self.library == LibraryChoice::Auto && self.constraints.is_empty() && self.own_terms.is_empty()
+        self.effort >= 1.0 && self.library == LibraryChoice::Auto && self.constraints.is_empty() && self.own_terms.is_empty()
     }
 }

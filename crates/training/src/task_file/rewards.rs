@@ -41,10 +41,14 @@ fn rewards_are_those_of_dm_control() {
         "cartpole_swingup_sparse",
         "reacher_easy",
         "reacher_hard",
+        "cartpole_balance",
+        "cartpole_two_poles",
+        "cartpole_three_poles",
+        "point_mass",
     ];
     for name in names {
         let (difference, steps) = worst(name);
-        assert!(steps == 120 && difference <= 1e-12, "{name}: {difference} in {steps} steps");
+        assert!(steps >= 40 && difference <= 1e-12, "{name}: {difference} in {steps} steps");
     }
 }
 
@@ -53,4 +57,11 @@ fn the_reward_of_the_double_pendulum_is_gymnasiums_but_for_where_it_sees_the_tip
     // Gymnasium reads the tip where the last stage of the Runge–Kutta step left it, not where the step ends.
     let (difference, steps) = worst("inverted_double_pendulum");
     assert!(steps > 30 && difference < 1e-4, "{difference} in {steps} steps");
+}
+
+#[test]
+fn the_reward_of_the_reacher_is_gymnasiums_but_for_where_it_sees_the_finger() {
+    // It is read where the last stage of the Runge–Kutta step left it, too.
+    let (difference, steps) = worst("reacher_v5");
+    assert!(steps == 40 && difference < 1e-5, "{difference} in {steps} steps");
 }

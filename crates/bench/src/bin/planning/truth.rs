@@ -63,10 +63,13 @@ impl Truth {
         let name = |of: &toml::Value| of.get("name").and_then(|n| n.as_str().map(str::to_owned)).unwrap_or_default();
         let rates: Vec<usize> = (0..states.len()).filter(|&i| states[i].get("rate_of").is_some()).collect();
         let range = |state: &toml::Value| {
-            let start = state.get("start").and_then(toml::Value::as_array).context("a state without start values")?;
-            let [Some(low), Some(high)] = [0, 1].map(|i| start.get(i).and_then(number)) else {
-                anyhow::bail!("start values that are no numbers")
+            let start = state.get("start").context("a state without start values")?;
+            let ends = match start.as_array() {
+                Some(ends) => [0, 1].map(|i| ends.get(i).and_then(number)),
+                // Normal ones are near their mean.
+                None => [start.get("mean"), start.get("mean")].map(|mean| mean.and_then(number)),
             };
+            let [Some(low), Some(high)] = ends else { anyhow::bail!("start values that are no numbers") };
             let is = |kind: &str| state.get("kind").and_then(toml::Value::as_str) == Some(kind);
             Ok(match () {
                 () if state.get("rate_of").is_some() => (-RATE, RATE),

@@ -1,0 +1,66 @@
+//! Swing-ups like those of dm_control, planned in the true equations: what each of several starts returns.
+//!
+//! `cargo test -p sindyna-control --test swingups -- --ignored --nocapture` takes minutes.
+
+#[path = "common/mod.rs"]
+mod acrobot;
+#[path = "common/cart.rs"]
+mod cart;
+
+use std::io::{self, Write as _};
+use std::sync::Arc;
+
+use sindyna_control::{Method, Planner};
+use sindyna_core::{Dynamics, Seed, Sensors, Simulated, Task};
+use sindyna_dyna::evaluate;
+
+/// Returns of episodes from start states of development seeds.
+fn returns(dynamics: &Arc<dyn Dynamics>, task: Arc<dyn Task>, episodes: usize) -> Vec<f64> {
+    let planner = Planner::new(Method::Ilqr, dynamics.clone(), task.clone()).expect("all is observed");
+    let sensors = Sensors::new(task.spec()).expect("all is observed");
+    let mut envs = vec![Simulated::new(dynamics.clone(), task, sensors); episodes];
+    let returns = evaluate(&mut envs, &planner, episodes, Seed::new(1000), "swing-ups").expect("nothing fails here");
+    let mean = returns.iter().sum::<f64>() / episodes as f64;
+    writeln!(io::stderr(), "mean {mean:.1} of {returns:.1?}").expect("it can be written");
+    returns
+}
+
+fn least(returns: &[f64]) -> f64 {
+    returns.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+fn poles(poles: usize, sparse: bool, episodes: usize) -> f64 {
+    let task = cart::Upright::new(poles, sparse);
+    least(&returns(&task.dynamics(), Arc::new(task), episodes))
+}
+
+#[test]
+fn a_pole_is_swung_up_where_only_upright_pays() {
+    assert!(poles(1, true, 1) >= 840.0);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn a_pole_is_swung_up() {
+    assert!(poles(1, false, 5) >= 880.0);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn two_poles_are_swung_up_from_rest() {
+    assert!(poles(2, false, 5) >= 780.0);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn three_poles_are_swung_up_from_rest() {
+    assert!(poles(3, false, 2) >= 600.0);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn an_acrobot_is_swung_up_from_anywhere() {
+    let task: Arc<dyn Task> = Arc::new(acrobot::Swingup::new());
+    let returns = returns(&acrobot::dynamics(), task, 10);
+    assert!(returns.iter().sum::<f64>() >= 6_500.0);
+}
