@@ -146,7 +146,6 @@ fn same(what: &str, found: Option<Vec<f64>>, expected: &[f64]) {
     let errors = found.iter().zip(expected).map(|(a, b)| (a - b).abs());
     let (at, worst) = errors.enumerate().fold((0, 0.0), |worst, error| if error.1 <= worst.1 { worst } else { error });
     assert!(worst <= 1e-12, "{what}: off by {worst:e} at number {at}");
-    println!("{what}: off by {worst:e} at most");
 }
 
 /// Runs `of` for each model in a directory of its own, with its inputs as a list and what is to come.
