@@ -4,6 +4,7 @@ use sindyna_sindy::export::Stepping;
 use sindyna_sindy::{Expr, Function, export::System};
 
 use super::code::{Coefficient, Dialect, assignments, expression, list, uses, value};
+use super::friction;
 use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
@@ -107,19 +108,32 @@ pub(super) fn helpers(system: &System, others: &[Expr]) -> String {
 
 /// The functions `sindyna_rhs` and `sindyna_step`.
 pub(super) fn equations(system: &System, style: &Style<'_>) -> String {
-    let Style { linkage, first: (first, pass), first_of_step, unused, coefficient, .. } = style;
-    let (of_rates, of_step) = unused;
+    let Style { linkage, first: (_, pass), first_of_step, unused: (_, of_step), coefficient, .. } = style;
     if system.stepping == Stepping::Map {
         let lines = assignments(&DIALECT, system, "next", *coefficient, |i, l| format!("left[{i}][{l}]"));
         return format!(
             "\n/* The state one step later. next must not be x. */\n{linkage}void sindyna_step({first_of_step}const double *x, const double *u, double *next)\n{{\n{of_step}    (void)x;\n    (void)u;\n{lines}}}\n"
         );
     }
+    let rates =
+        format!("\n/* The rate of every state. rate must not be x. */\n{linkage}{}", rates(system, "rhs", style));
+    let held = match &system.stepping {
+        Stepping::Friction(friction) => {
+            let of = "The same with the signs beside dry friction as further inputs.";
+            format!("\n/* {of} */\nstatic {}", self::rates(&friction.held, "rates_held", style))
+        }
+        _ => String::new(),
+    };
+    rates + &held + &step(&system.stepping, style, pass)
+}
+
+/// A function of the rates.
+fn rates(system: &System, name: &str, style: &Style<'_>) -> String {
+    let Style { first: (first, _), unused: (unused, _), coefficient, .. } = style;
     let lines = assignments(&DIALECT, system, "rate", *coefficient, |i, l| format!("left[{i}][{l}]"));
     let (before, after) = if system.is_implicit() { (COUPLING, SOLVE) } else { ("", "") };
     format!(
-        "\n/* The rate of every state. rate must not be x. */\n{linkage}void sindyna_rhs({first}const double *x, const double *u, double *rate)\n{{\n{before}{of_rates}    (void)x;\n    (void)u;\n{lines}{after}}}\n{}",
-        step(&system.stepping, style, pass)
+        "void sindyna_{name}({first}const double *x, const double *u, double *rate)\n{{\n{before}{unused}    (void)x;\n    (void)u;\n{lines}{after}}}\n"
     )
 }
 
@@ -197,6 +211,7 @@ fn step(stepping: &Stepping, style: &Style<'_>, pass: &str) -> String {
 "
             )
         }
+        Stepping::Friction(friction) => friction::c(friction, dt, pass),
         _ => format!(
             "    double rate[STATES];
     int i;

@@ -4,6 +4,7 @@ use sindyna_sindy::Function;
 use sindyna_sindy::export::{Stepping, System};
 
 use super::code::{Dialect, assignments, expression, list, number, uses, value};
+use super::friction;
 use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
@@ -36,6 +37,9 @@ pub(super) fn write(program: &Program) -> String {
     if program.closed().is_some() {
         text += "#   observe(x), control(action), clip(x)   what closes the loop:\n#   x = clip(F(x, control(policy(observe(x)))))\n";
     }
+    if let Stepping::Friction(_) = system.stepping {
+        text += "#   held(x, u)  f with the signs beside dry friction as further inputs\n";
+    }
     text += "\nimport casadi as ca\nimport numpy as np\n\n";
     text += &format!(
         "STATES = {}\nINPUTS = {}\n# Control interval in seconds.\nDT = {:?}\n",
@@ -49,7 +53,11 @@ pub(super) fn write(program: &Program) -> String {
     if is_map {
         text += &right_side(system, "F", "next");
     } else {
-        text += &(right_side(system, "f", "rate") + &step(&system.stepping));
+        text += &right_side(system, "f", "rate");
+        if let Stepping::Friction(friction) = &system.stepping {
+            text += &right_side(&friction.held, "held", "rate");
+        }
+        text += &step(&system.stepping);
     }
     text += &program.policy.as_ref().map_or_else(String::new, policy);
     text + &program.closed().map_or_else(String::new, closed)
@@ -100,9 +108,10 @@ fn right_side(system: &System, name: &str, target: &str) -> String {
         ("", String::new())
     };
     format!(
-        "\n\ndef _{name}():\n    x, u = ca.SX.sym(\"x\", STATES), ca.SX.sym(\"u\", INPUTS)\n    \
+        "\n\ndef _{name}():\n    x, u = ca.SX.sym(\"x\", STATES), ca.SX.sym(\"u\", {})\n    \
          {target} = ca.SX.zeros(STATES)\n{before}{lines}{after}    \
-         return ca.Function(\"{name}\", [x, u], [{target}], [\"x\", \"u\"], [\"{target}\"])\n\n\n{name} = _{name}()\n"
+         return ca.Function(\"{name}\", [x, u], [{target}], [\"x\", \"u\"], [\"{target}\"])\n\n\n{name} = _{name}()\n",
+        system.controls.len()
     )
 }
 
@@ -131,6 +140,7 @@ fn step(stepping: &Stepping) -> String {
                 order.join(", ")
             )
         }
+        Stepping::Friction(friction) => friction::casadi(friction),
         _ => "    at = at + DT * f(at, u)\n".to_owned(),
     };
     format!(

@@ -4,6 +4,7 @@ use sindyna_sindy::export::{Stepping, System};
 use sindyna_sindy::{Expr, Function};
 
 use super::code::{Coefficient, Dialect, assignments, expression, list, number, value};
+use super::friction;
 use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
@@ -44,6 +45,21 @@ fn equations(system: &System, coefficient: Coefficient<'_>) -> String {
             "\n// The state one step later.\nexport function step(x, u) {{\n    const next = new Array({n}).fill(0.0);\n{lines}    return next;\n}}\n"
         );
     }
+    let solve = if system.is_implicit() { SOLVE } else { "" };
+    let rates = format!("{solve}\n// The rate of every state.\nexport {}", rates(system, "rhs", coefficient));
+    let held = match &system.stepping {
+        Stepping::Friction(friction) => {
+            let of = "The same with the signs beside dry friction as further inputs.";
+            format!("\n// {of}\n{}", self::rates(&friction.held, "ratesHeld", coefficient))
+        }
+        _ => String::new(),
+    };
+    rates + &held + &step(&system.stepping)
+}
+
+/// A function of the rates.
+fn rates(system: &System, name: &str, coefficient: Coefficient<'_>) -> String {
+    let n = system.states.len();
     let lines = assignments(&DIALECT, system, "rate", coefficient, |i, l| format!("left[{i}][{l}]"));
     let (before, after) = if system.is_implicit() {
         (
@@ -55,11 +71,7 @@ fn equations(system: &System, coefficient: Coefficient<'_>) -> String {
     } else {
         (String::new(), "    return rate;\n")
     };
-    let solve = if system.is_implicit() { SOLVE } else { "" };
-    format!(
-        "{solve}\n// The rate of every state.\nexport function rhs(x, u) {{\n    const rate = new Array({n}).fill(0.0);\n{before}{lines}{after}}}\n{}",
-        step(&system.stepping)
-    )
+    format!("function {name}(x, u) {{\n    const rate = new Array({n}).fill(0.0);\n{before}{lines}{after}}}\n")
 }
 
 /// Gaussian elimination with the largest pivot of each column.
@@ -117,6 +129,7 @@ fn step(stepping: &Stepping) -> String {
                 order.join(", ")
             )
         }
+        Stepping::Friction(friction) => friction::javascript(friction),
         _ => "    const rate = rhs(x, u);\n    return x.map((value, i) => value + DT * rate[i]);\n".to_owned(),
     };
     format!("\n// The state one control interval later.\nexport function step(x, u) {{\n{body}}}\n")

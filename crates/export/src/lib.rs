@@ -7,6 +7,7 @@ mod c;
 mod casadi;
 mod code;
 mod fmu;
+mod friction;
 mod interface;
 mod javascript;
 mod latex;

@@ -4,6 +4,7 @@ use sindyna_sindy::export::{Stepping, System};
 use sindyna_sindy::{Expr, Function};
 
 use super::code::{Dialect, assignments, expression, list, uses, value};
+use super::friction;
 use super::interface::Interface;
 use super::network::{Head, Network};
 use super::program::Program;
@@ -51,19 +52,33 @@ fn equations(system: &System) -> String {
             "\n/// The state one step later.\n{HEAD} step(x: &[f64; N], u: &[f64; K]) -> [f64; N] {{\n    let mut next = [0.0; N];\n{lines}    next\n}}\n"
         );
     }
+    let solve = if system.is_implicit() { SOLVE } else { "" };
+    let rates = format!("{solve}\n/// The rate of every state.\n{HEAD} {}", rates(system, "rhs", "K"));
+    let held = match &system.stepping {
+        Stepping::Friction(friction) => {
+            let of = "The same with the signs beside dry friction as further inputs.";
+            let count = format!("K + {}", friction.joints.len());
+            format!(
+                "\n/// {of}\n{} {}",
+                HEAD.replace("pub fn", "fn"),
+                self::rates(&friction.held, "rates_held", &count)
+            )
+        }
+        _ => String::new(),
+    };
+    rates + &held + &step(&system.stepping)
+}
+
+/// A function of the rates, of so many inputs.
+fn rates(system: &System, name: &str, inputs: &str) -> String {
     let lines = assignments(&DIALECT, system, "rate", &value, |i, l| format!("left[{i}][{l}]"));
-    let (before, after, solve) = if system.is_implicit() {
-        (
-            "    let mut left = [[0.0; N]; N];\n    (0..N).for_each(|i| left[i][i] = 1.0);\n",
-            "    solve(left, rate)\n",
-            SOLVE,
-        )
+    let (before, after) = if system.is_implicit() {
+        ("    let mut left = [[0.0; N]; N];\n    (0..N).for_each(|i| left[i][i] = 1.0);\n", "    solve(left, rate)\n")
     } else {
-        ("", "    rate\n", "")
+        ("", "    rate\n")
     };
     format!(
-        "{solve}\n/// The rate of every state.\n{HEAD} rhs(x: &[f64; N], u: &[f64; K]) -> [f64; N] {{\n    let mut rate = [0.0; N];\n{before}{lines}{after}}}\n{}",
-        step(&system.stepping)
+        "{name}(x: &[f64; N], u: &[f64; {inputs}]) -> [f64; N] {{\n    let mut rate = [0.0; N];\n{before}{lines}{after}}}\n"
     )
 }
 
@@ -128,6 +143,7 @@ fn step(stepping: &Stepping) -> String {
                 positions.len()
             )
         }
+        Stepping::Friction(friction) => friction::rust(friction),
         _ => "    let rate = rhs(x, u);\n    std::array::from_fn(|i| x[i] + DT * rate[i])\n".to_owned(),
     };
     format!(

@@ -24,43 +24,31 @@ pub(crate) fn write(system: &System, text: &[String]) -> Vec<u8> {
 }
 
 /// Values are columns (batch, 1) or numbers (1, 1).
-struct Writer<'a> {
-    builder: Builder,
-    system: &'a System,
-    u: Vec<String>,
+pub(super) struct Writer<'a> {
+    pub(super) builder: Builder,
+    pub(super) system: &'a System,
+    pub(super) u: Vec<String>,
 }
 
-impl Writer<'_> {
-    fn op(&mut self, kind: &str, inputs: &[&str]) -> String {
+impl<'a> Writer<'a> {
+    pub(super) fn op(&mut self, kind: &str, inputs: &[&str]) -> String {
         self.builder.op(kind, inputs)
     }
 
     fn step(&mut self, x: &[String]) -> Vec<String> {
         let dt = self.system.dt;
         let mut at = x.to_vec();
-        match &self.system.stepping {
+        let system = self.system;
+        match &system.stepping {
             Stepping::Map => self.sums(x),
             Stepping::Rk4 { substeps } => {
                 let h = dt / *substeps as f64;
                 for _ in 0..*substeps {
-                    let k1 = self.rates(&at);
-                    let k2 = self.rates_ahead(&at, 0.5 * h, &k1);
-                    let k3 = self.rates_ahead(&at, 0.5 * h, &k2);
-                    let k4 = self.rates_ahead(&at, h, &k3);
-                    let slopes = k1.iter().zip(&k2).zip(k3.iter().zip(&k4));
-                    let sums: Vec<String> = slopes
-                        .map(|((k1, k2), (k3, k4))| {
-                            let two = self.builder.number(2.0);
-                            let (k2, k3) = (self.op("Mul", &[&two, k2]), self.op("Mul", &[&two, k3]));
-                            let sum = self.op("Add", &[k1, &k2]);
-                            let sum = self.op("Add", &[&sum, &k3]);
-                            self.op("Add", &[&sum, k4])
-                        })
-                        .collect();
-                    at = self.ahead(&at, h / 6.0, &sums);
+                    at = self.classical(&at, h);
                 }
                 at
             }
+            Stepping::Friction(friction) => self.rubbed(friction, dt, x),
             Stepping::SemiImplicitEuler { positions, substeps } => {
                 let h = dt / *substeps as f64;
                 for _ in 0..*substeps {
@@ -81,8 +69,27 @@ impl Writer<'_> {
         }
     }
 
+    /// `at` a time h later: one step of classical Runge–Kutta.
+    pub(super) fn classical(&mut self, at: &[String], h: f64) -> Vec<String> {
+        let k1 = self.rates(at);
+        let k2 = self.rates_ahead(at, 0.5 * h, &k1);
+        let k3 = self.rates_ahead(at, 0.5 * h, &k2);
+        let k4 = self.rates_ahead(at, h, &k3);
+        let slopes = k1.iter().zip(&k2).zip(k3.iter().zip(&k4));
+        let sums: Vec<String> = slopes
+            .map(|((k1, k2), (k3, k4))| {
+                let two = self.builder.number(2.0);
+                let (k2, k3) = (self.op("Mul", &[&two, k2]), self.op("Mul", &[&two, k3]));
+                let sum = self.op("Add", &[k1, &k2]);
+                let sum = self.op("Add", &[&sum, &k3]);
+                self.op("Add", &[&sum, k4])
+            })
+            .collect();
+        self.ahead(at, h / 6.0, &sums)
+    }
+
     /// x + by · k.
-    fn ahead(&mut self, x: &[String], by: f64, k: &[String]) -> Vec<String> {
+    pub(super) fn ahead(&mut self, x: &[String], by: f64, k: &[String]) -> Vec<String> {
         let by = self.builder.number(by);
         x.iter()
             .zip(k)
@@ -126,7 +133,7 @@ impl Writer<'_> {
     }
 
     /// The sums, solved for the rates where equations hold some: those of the rows that hold none are known, the others are solved for.
-    fn rates(&mut self, x: &[String]) -> Vec<String> {
+    pub(super) fn rates(&mut self, x: &[String]) -> Vec<String> {
         let mut rates = self.sums(x);
         let system = self.system;
         let coupled: Vec<usize> =
@@ -187,7 +194,7 @@ impl Writer<'_> {
     }
 
     /// a − b · c.
-    fn less(&mut self, a: &str, b: &str, c: &str) -> String {
+    pub(super) fn less(&mut self, a: &str, b: &str, c: &str) -> String {
         let product = self.op("Mul", &[b, c]);
         self.op("Sub", &[a, &product])
     }

@@ -4,6 +4,7 @@
 //! every other language, so that what one gives the other takes.
 
 mod equations;
+mod friction;
 mod graph;
 mod policy;
 mod proto;

@@ -2,7 +2,7 @@
 
 use super::expression::{mark_variables, number, numpy};
 use super::identifiers::identifiers;
-use super::{Stepping, System};
+use super::{Friction, Stepping, System, friction};
 use crate::expr::Tie;
 use crate::{Entry, ModelError};
 
@@ -37,7 +37,11 @@ pub fn python(system: &System, notes: &[String]) -> Result<String, ModelError> {
                 Stepping::Increment => "Δx/Δt over one control interval, with u held.",
                 _ => "ẋ, the rate of every state.",
             };
-            writer.right_side("rhs", what) + "\n\n" + &writer.step(stepping)
+            let rates = writer.right_side("rhs", what) + "\n\n";
+            match stepping {
+                Stepping::Friction(friction) => rates + &writer.friction(friction),
+                _ => rates + &writer.step(stepping),
+            }
         }
     };
     Ok([writer.head(notes), writer.arguments(), functions].join("\n\n"))
@@ -103,9 +107,26 @@ impl Writer<'_> {
 
     /// The function `name` that computes the sums of all equations, and solves them for the rates if they hold some.
     fn right_side(&self, name: &str, what: &str) -> String {
+        let head = format!("def {name}({}):\n    \"\"\"{what}\"\"\"\n", self.parameters());
+        head + "    state, control, out = _arguments(x, u)\n" + &self.sums()
+    }
+
+    /// Rates over signs that are given, and a step with dry friction made of them.
+    fn friction(&self, friction: &Friction) -> String {
+        let system = &friction.held;
+        let held = Writer { system, names: identifiers(&[&system.states[..], &system.controls[..]].concat()) };
+        let rates = format!(
+            "def _rates(state, control):\n    \"\"\"The same rates with the signs beside friction as further inputs.\"\"\"\n    \
+             out = np.zeros(state.shape)\n{}\n\n",
+            held.sums()
+        );
+        rates + &friction::python(friction, self.system.controls.len(), self.parameters())
+    }
+
+    /// The body of a function of `state`, `control` and `out`, zeros, that returns what the sums are.
+    fn sums(&self) -> String {
         let n = self.n();
-        let mut code = format!("def {name}({}):\n    \"\"\"{what}\"\"\"\n", self.parameters());
-        code += "    state, control, out = _arguments(x, u)\n";
+        let mut code = String::new();
         let mut used = vec![false; self.names.len()];
         for entry in self.system.equations.iter().flatten() {
             mark_variables(&self.system.terms[entry.term], &mut used);

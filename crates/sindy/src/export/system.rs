@@ -3,6 +3,7 @@
 use sindyna_core::Scheme;
 
 use crate::expr::Expr;
+use crate::model::Joint;
 use crate::{Entry, Form, Model, ModelError};
 
 /// How one control interval is made of the equations.
@@ -27,6 +28,37 @@ pub enum Stepping {
         /// Equal parts of the interval.
         substeps: usize,
     },
+    /// The same with dry friction that holds.
+    Friction(Box<Friction>),
+}
+
+/// Dry friction: the signs beside it are held in a step of classical Runge–Kutta, and where a speed turns or rests, parts of them, −1 to 1, are looked for that
+/// stop it (projected Gauss–Seidel over at most [`Self::SWEEPS`] sweeps).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Friction {
+    /// Equal parts of the interval.
+    pub substeps: usize,
+    /// The states with dry friction.
+    pub joints: Vec<Joint>,
+    /// The same equations with the signs beside friction as further controls, one for each joint after those of the system.
+    pub held: System,
+}
+
+impl Friction {
+    /// Sweeps over the joints, at most.
+    pub const SWEEPS: usize = 50;
+    /// Change of the part of friction that acts below which all parts are settled.
+    pub const SETTLED: f64 = 1e-13;
+
+    /// Each position that moves with a joint, after the joint's number.
+    pub fn positions(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.joints.iter().enumerate().flat_map(|(j, joint)| joint.positions.iter().map(move |p| (j, *p)))
+    }
+
+    /// The states that are speeds.
+    pub fn speeds(&self) -> impl Iterator<Item = usize> + '_ {
+        self.joints.iter().map(|joint| joint.speed)
+    }
 }
 
 /// Equations of motion, ready to be written in another language.
@@ -66,6 +98,16 @@ impl System {
         if let Stepping::SemiImplicitEuler { positions, .. } = &self.stepping {
             positions.iter().try_for_each(|&i| below("position", i, n))?;
         }
+        if let Stepping::Friction(friction) = &self.stepping {
+            friction.speeds().try_for_each(|i| below("speed", i, n))?;
+            friction.positions().try_for_each(|(_, i)| below("position", i, n))?;
+            shape("states beside friction", friction.held.states.len())?;
+            let (expected, got) = (self.controls.len() + friction.joints.len(), friction.held.controls.len());
+            if got != expected {
+                return Err(ModelError::Shape { what: "controls and signs", expected, got });
+            }
+            friction.held.check()?;
+        }
         for entry in self.equations.iter().flatten() {
             below("term", entry.term, self.terms.len())?;
             below("rate of state", entry.rate.unwrap_or(0), n)?;
@@ -81,7 +123,7 @@ impl System {
 /// The equations in the model's own space.
 impl From<&Model> for System {
     fn from(model: &Model) -> Self {
-        Self {
+        let system = Self {
             states: model.states().to_vec(),
             controls: model.controls().to_vec(),
             dt: model.dt(),
@@ -97,6 +139,18 @@ impl From<&Model> for System {
                 Form::Continuous(Scheme::Rk4 { substeps }) => Stepping::Rk4 { substeps },
             },
             text: model.equations(),
+        };
+        match (model.with_signs(), &system.stepping) {
+            (Some((joints, terms, equations)), Stepping::Rk4 { substeps }) => {
+                let signs = joints.iter().map(|joint| format!("sign of {}", system.states[joint.speed]));
+                let controls = system.controls.iter().cloned().chain(signs).collect();
+                let held = Self { controls, terms, equations, ..system.clone() };
+                Self {
+                    stepping: Stepping::Friction(Box::new(Friction { substeps: *substeps, joints, held })),
+                    ..system
+                }
+            }
+            _ => system,
         }
     }
 }

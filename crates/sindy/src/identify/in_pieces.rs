@@ -43,6 +43,9 @@ impl Identifier {
 
     /// Whether nothing is told of the equations that those of a Lagrangian could not have, and the search is more than one that compares readings of a log.
     fn may_be_disturbed(&self) -> bool {
-        self.effort >= 1.0 && self.library == LibraryChoice::Auto && self.constraints.is_empty() && self.own_terms.is_empty()
+        self.effort >= 1.0
+            && self.library == LibraryChoice::Auto
+            && self.constraints.is_empty()
+            && self.own_terms.is_empty()
     }
 }

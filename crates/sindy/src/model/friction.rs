@@ -9,7 +9,7 @@ use crate::expr::{Expr, Function, Tape};
 /// Rounds of projected Gauss–Seidel, at most.
 const SWEEPS: usize = 50;
 
-/// Change of an impulse, as part of the largest possible, below which the impulses are settled.
+/// Change of an impulse, as part of the largest possible, below which all are settled.
 const SETTLED: f64 = 1e-13;
 
 /// The dry friction of a model whose time is continuous: v̇ = f(x, u) − F(x, u) sign v in the equations of some states v, with F ≥ 0.
@@ -29,11 +29,15 @@ pub(super) struct Friction {
 
 /// A state with dry friction.
 #[derive(Debug, Clone, PartialEq)]
-struct Joint {
-    speed: usize,
+pub struct Joint {
+    /// The state.
+    pub speed: usize,
     /// The states whose rate it is.
-    positions: Vec<usize>,
+    pub positions: Vec<usize>,
 }
+
+/// Joints, and terms and equations over signs that are given.
+pub(crate) type Given = (Vec<Joint>, Vec<Expr>, Vec<Vec<Entry>>);
 
 /// What multiplies sign(variable `v`) in `expr`; `None` if it is no such product.
 fn beside_sign(expr: &Expr, v: usize) -> Option<Expr> {
@@ -91,6 +95,19 @@ impl Friction {
         equations.iter().enumerate().map(smooth).collect()
     }
 
+    /// The joints, and terms and `equations` in which the sign beside friction in joint j is variable number `signs` + j.
+    fn with_signs(&self, equations: &[Vec<Entry>], terms: &[Expr], signs: usize) -> Given {
+        let (mut terms, mut equations) = (terms.to_vec(), equations.to_vec());
+        for (j, joint) in self.joints.iter().enumerate() {
+            for entry in &mut equations[joint.speed] {
+                let Some(factor) = factor(&terms, entry, joint.speed) else { continue };
+                entry.term = terms.len();
+                terms.push(factor.times(Expr::Variable(signs + j)));
+            }
+        }
+        (self.joints.clone(), terms, equations)
+    }
+
     /// Adds −F times the sign given for each joint to `sums`.
     fn add(&self, registers: &[f64], signs: &[f64], sums: &mut [f64]) {
         for (c, register, joint) in &self.summands {
@@ -111,6 +128,14 @@ pub(super) struct Scratch {
 }
 
 impl Model {
+    /// Its joints with dry friction, and its terms and equations with the signs beside it as variables after the controls, one for each joint; `None` if a
+    /// step knows no dry friction.
+    pub(crate) fn with_signs(&self) -> Option<Given> {
+        let signs = self.parts.states.len() + self.parts.controls.len();
+        let (joints, terms, equations) = self.friction.as_ref()?.with_signs(&self.parts.equations, &self.terms, signs);
+        Some((joints, terms.iter().map(|term| term.shifted(&self.parts.offsets)).collect(), equations))
+    }
+
     /// Room for steps with dry friction.
     pub(super) fn scratch(&self, friction: &Friction) -> Scratch {
         let (n, zeros) = (self.parts.states.len(), |count: usize| vec![0.0; count]);
@@ -167,38 +192,40 @@ impl Model {
             limits[*joint] -= h * c * registers[*register as usize];
         }
         let states: Vec<usize> = friction.joints.iter().map(|j| j.speed).collect();
-        let response = self.smooth.response(registers, &states);
+        // What the friction of joint j takes from speed i.
+        let mut taken = self.smooth.response(registers, &states);
+        (0..q * q).for_each(|at| taken[at] *= limits[at % q]);
         let mut speeds: Vec<f64> = states.iter().map(|i| z[*i]).collect();
         let free = speeds.clone();
-        let mut impulses = vec![0.0; q];
+        // Parts of friction that act, −1 to 1.
+        let mut parts = signs.to_vec();
         for _ in 0..SWEEPS {
             let mut moved = false;
-            for i in 0..q {
-                let own = response[i * q + i];
-                // What drives instead of holding has no impulse of its own.
-                if own <= 0.0 || limits[i] <= 0.0 {
+            for j in 0..q {
+                let own = taken[j * q + j];
+                // What drives instead of holding holds nothing.
+                if own <= 0.0 {
                     continue;
                 }
-                let used = limits[i] * signs[i];
-                let wanted = (impulses[i] - speeds[i] / own).clamp(used - limits[i], used + limits[i]);
-                let change = wanted - impulses[i];
-                impulses[i] = wanted;
-                (0..q).for_each(|j| speeds[j] += response[j * q + i] * change);
-                moved |= change.abs() > SETTLED * limits[i];
+                let wanted = (parts[j] + speeds[j] / own).clamp(-1.0, 1.0);
+                let change = wanted - parts[j];
+                parts[j] = wanted;
+                (0..q).for_each(|i| speeds[i] -= taken[i * q + j] * change);
+                moved |= change.abs() > SETTLED;
             }
             if !moved {
                 break;
             }
         }
-        for (i, joint) in friction.joints.iter().enumerate() {
+        for (j, joint) in friction.joints.iter().enumerate() {
             // What was stopped is at rest to the last digit.
-            if limits[i] > 0.0 && (impulses[i] - limits[i] * signs[i]).abs() < limits[i] {
-                speeds[i] = 0.0;
+            if taken[j * q + j] > 0.0 && parts[j].abs() < 1.0 {
+                speeds[j] = 0.0;
             }
-            z[joint.speed] = speeds[i];
+            z[joint.speed] = speeds[j];
             for &p in &joint.positions {
-                let stays = signs[i] == 0.0 && speeds[i] == 0.0;
-                z[p] = if stays { before[p] } else { z[p] + 0.5 * h * (speeds[i] - free[i]) };
+                let stays = signs[j] == 0.0 && speeds[j] == 0.0;
+                z[p] = if stays { before[p] } else { z[p] + 0.5 * h * (speeds[j] - free[j]) };
             }
         }
     }

@@ -15,6 +15,7 @@ pub use analysis::AnalysisError;
 pub use document::ModelError;
 pub(crate) use document::as_text;
 pub use frame::Reading;
+pub use friction::Joint;
 pub use parts::{Entry, Form, ModelParts};
 
 use friction::Friction;
