@@ -270,7 +270,7 @@ impl fmt::Display for Note {
             ),
             Self::Radians { state, unit } => write!(f, "{state} is converted from {unit} to radians"),
             Self::Delayed { rows, seconds } => {
-                let unit = if rows.abs() == 1.0 { "row" } else { "rows" };
+                let unit = if (rows.abs() - 1.0).abs() < f64::EPSILON { "row" } else { "rows" };
                 write!(f, "delay of the inputs: {} {unit} ({} s)", significant(*rows, 6), significant(*seconds, 6))?;
                 match rows {
                     -1.0 => f.write_str(": an input acts over the step before its row"),

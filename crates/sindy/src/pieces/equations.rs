@@ -77,15 +77,15 @@ impl Equations {
         };
         let n = space.states.len();
         let (mut supports, mut ratios) = (vec![Vec::new(); n], Vec::new());
-        for state in 0..n {
+        for (state, support) in supports.iter_mut().enumerate() {
             if let Some(position) = lagrangian.joints.iter().position(|(q, _)| *q == state) {
-                supports[state] = vec![place(&(Expr::Variable(speeds[position]), None))];
+                *support = vec![place(&(Expr::Variable(speeds[position]), None))];
             } else if let Some(joint) = speeds.iter().position(|v| *v == state) {
                 // Sums that cancel whatever the parameters are have no term.
                 for (key, sum) in rows[joint].drain(..) {
                     let sum = added_up(sum);
                     if !sum.is_empty() {
-                        supports[state].push(place(&key));
+                        support.push(place(&key));
                         ratios.push((sum, joint));
                     }
                 }

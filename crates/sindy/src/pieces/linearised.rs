@@ -24,9 +24,9 @@ pub(super) fn groups(data: &Data<'_>, all: &Equations, theta: &[f64], fitted: &F
 fn rows(Slopes { residuals, by_theta, by_start }: &Slopes, theta: &[f64]) -> Array2<f64> {
     let (d, width) = (residuals.len(), theta.len() + 1);
     let mut rows = DMatrix::zeros(d, width);
-    for j in 0..theta.len() {
+    for (j, theta) in theta.iter().enumerate() {
         rows.set_column(j, &by_theta.column(j));
-        let target = rows.column(width - 1) + theta[j] * by_theta.column(j);
+        let target = rows.column(width - 1) + *theta * by_theta.column(j);
         rows.set_column(width - 1, &target);
     }
     let target = rows.column(width - 1) - residuals;

@@ -130,8 +130,11 @@ fn planner(directory: &Path) -> Option<ControllerName> {
 /// A task, and the observed values of it that are formulas of its states, by their names.
 type Declared<'a> = (&'a dyn Task, &'a [(String, Expr)]);
 
+/// Name and formula of an observed value.
+type Formula = (String, Expr);
+
 /// The task of a run, where it is one and what it needs is there.
-fn task(directory: &Path) -> Option<(Arc<dyn Task>, Vec<(String, Expr)>)> {
+fn task(directory: &Path) -> Option<(Arc<dyn Task>, Vec<Formula>)> {
     let source = Source::of(&config(directory)?, directory, None);
     Some((source.task().ok()?.0, source.formulas().ok()?))
 }
