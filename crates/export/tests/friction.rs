@@ -268,8 +268,10 @@ fn onnx() {
     each(|directory, name, model, inputs, (x0, expected)| {
         write(directory, model, "onnx", "model.onnx");
         let script = format!(
-            "import numpy as np, onnxruntime as ort\nstep = ort.InferenceSession('model.onnx')\nx = np.array([[{}]])\nfor u in [{inputs}]:\n    \
-             x, = step.run(['next'], {{'x': x, 'u': np.array([[u]])}})\n    print(x.ravel().tolist())\n",
+            "import numpy as np, onnxruntime as ort\nstep = ort.InferenceSession('model.onnx')\nu = np.array([{inputs}])[:, np.newaxis]\n\
+             all = np.array([[{}]])\nfor t in range({STEPS}):\n    x, = step.run(['next'], {{'x': all[-1:], 'u': u[t:t + 1]}})\n    \
+             all = np.concatenate([all, x])\n    print(x.ravel().tolist())\n\
+             together, = step.run(['next'], {{'x': all[:-1], 'u': u}})\nassert np.abs(together - all[1:]).max() < 1e-12\n",
             list(x0)
         );
         same(&format!("{name} in ONNX Runtime"), python(directory, "onnxruntime", &script), expected);
