@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use sindyna_core::{Dynamics as _, Scheme, Seed};
-use sindyna_export::{Contents, Names, program};
+use sindyna_export::{Contents, Interface, Language, Names, Program, program};
+use sindyna_sindy::export::System;
 use sindyna_sindy::{Entry, Form, Model, ModelParts};
 
 const STEPS: usize = 300;
@@ -192,6 +193,27 @@ fn javascript() {
 }
 
 #[test]
+fn page() {
+    each(|directory, name, model, inputs, (x0, expected)| {
+        let interface = Interface::without_policy(
+            name.to_owned(),
+            model.states().to_vec(),
+            vec![x0.to_vec()],
+            (vec![(-5.0, 5.0)], vec![0.0]),
+        );
+        let equations = Program::new(System::from(model), Vec::new()).with_interface(Some(interface));
+        let Contents::Text(page) = Language::Html.write(&equations).unwrap().contents else { panic!("no text") };
+        let script = page.split_once("<script id=\"model\">").unwrap().1.split_once("</script>").unwrap().0;
+        let main = format!(
+            "{script}\nlet x = [{}];\nfor (const u of [{inputs}]) {{\n    x = next(x, [u]);\n    console.log(x.join(' '));\n}}\n",
+            list(x0)
+        );
+        fs::write(directory.join("main.js"), main).unwrap();
+        same(&format!("{name} in a page"), run(directory, Path::new("node"), &["main.js"]), expected);
+    });
+}
+
+#[test]
 fn rust() {
     each(|directory, name, model, inputs, (x0, expected)| {
         write(directory, model, "rust", "model.rs");
@@ -246,8 +268,10 @@ fn onnx() {
     each(|directory, name, model, inputs, (x0, expected)| {
         write(directory, model, "onnx", "model.onnx");
         let script = format!(
-            "import numpy as np, onnxruntime as ort\nstep = ort.InferenceSession('model.onnx')\nx = np.array([[{}]])\nfor u in [{inputs}]:\n    \
-             x, = step.run(['next'], {{'x': x, 'u': np.array([[u]])}})\n    print(x.ravel().tolist())\n",
+            "import numpy as np, onnxruntime as ort\nstep = ort.InferenceSession('model.onnx')\nu = np.array([{inputs}])[:, np.newaxis]\n\
+             all = np.array([[{}]])\nfor t in range({STEPS}):\n    x, = step.run(['next'], {{'x': all[-1:], 'u': u[t:t + 1]}})\n    \
+             all = np.concatenate([all, x])\n    print(x.ravel().tolist())\n\
+             together, = step.run(['next'], {{'x': all[:-1], 'u': u}})\nassert np.abs(together - all[1:]).max() < 1e-12\n",
             list(x0)
         );
         same(&format!("{name} in ONNX Runtime"), python(directory, "onnxruntime", &script), expected);

@@ -8,6 +8,7 @@ mod friction;
 mod linearize;
 mod parts;
 mod right_side;
+mod rubbed;
 mod start;
 mod step;
 
