@@ -8,7 +8,6 @@ use super::equations::Equations;
 use super::fit::{Data, Fitted};
 use super::grouped::Group;
 use super::linearised;
-use super::search::{Disturbed, Problem, left};
 use crate::estimate::{Doubt, Estimate, Posterior};
 use crate::motion::Stepping;
 use crate::solve::Selected;
@@ -28,9 +27,18 @@ const TOLD: usize = 8;
 /// Step by which derivatives of coefficients are taken, as part of the largest parameter.
 const NUDGE: f64 = 1e-6;
 
-/// The account of `equations` as `fitted`; `None` where the data do not determine their parameters.
+/// Equations fitted to pieces, and what speaks of the rest.
+pub(crate) struct Disturbed {
+    pub(crate) found: Estimate,
+    /// What the equations leave of most pieces, as a part of the spread of each state: the largest.
+    pub(crate) left: f64,
+    /// Sentences about pieces that do not follow the equations.
+    pub(crate) notes: Vec<String>,
+}
+
+/// The account of `equations` as `fitted`, of states with declared `rates`; `None` where the data do not determine their parameters.
 pub(super) fn account(
-    problem: &Problem<'_>,
+    rates: &[Option<usize>],
     data: &Data<'_>,
     equations: &Equations,
     fitted: &Fitted,
@@ -59,13 +67,12 @@ pub(super) fn account(
         });
         all_errors.push(errors.by_ref().take(count).collect());
     }
-    let rates: Vec<Option<usize>> = problem.rates.to_vec();
     let drawn = drawn(equations, &fitted.theta, &covariance);
     let of_spread = |i: usize| {
         if data.measured[i] && data.spread[i] > 0.0 { 1.0 - fitted.sigma[i] / data.spread[i] } else { f64::NAN }
     };
     let found = Estimate {
-        posterior: Posterior::of_draws(equations.terms.clone(), &rates, &equations.supports, drawn),
+        posterior: Posterior::of_draws(equations.terms.clone(), rates, &equations.supports, drawn),
         terms: equations.terms.clone(),
         inside: Vec::new(),
         fits,
@@ -78,7 +85,7 @@ pub(super) fn account(
         sigma: fitted.sigma.clone(),
         signal_noise: data.floor.to_vec(),
         measured: data.measured.to_vec(),
-        rates,
+        rates: rates.to_vec(),
         path: Vec::new(),
         score: f64::INFINITY,
         astray: 0,
@@ -89,7 +96,7 @@ pub(super) fn account(
         leaves_nothing: false,
         rounding: None,
     };
-    Some(Disturbed { found, left: left(fitted, data), notes: notes(data, fitted) })
+    Some(Disturbed { found, left: data.left(fitted), notes: notes(data, fitted) })
 }
 
 /// The covariance of the parameters beside the unit, by how much clusters of pieces disagree.

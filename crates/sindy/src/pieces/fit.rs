@@ -54,6 +54,13 @@ pub(super) struct Slopes {
 }
 
 impl Data<'_> {
+    /// What most pieces leave by `fitted`, as a part of the spread of each measured state: the largest.
+    pub(super) fn left(&self, fitted: &Fitted) -> f64 {
+        let parts = fitted.sigma.iter().zip(self.spread).zip(self.measured);
+        let moving = parts.filter(|((_, spread), measured)| **measured && **spread > 0.0);
+        moving.map(|((s, spread), _)| s / spread).fold(0.0, f64::max)
+    }
+
     /// Residuals of the measured states of `piece` over `sigma`, cell by cell, after a start; `None` where the model diverges.
     fn residuals(&self, model: &Model, piece: &Piece, start: &[f64], sigma: &[f64]) -> Option<Vec<f64>> {
         let x = model.along(start, &piece.u, &piece.dt)?;

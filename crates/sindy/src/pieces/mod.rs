@@ -13,4 +13,5 @@ mod linearised;
 mod search;
 mod weak;
 
-pub(crate) use search::{Cut, Disturbed};
+pub(crate) use account::Disturbed;
+pub(crate) use search::Cut;

@@ -1,6 +1,6 @@
 //! From weak-form rows to equations that predict pieces.
 
-use super::account::account;
+use super::account::{Disturbed, account};
 use super::cut::{Piece, pieces, time_scale};
 use super::equations::Equations;
 use super::fit::{Data, Fitted};
@@ -10,7 +10,6 @@ use super::weak::{Balances, Weak, balances};
 use crate::BestSubset;
 use crate::Watch;
 use crate::data::{Segment, measures};
-use crate::estimate::Estimate;
 use crate::library::{Joints, Lagrangian};
 use crate::model::{Form, Model};
 use crate::regression::Space;
@@ -41,20 +40,9 @@ const CHOICES: usize = 4;
 /// Parts of the speed of a joint (RMS) below which its friction may be larger than above.
 const SLOW: [f64; 3] = [1.0 / 64.0, 1.0 / 16.0, 0.25];
 
-/// Equations fitted to pieces, and what speaks of the rest.
-pub(crate) struct Disturbed {
-    pub(crate) found: Estimate,
-    /// What the equations leave of most pieces, as a part of the spread of each state: the largest.
-    pub(crate) left: f64,
-    /// Sentences about pieces that do not follow the equations.
-    pub(crate) notes: Vec<String>,
-}
-
 /// What is looked for, and in what.
 pub(super) struct Problem<'a> {
     pub(super) segments: &'a [Segment],
-    /// Per state: the state that is declared to be its rate.
-    pub(super) rates: &'a [Option<usize>],
     pub(super) space: &'a Space,
     pub(super) dt: f64,
     pub(super) solver: &'a BestSubset,
@@ -103,7 +91,7 @@ impl<'a> Cut<'a> {
         }
         let data = self.data(watch);
         let fitted = data.fitted(&|_| Some(model.clone()), &[1.0], None, FEW)?;
-        Some(left(&fitted, &data))
+        Some(data.left(&fitted))
     }
 
     /// Equations of the machine, whose `joints` rub and are disturbed. `None` where nothing follows the data.
@@ -114,7 +102,7 @@ impl<'a> Cut<'a> {
         (space, dt): (&Space, f64),
         (solver, watch): (&BestSubset, &Watch<'_>),
     ) -> Option<Disturbed> {
-        let problem = Problem { segments: self.segments, rates, space, dt, solver, watch };
+        let problem = Problem { segments: self.segments, space, dt, solver, watch };
         let data = self.data(watch);
         let speeds: Vec<f64> = joints.speeds().iter().map(|&v| size(self.segments, v)).collect();
         let lagrangians: Vec<Lagrangian> =
@@ -128,20 +116,13 @@ impl<'a> Cut<'a> {
             let equations = Equations::new(&lagrangians[proposal.of], &chosen, space, dt)?;
             let theta: Vec<f64> = std::iter::once(1.0).chain(others.map(|p| p.1)).collect();
             let fitted = of_some.fitted(&|theta| equations.at(theta), &theta, None, FEW)?;
-            Some((left(&fitted, &of_some), proposal.of, equations, fitted))
+            Some((of_some.left(&fitted), proposal.of, equations, fitted))
         };
         let best = proposals.iter().filter_map(first).min_by(|a, b| a.0.total_cmp(&b.0));
         let (_, of, equations, fitted) = best?;
         let (equations, fitted) = refined(&problem, &data, &lagrangians[of], equations, &fitted.theta)?;
-        account(&problem, &data, &equations, &fitted)
+        account(rates, &data, &equations, &fitted)
     }
-}
-
-/// What most pieces leave, as a part of the spread of each measured state: the largest.
-pub(super) fn left(fitted: &Fitted, data: &Data<'_>) -> f64 {
-    let parts = fitted.sigma.iter().zip(data.spread).zip(data.measured);
-    let moving = parts.filter(|((_, spread), measured)| **measured && **spread > 0.0);
-    moving.map(|((s, spread), _)| s / spread).fold(0.0, f64::max)
 }
 
 /// Terms chosen near the parameters fitted, and fitted again, until they stay.
