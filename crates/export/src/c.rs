@@ -115,8 +115,12 @@ pub(super) fn equations(system: &System, style: &Style<'_>) -> String {
             "\n/* The state one step later. next must not be x. */\n{linkage}void sindyna_step({first_of_step}const double *x, const double *u, double *next)\n{{\n{of_step}    (void)x;\n    (void)u;\n{lines}}}\n"
         );
     }
-    let rates =
-        format!("\n/* The rate of every state. rate must not be x. */\n{linkage}{}", rates(system, "rhs", style));
+    // Where a step has rates of its own, nobody may call these.
+    let rates = if matches!(system.stepping, Stepping::Friction(_)) && !linkage.is_empty() {
+        String::new()
+    } else {
+        format!("\n/* The rate of every state. rate must not be x. */\n{linkage}{}", rates(system, "rhs", style))
+    };
     let held = match &system.stepping {
         Stepping::Friction(friction) => {
             let of = "The same with the signs beside dry friction as further inputs.";

@@ -48,7 +48,7 @@ fn settings_out_of_range_are_named_with_their_bound() {
     refuses(&["train", "pendulum", "--solver", "stlsq", "--threshold", "-1"], &["threshold", "-1"]);
     refuses(
         &["train", "pendulum", "--refit", "--imagined-rollouts", "inf"],
-        &["--refit means nothing", "--imagined-rollouts"],
+        &["--refit has no effect", "--imagined-rollouts"],
     );
     refuses(
         &["train", "pendulum", "--threshold", "0.1"],
@@ -112,7 +112,7 @@ fn bounds_are_shown_as_they_were_declared() {
 
 #[test]
 fn files_that_are_not_what_they_should_be_are_named() {
-    refuses(&["evaluate", "nowhere"], &["cannot read nowhere/config.toml", "hint: RUN is a directory"]);
+    refuses(&["evaluate", "nowhere"], &["cannot read nowhere/config.toml", "hint: RUN is an output directory"]);
     refuses(&["train", "--config", "missing.toml"], &["cannot read missing.toml"]);
 
     let temp = tempfile::tempdir().unwrap();
@@ -192,7 +192,7 @@ fn training_that_diverges_loses_nothing_that_was_learned_before() {
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
     assert_eq!(code, 2, "{stdout}{stderr}");
     assert!(stderr.contains("training diverged") && stderr.contains("--learning-rate"), "{stderr}");
-    assert!(stdout.contains("15 sin θ + 3 u") && stdout.contains("training stopped short"), "{stdout}");
+    assert!(stdout.contains("15 sin θ + 3 u") && stdout.contains("training ended early"), "{stdout}");
     let run = temp.path().join("run");
     assert!(run.join("model.json").exists());
     assert!(json(&run.join("summary.json"))["training"]["failure"].as_str().unwrap().contains("diverged"));

@@ -34,7 +34,7 @@ fn bad_logs_are_named_by_line_column_value_and_bound() {
     refuses(&log(4, "0.2,3.2,o.4,1"), &COLUMNS, &["line 4: column `w`: `o.4` is not a number"]);
     refuses(&log(4, "0.2,3.2,0.4"), &COLUMNS, &["line 4: 3 cells where the header names 4 columns"]);
     refuses(&log(4, "0.05,3.2,0.4,1"), &COLUMNS, &["line 4: the time must increase: t = 0.05 follows 0.1 (line 3)"]);
-    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: t = 0.1 follows 0.1"]);
+    refuses(&log(4, "0.1,3.2,0.4,1"), &COLUMNS, &["line 4: the time must increase: t = 0.1 follows 0.1"]);
     refuses(log(7, "0.5,3.3").trim_end(), &COLUMNS, &["line 7: cut off (`0.5,3.3`)"]);
     refuses("t,th,w,th\n0,1,2,3\n", &COLUMNS, &["line 1: columns 2 and 4 are both named `th`"]);
     refuses("t,th,w,u\n0,3,0,1\n0.1,3,0,1\n", &COLUMNS, &["2 rows make 1 step, too few", "at least 4"]);
@@ -86,7 +86,7 @@ fn logs_without_equations_say_what_is_odd_about_them() {
     refuses(&example(), &[&COLUMNS[..], &["--limits", "th=100:101"]].concat(), &["the --limits of `th`"]);
     let many: Vec<String> = (0..2_500).map(|i| format!("--term=sin({i}.5*th)")).collect();
     let many: Vec<&str> = COLUMNS.iter().copied().chain(many.iter().map(String::as_str)).collect();
-    refuses(&example(), &many, &["more than the 2000", "fewer --term"]);
+    refuses(&example(), &many, &["more than the maximum of 2000", "fewer --term"]);
 }
 
 #[test]

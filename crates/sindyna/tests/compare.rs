@@ -209,7 +209,10 @@ fn a_report_waits_for_a_comparison_at_work_unless_it_goes_elsewhere() {
     let at_work = fs::File::open(&all).unwrap();
     at_work.try_lock().unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all"]));
-    assert!(code == 2 && stderr.contains("at work in all") && stderr.contains("--markdown"), "{stderr}");
+    assert!(
+        code == 2 && stderr.contains("all is in use by another sindyna process") && stderr.contains("--markdown"),
+        "{stderr}"
+    );
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["report", "all", "--markdown", "page.md"]));
     assert!(code == 0 && temp.path().join("page.md").exists(), "{stderr}");
     assert_eq!(files(&all), before, "a report elsewhere writes nothing here");
@@ -224,7 +227,7 @@ fn what_cannot_be_compared_is_refused() {
     for (args, says) in [
         (&["--methods", "magic"][..], "no method named `magic`"),
         (&["--tasks", "pendulums"], "did you mean `pendulum`?"),
-        (&["--tasks", "pendulum", "--methods", "lqr"], "none of these methods fits"),
+        (&["--tasks", "pendulum", "--methods", "lqr"], "none of these methods applies"),
         (&["--seeds", "0"], "--seeds"),
         (&["--methods", "sac,"], "a name in the list is empty"),
         (&["--noise", "0,1e-300"], "between 1e-12 and 1"),

@@ -224,5 +224,5 @@ fn names_do_not_end_the_script_of_a_page() {
     assert!(page.contains("\"starts\":[[1.0,2.0]]"));
     fs::remove_file(temp.path().join("data.csv")).unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["export", ".", "--to", "html"]));
-    assert!(code == 2 && stderr.contains("not known in which state"), "{stderr}");
+    assert!(code == 2 && stderr.contains("the start state is not known"), "{stderr}");
 }

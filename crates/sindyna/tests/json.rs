@@ -136,7 +136,13 @@ fn errors_are_objects_with_the_exit_code_of_old() {
         (&["train", "--task-file", "task.toml"], "train", "task-file", "task.toml", Some("docs/task-files.md")),
         (&["show", "nowhere"], "show", "input", "nowhere: no such file or directory", Some("sindyna train")),
         (&["report", "nowhere"], "report", "record", "nowhere", Some("comparison")),
-        (&["export", "nowhere", "--to", "python"], "export", "io", "cannot read nowhere", Some("DIR is a directory")),
+        (
+            &["export", "nowhere", "--to", "python"],
+            "export",
+            "io",
+            "cannot read nowhere",
+            Some("DIR is an output directory"),
+        ),
     ] {
         let told = object(temp.path(), args);
         let error = &told["error"];

@@ -92,7 +92,7 @@ fn what_is_no_answer_is_told() {
         (silent, AT_ZERO, AT_ZERO, "it did not answer `spec` within 1 s"),
         ("exit 3", AT_ZERO, AT_ZERO, "it ended (exit status: 3) before it answered `spec`"),
         (SPEC, r#"echo '{"error": "no rail"}'"#, AT_ZERO, "it rejects `reset`: no rail"),
-        (SPEC, AT_ZERO, r#"echo '{"state": [0.0, 1.0]}'"#, "it tells 2 states where 1 are declared"),
+        (SPEC, AT_ZERO, r#"echo '{"state": [0.0, 1.0]}'"#, "it gives 2 states where 1 are declared"),
         (SPEC, AT_ZERO, r#"echo '{"state": [NaN]}'"#, "it answered `step` by `{\"state\": [NaN]}`"),
         (SPEC, AT_ZERO, r#"echo '{"state": [1e999]}'"#, "it answered `step` by"),
         (SPEC, AT_ZERO, "echo a; echo b; sleep 1", "it answered `step` by `a`"),
@@ -121,7 +121,7 @@ fn a_command_that_cannot_be_is_refused() {
         ("", &[], "--pipe names no program"),
         ("sh 'program.sh", &[], "missing closing quote"),
         ("sh program.sh", &["--pipe-timeout", "0"], "--pipe-timeout must be above 0 s, got 0"),
-        ("sh program.sh", &["--data", "log.csv"], "--pipe goes with neither --data nor --model"),
+        ("sh program.sh", &["--data", "log.csv"], "--pipe excludes --data and --model"),
     ] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &short("task.toml", pipe, args)));
         assert!(code == 2 && stderr.contains(says), "{says}: {code}, {stderr}");

@@ -183,7 +183,7 @@ fn a_wrong_file_is_refused_with_what_is_wrong() {
         ("unit = \"m\"", "kind = \"corner\"", &["unknown variant `corner`", "`angle`"]),
         ("low = -1.0", "low = 2.0", &["control `u`", "low must be below high"]),
         ("name = \"u\"", "name = \"v\"", &["the name `v` is used twice"]),
-        ("name = \"u\"", "name = \"2u\"", &["`2u` is no name"]),
+        ("name = \"u\"", "name = \"2u\"", &["`2u` is not a valid name"]),
         ("0.001*u^2", "0.001*w^2", &["task.reward", "no variable named `w`", "x, v, u, next_x, next_v"]),
         ("0.001*u^2", "sqrt(x)", &["task.reward", "NaN", "x = -"]),
         ("next_x", "x", &["task.terminated", "no variable named `x`", "next_x, next_v"]),
@@ -246,7 +246,7 @@ fn a_reward_that_is_no_number_later_is_told_with_where() {
     assert!(told.contains("\"kind\": \"system\"") || told.contains("\"kind\":\"system\""), "{told}");
     let (code, _, stderr) = sindyna(temp.path(), &["train", "--task-file", "task.toml", "--quiet"]);
     assert_eq!(code, 2, "{stderr}");
-    assert!(stderr.contains("guard the formula"), "{stderr}");
+    assert!(stderr.contains("limit the formula"), "{stderr}");
     assert!(stderr.contains("the reward of `cart-on-a-rail`") && stderr.contains("is NaN at x = "), "{stderr}");
 }
 

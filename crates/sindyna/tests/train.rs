@@ -148,7 +148,7 @@ fn only_a_run_that_answers_as_before_is_resumed() {
     let whole = fs::read_to_string(run.join("rollout.csv")).unwrap();
     fs::write(run.join("rollout.csv"), format!("{whole}x\n")).unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
-    assert!(code == 2 && stderr.contains("holds more than this run ever collects"), "{stderr}");
+    assert!(code == 2 && stderr.contains("has more rows than this run collects"), "{stderr}");
     fs::write(run.join("rollout.csv"), whole).unwrap();
     let data = fs::read_to_string(run.join("rollout.csv")).unwrap();
     let other = data.replacen("0.05,", "0.06,", 1);
@@ -213,7 +213,7 @@ fn noise_is_met_with_more_data_and_an_episode_that_confirms() {
     let summary = json(&temp.path().join("run/summary.json"));
     let (steps, training) = (summary["real_steps"].as_u64().unwrap(), &summary["training"]);
     assert!((210..2_000).contains(&steps), "ten steps, more of them, and an episode of 200: {steps}");
-    assert_eq!(training["confirmation"]["kept"], true, "{training}");
+    assert_eq!(training["confirmation"]["agrees"], true, "{training}");
     let (low, high) = (&training["prediction"]["low"], &training["prediction"]["high"]);
     assert!(low.as_f64() < high.as_f64() && stdout.contains("90 % interval"), "{stdout}");
     let events = fs::read_to_string(temp.path().join("run/events.jsonl")).unwrap();

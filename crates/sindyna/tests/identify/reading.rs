@@ -34,7 +34,7 @@ fn samples_are_taken_at_their_own_times_from_several_logs() {
     for says in [
         "log: a.csv, b.csv, 300 rows in 2 trajectories, sampling interval about 0.02",
         "note: time: column time, in milliseconds, in which one state is the rate of another; --time-column and --units",
-        "note: samples are 0.02 to 0.023 s apart",
+        "note: the sampling interval varies from 0.02 to 0.023 s",
     ] {
         assert!(stdout.contains(says), "{says:?} is missing in {stdout}");
     }
@@ -63,7 +63,7 @@ fn rates_are_recognised_declared_or_left_alone() {
         let (code, stdout, stderr) = identify(temp.path(), &example(), &[&COLUMNS[..], option].concat());
         assert_eq!(code, 0, "{stderr}");
         assert!(stdout.contains(says), "{stdout}");
-        assert_eq!(stdout.contains("note: w is taken"), option.is_empty());
+        assert_eq!(stdout.contains("note: w is used"), option.is_empty());
     }
 }
 
@@ -130,7 +130,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
             cells.join(",") + "\n"
         })
         .collect();
-    found(&(header.to_owned() + &folded), &["--angles", "th"], &["joined where it jumps by a whole turn", exact]);
+    found(&(header.to_owned() + &folded), &["--angles", "th"], &["unwrapped at 2 jumps of a whole turn", exact]);
     // Stamps that jitter, taken as even or resampled.
     let jittery = header.to_owned() + &rows(3.0, 60, |i| i as f64 * 0.05 + 0.004 * (i % 3) as f64);
     found(&jittery, &["--dt", "0.05"], &["time stamps say the same but for jitter", exact]);
