@@ -45,7 +45,10 @@ fn span(recordings: &[Recording], i: usize) -> f64 {
     high - low
 }
 
-/// Whether state `i` stays within one `turn` and jumps by about that, with no other step near half of it.
+/// Part of a turn by which noise may carry a wrapped angle beyond its range.
+const BEYOND: f64 = 0.05;
+
+/// Whether state `i` stays within one `turn`, but for noise, and jumps by about that, with no other step near half of it.
 fn folds(recordings: &[Recording], i: usize, turn: f64) -> bool {
     let mut jumps = 0;
     for recording in recordings {
@@ -60,7 +63,7 @@ fn folds(recordings: &[Recording], i: usize, turn: f64) -> bool {
             }
         }
     }
-    jumps > 0 && span(recordings, i) <= turn * (1.0 + 1e-6)
+    jumps > 0 && span(recordings, i) <= turn * (1.0 + BEYOND)
 }
 
 #[cfg(test)]
@@ -99,6 +102,13 @@ mod tests {
         check(|t| 2.0 * t, column("a", "rad"), none(), Some("turns"));
         check(|t| t.sin(), column("th", "rad"), none(), None);
         check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("th", ""), none(), Some("wrapped"));
+        // Noise that was added after wrapping.
+        check(
+            |t| (2.0 * t).sin().atan2((2.0 * t).cos()) + 0.03 * (99.0 * t).sin(),
+            column("th", ""),
+            none(),
+            Some("wrapped"),
+        );
         let folded = recording(|t| (100.0 * t) % 360.0);
         assert!(suspected(&folded, 0, &column("th", "")).unwrap().to_string().contains("degrees"));
         assert_eq!(suspected(&folded, 0, &column("th", "rad")), None);

@@ -236,7 +236,7 @@ mod tests {
         let (dt, note) = uneven(&jittering);
         assert!((dt - 0.1).abs() < 2e-3, "{dt}");
         let told = note.to_string();
-        assert!(["0.09 to 0.11 s", "own times"].iter().all(|s| told.contains(s)), "{told}");
+        assert!(["0.09 to 0.11 s", "own time"].iter().all(|s| told.contains(s)), "{told}");
         let two = [recording(&[0.0, 0.1, 0.2]), recording(&[0.0, 0.2, 0.4])];
         assert_eq!(interval(&two, 0.0).unwrap(), None, "at two rates");
     }

@@ -3,7 +3,7 @@
 use crate::column::Column;
 use crate::recording::{Selected, Source};
 use crate::table::Table;
-use crate::{DeclarationError, LogError, LogOptions, Note, TRAJECTORY, roles, time};
+use crate::{DeclarationError, LogError, LogOptions, Note, Suggestion, TRAJECTORY, TimeUnit, roles, time};
 
 /// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.
 ///
@@ -15,7 +15,7 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
     }
     let time = time_of(table, options)?;
     // A second column of times is neither a state nor an input.
-    let also_time = |i: usize| time.is_some() && time::is_time(&table.columns()[i].name);
+    let also_time = |i: usize| time.is_some() && time::is_time(&table.columns()[i]);
     let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i);
     let columns: Vec<String> =
         (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
@@ -27,7 +27,11 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
         return Ok((LogOptions { states, inputs, ..options.clone() }, Some(note)));
     }
     let columns: Vec<String> = columns.into_iter().filter(|name| !name.is_empty()).collect();
-    let suggestion = roles::suggested(&columns, time.is_some());
+    // The unit tells what no name does.
+    let in_seconds = |c: &&Column| time.is_none() && TimeUnit::named(&c.unit).is_some();
+    let time_column = table.columns().iter().find(in_seconds).map(|c| c.name.clone());
+    let others: Vec<String> = columns.iter().filter(|name| Some(*name) != time_column.as_ref()).cloned().collect();
+    let suggestion = Suggestion { has_time: time.is_some(), time_column, ..roles::suggested(&others) };
     Err(LogError::ColumnsNotNamed { path: table.path().to_owned(), columns, suggestion })
 }
 

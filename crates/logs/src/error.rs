@@ -322,6 +322,8 @@ pub struct Suggestion {
     pub inputs: Vec<String>,
     /// Whether there is a column of times.
     pub has_time: bool,
+    /// A column that may hold the times, by its unit, if none does by its name.
+    pub time_column: Option<String>,
 }
 
 /// A cell as a message shows it.

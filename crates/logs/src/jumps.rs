@@ -48,6 +48,6 @@ mod tests {
         let place = |_, number| Place { file: None, row: Row { number, is_line: true } };
         assert_eq!(note(&[recording(false)], &names, place), None);
         let told = note(&[recording(true)], &names, place).unwrap().to_string();
-        assert!(told.contains("x moves by 40.") && told.contains("before line 62"), "{told}");
+        assert!(told.contains("x changes by 40.") && told.contains("before line 62"), "{told}");
     }
 }

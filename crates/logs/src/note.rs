@@ -225,10 +225,10 @@ impl fmt::Display for Note {
                 write!(f, "time: column {column}, in {unit}")?;
                 f.write_str(match by {
                     UnitBy::Default => "",
-                    UnitBy::Header => " by its name",
-                    UnitBy::Rates => ", in which one state is the rate of another",
+                    UnitBy::Header => " (by the header)",
+                    UnitBy::Rates => " (one state is then the rate of another)",
                     UnitBy::Epoch => " since 1970",
-                    UnitBy::Counter => ", as it has whole numbers that are far apart or uneven",
+                    UnitBy::Counter => " (whole numbers that are far apart or uneven)",
                 })
             }
             Self::Repeated { rows, row } => {

@@ -156,10 +156,10 @@ pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>
 }
 
 /// Which of `columns` are likely to be what.
-pub(crate) fn suggested(columns: &[String], has_time: bool) -> Suggestion {
+pub(crate) fn suggested(columns: &[String]) -> Suggestion {
     let (inputs, states) =
         columns.iter().filter(|n| *n != "reward").cloned().partition(|name| role(name) == Some(Role::Input));
-    Suggestion { states, inputs, has_time }
+    Suggestion { states, inputs, has_time: false, time_column: None }
 }
 
 #[cfg(test)]

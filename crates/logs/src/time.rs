@@ -15,7 +15,7 @@ pub(crate) fn column(table: &Table, taken: &[&str]) -> Option<usize> {
     let columns = table.columns();
     let free = |c: &Column| !taken.contains(&c.name.as_str());
     let plain = columns.iter().position(|c| c.name == crate::TIME && free(c));
-    plain.or_else(|| columns.iter().position(|c| free(c) && is_time(&c.name)))
+    plain.or_else(|| columns.iter().position(|c| free(c) && is_time(c)))
 }
 
 /// The words of a name, in small letters.
@@ -25,8 +25,8 @@ fn words(name: &str) -> impl Iterator<Item = String> {
     words.into_iter().filter(|w| !w.is_empty())
 }
 
-/// Whether a column called `name` holds time stamps.
-pub(crate) fn is_time(name: &str) -> bool {
+/// Whether `column` holds time stamps, by its name. A temperature `T`, or what has a unit of something else, does not.
+pub(crate) fn is_time(column: &Column) -> bool {
     const TIMES: [&str; 15] = [
         "t",
         "time",
@@ -45,7 +45,13 @@ pub(crate) fn is_time(name: &str) -> bool {
         "microseconds",
     ];
     const BESIDE: [&str; 9] = ["header", "unix", "epoch", "ros", "sim", "wall", "system", "log", "since"];
+    let name = column.name.as_str();
     let all: Vec<String> = words(name).collect();
+    let is_temperature = name.split(|c: char| !c.is_alphanumeric()).any(|word| word == "T");
+    let is_other = all.len() > 1 && !column.unit.is_empty() && TimeUnit::named(&column.unit).is_none();
+    if is_temperature || is_other {
+        return false;
+    }
     all.iter().any(|w| TIMES.contains(&w.as_str()))
         && all
             .iter()
@@ -101,6 +107,7 @@ mod tests {
 
     #[test]
     fn names_of_times_are_known_and_others_are_not() {
+        let named = |name: &str| Column { name: name.into(), unit: String::new() };
         for name in [
             "t",
             "time",
@@ -114,11 +121,13 @@ mod tests {
             "stamp.sec",
             "unix_time",
         ] {
-            assert!(is_time(name), "{name}");
+            assert!(is_time(&named(name)), "{name}");
         }
-        for name in ["th", "torque", "s", "ms", "timer_state", "x", "time_to_go", "", "min"] {
-            assert!(!is_time(name), "{name}");
+        for name in ["th", "torque", "s", "ms", "timer_state", "x", "time_to_go", "", "min", "T", "T_wall"] {
+            assert!(!is_time(&named(name)), "{name}");
         }
+        let column = |name: &str, unit: &str| Column { name: name.into(), unit: unit.into() };
+        assert!(!is_time(&column("t_wall", "\u{b0}C")) && is_time(&column("wall time", "ms")));
         let unit = |name: &str, unit: &str| unit_in_header(&Column { name: name.into(), unit: unit.into() });
         assert_eq!(unit("time_ms", ""), Some(TimeUnit::Milliseconds));
         assert_eq!(unit("t", "\u{b5}s"), Some(TimeUnit::Microseconds));

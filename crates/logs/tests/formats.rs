@@ -63,8 +63,8 @@ fn arrays_of_numpy_and_matlab_are_the_log_they_were_made_of() {
 #[test]
 fn what_is_no_table_is_refused_with_its_reason() {
     let options = LogOptions::default();
-    check_refused("objects.npy", &options, &["pickled objects, which are programs"]);
-    check_refused("objects.npz", &options, &["`a` it holds pickled objects"]);
+    check_refused("objects.npy", &options, &["pickled objects, which may run code"]);
+    check_refused("objects.npz", &options, &["`a` cannot be read: it holds pickled objects"]);
     check_refused("huge.npy", &options, &["16 bytes of data where its header declares 8000000000000"]);
     check_refused("empty.npz", &options, &["without arrays of NumPy"]);
     check_refused("deep.npz", &options, &["`q` has 3 dimensions", "`fs` is one number"]);

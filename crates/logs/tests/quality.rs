@@ -102,7 +102,7 @@ fn an_overflow_and_spikes_are_told_with_their_times() {
     assert!(*largest > 6.0 && spikes.iter().map(|at| at.seconds).eq([5.0, 12.5]), "{found:?}");
     let told = found[1].to_string();
     assert!(
-        told.contains("u has 2 samples that both neighbours contradict") && told.contains("at 5 s, 12.5 s"),
+        told.contains("u has 2 samples that deviate from both neighbours") && told.contains("at 5 s, 12.5 s"),
         "{told}"
     );
 }

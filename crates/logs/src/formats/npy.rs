@@ -267,13 +267,13 @@ mod tests {
         check(&file("'|O'", "(2,)", b"\x80\x04cos\nsystem\n"), "pickled objects");
         check(&file("[('a', '|O'), ('t', '<f8')]", "(2,)", &[0; 32]), "pickled objects");
         check(&file("'<c16'", "(2,)", &[0; 32]), "`<c16`, which is not a number");
-        check(&file("'<U0'", "(2,)", &[]), "no number");
+        check(&file("'<U0'", "(2,)", &[]), "not a number");
         check(&file("[]", "(2,)", &[]), "no size");
         check(&file(&"(".repeat(60_000), "(2,)", &[]), "nested");
-        check(&file("'<f8'", "(2,)", &[0; 16])[..40], "cut off within its header");
-        check(MAGIC, "cut off");
+        check(&file("'<f8'", "(2,)", &[0; 16])[..40], "truncated within its header");
+        check(MAGIC, "truncated");
         check(b"\x93NUMPY\x09\x00\x00\x00", "its version is 9");
-        check(b"\x93NUMPY\x02\x00\xff\xff\xff\xff", "cut off");
+        check(b"\x93NUMPY\x02\x00\xff\xff\xff\xff", "truncated");
         check(&[MAGIC, &[1, 0, 2, 0], b"{}"].concat(), "has no `shape`");
     }
 }

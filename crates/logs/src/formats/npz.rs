@@ -11,7 +11,7 @@ pub(super) const MAGIC: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
 
 /// The arrays in `bytes`.
 pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| format!("it is no whole archive: {e}"))?;
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| format!("it is not a complete archive: {e}"))?;
     let (mut budget, mut numbers) = (Budget::default(), Budget::default());
     let (mut all, mut members) = (Vec::new(), 0_usize);
     for i in 0..archive.len() {
@@ -21,7 +21,7 @@ pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
         let read = budget.read(member).map_err(|e| format!("`{name}`: {e}"))?;
         match npy::arrays(&read, &name, &mut numbers) {
             Ok(arrays) => all.extend(arrays),
-            Err(why) => all.push((name, Err(why))),
+            Err(why) => all.push((name, Err(format!("cannot be read: {why}")))),
         }
     }
     if members == 0 { Err("it is an archive without arrays of NumPy (`.npy`)".into()) } else { Ok(all) }

@@ -91,7 +91,7 @@ impl Collected {
                 (Kind::Text, 0, 0.0)
             }
             _ => {
-                self.failure = Some("is no column of numbers".into());
+                self.failure = Some("is not a column of numbers".into());
                 return;
             }
         };

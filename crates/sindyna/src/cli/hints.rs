@@ -220,14 +220,18 @@ fn of_declaration(error: &DeclarationError) -> Option<String> {
 }
 
 /// The call that names the columns of the log at `path`.
-fn call(path: &Path, Suggestion { states, inputs, has_time }: &Suggestion) -> String {
+fn call(path: &Path, Suggestion { states, inputs, has_time, time_column }: &Suggestion) -> String {
     let quote = |list: &[String]| match list.join(",") {
         list if list.contains([' ', '(', '*']) => format!("'{list}'"),
         list => list,
     };
     let inputs = if inputs.is_empty() { String::new() } else { format!(" --inputs {}", quote(inputs)) };
-    let dt = if *has_time { "" } else { " --dt SECONDS" };
-    format!("sindyna identify {} --states {}{inputs}{dt}", path.display(), quote(states))
+    let time = match time_column {
+        _ if *has_time => String::new(),
+        Some(column) => format!(" --time-column {}", quote(std::slice::from_ref(column))),
+        None => " --dt SECONDS".into(),
+    };
+    format!("sindyna identify {} --states {}{inputs}{time}", path.display(), quote(states))
 }
 
 fn of_record(error: &RecordError) -> Option<String> {
