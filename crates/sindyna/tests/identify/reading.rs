@@ -33,7 +33,7 @@ fn samples_are_taken_at_their_own_times_from_several_logs() {
     assert_eq!(code, 0, "{stderr}");
     for says in [
         "log: a.csv, b.csv, 300 rows in 2 trajectories, sampling interval about 0.02",
-        "note: time: column time, in milliseconds, in which one state is the rate of another; --time-column and --units",
+        "note: time: column time, in milliseconds (one state is then the rate of another); --time-column and --units",
         "note: the sampling interval varies from 0.02 to 0.023 s",
     ] {
         assert!(stdout.contains(says), "{says:?} is missing in {stdout}");
