@@ -11,7 +11,8 @@ pub(super) const MAGIC: [&[u8]; 2] = [b"PK\x03\x04", b"PK\x05\x06"];
 
 /// The arrays in `bytes`.
 pub(super) fn arrays(bytes: &[u8]) -> Result<Vec<Named>, String> {
-    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| format!("it is not a complete archive: {e}"))?;
+    let mut archive =
+        zip::ZipArchive::new(Cursor::new(bytes)).map_err(|e| format!("it is not a complete archive: {e}"))?;
     let (mut budget, mut numbers) = (Budget::default(), Budget::default());
     let (mut all, mut members) = (Vec::new(), 0_usize);
     for i in 0..archive.len() {
