@@ -32,7 +32,7 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
     let time_column = table.columns().iter().find(in_seconds).map(|c| c.name.clone());
     let others: Vec<String> = columns.iter().filter(|name| Some(*name) != time_column.as_ref()).cloned().collect();
     let suggestion = Suggestion { has_time: time.is_some(), time_column, ..roles::suggested(&others) };
-    Err(LogError::ColumnsNotNamed { path: table.path().to_owned(), columns, suggestion })
+    Err(LogError::ColumnsNotNamed { path: table.path().to_owned(), columns, suggestion: Box::new(suggestion) })
 }
 
 /// The columns of `table` that `options` name.

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use sindyna_core::{DatasetError, number::significant};
 
 use crate::declaration::quoted;
+use crate::suggestion::Suggestion;
 use crate::{DeclarationError, Row};
 
 /// Why a log could not be read or does not fit what was said about it.
@@ -224,7 +225,7 @@ pub enum LogError {
         /// Columns there are.
         columns: Vec<String>,
         /// Which are likely to be what.
-        suggestion: Suggestion,
+        suggestion: Box<Suggestion>,
     },
     /// There is no column that could be a state.
     #[error("{} has no columns except the time and `trajectory`", path.display())]
@@ -311,19 +312,6 @@ pub enum LogError {
     /// The rows do not make a data set.
     #[error(transparent)]
     Dataset(#[from] DatasetError),
-}
-
-/// Which columns are likely to be what, by their names.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Suggestion {
-    /// Columns that look like states.
-    pub states: Vec<String>,
-    /// Columns that look like inputs, such as `u` or `force`.
-    pub inputs: Vec<String>,
-    /// Whether there is a column of times.
-    pub has_time: bool,
-    /// A column that may hold the times, by its unit, if none does by its name.
-    pub time_column: Option<String>,
 }
 
 /// A cell as a message shows it.
