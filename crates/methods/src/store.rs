@@ -149,7 +149,7 @@ mod tests {
         fs::write(&left, "half a").unwrap();
         fs::write(&other, "whole").unwrap();
         let refusal = Store::open(&root, "a = 1", &[]).err().unwrap().to_string();
-        assert!(refusal.contains("another sindyna is at work") && left.exists(), "{refusal}");
+        assert!(refusal.contains("is in use by another sindyna process") && left.exists(), "{refusal}");
         drop(first);
         assert!(Store::open(&root, "a = 1", &[]).is_ok() && !left.exists() && other.exists());
         let refusal = Store::open(&root, "a = 2", &[]).err().unwrap().to_string();

@@ -241,7 +241,7 @@ fn what_cannot_be_compared_is_refused() {
     fs::create_dir(temp.path().join("run")).unwrap();
     fs::write(temp.path().join("run/summary.json"), "mine").unwrap();
     let (code, _, stderr) = compare(temp.path(), &["--out", "run"]);
-    assert!(code == 2 && stderr.contains("no comparison"), "{stderr}");
+    assert!(code == 2 && stderr.contains("is not the directory of a comparison"), "{stderr}");
     assert_eq!(fs::read(temp.path().join("run/summary.json")).unwrap(), b"mine");
 }
 

@@ -82,7 +82,7 @@ fn rates_that_are_not_wanted_are_not_looked_for_and_those_named_are() {
     for (given, says) in [
         ("u=q", "`u` is a column of the log"),
         ("w=z", "no state named `z`"),
-        ("w=q,p=q", "`q` has a rate already"),
+        ("w=q,p=q", "`q` already has a rate"),
         ("w=q,a=w,j=a", "may be 3"),
         ("w", "--unmeasured takes RATE=OF"),
     ] {
@@ -126,7 +126,7 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         }
         text
     };
-    for (late, smooth, says) in [(2, false, "act 2 rows (0.1 s) later"), (0, true, "as a straight line")] {
+    for (late, smooth, says) in [(2, false, "delay of the inputs: 2 rows (0.1 s)"), (0, true, "inputs are linear between rows")] {
         fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
         assert_eq!(code, 0, "{stdout}{stderr}");

@@ -257,7 +257,7 @@ mod tests {
             [["q.left", "u1", "u2", "w", "log_time"], ["1", "0.5", "1", "", "1"], ["", "1", "", "2.5", "2"]]
         );
         let deep = format!("{{\"a\": {}1{}}}", "[".repeat(100), "]".repeat(100));
-        for (bad, says) in [("[1]", "no object"), ("{\"a\":", "EOF"), (deep.as_str(), "nested too deeply")] {
+        for (bad, says) in [("[1]", "not an object"), ("{\"a\":", "EOF"), (deep.as_str(), "nested too deeply")] {
             let failure = json(bad.as_bytes(), &mut Messages::default(), 0).unwrap_err();
             assert!(failure.contains(says), "{failure}");
         }

@@ -138,8 +138,9 @@ impl fmt::Display for Finding {
             ),
             Self::Spikes { signal, largest, at } => write!(
                 f,
-                "{signal} has {} that deviate from both neighbours, by up to {}: {}",
+                "{signal} has {} that {} from both neighbours, by up to {}: {}",
                 plural(at.len(), "sample"),
+                if at.len() == 1 { "deviates" } else { "deviate" },
                 significant(*largest, 3),
                 times(at)
             ),

@@ -193,7 +193,7 @@ mod tests {
         let run = RunDir::create(&path, &[]).unwrap();
         run.write("config.toml", b"").unwrap();
         let refusal = RunDir::reopen(&path).unwrap_err().to_string();
-        assert!(refusal.contains("at work in"), "{refusal}");
+        assert!(refusal.contains("is in use by another sindyna process"), "{refusal}");
         drop(run);
         assert!(RunDir::reopen(&path).is_ok());
     }

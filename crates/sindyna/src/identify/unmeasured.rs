@@ -163,7 +163,7 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
         let state = names.into_iter().position(|name| name == of);
         let state = state.ok_or_else(|| failed(format!("no state named `{of}`, of which `{rate}` is the rate")))?;
         if spec.state.iter().any(|s| s.kind == Kind::RateOf(state)) || rates.iter().any(|r| r.1 == state) {
-            return Err(failed(format!("`{of}` has another rate already than `{rate}`")));
+            return Err(failed(format!("`{of}` already has a rate; `{rate}` cannot be another one")));
         }
         rates.push((rate.clone(), state));
     }

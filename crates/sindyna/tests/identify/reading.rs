@@ -133,7 +133,7 @@ fn rollouts_folded_angles_and_uneven_stamps_are_put_right() {
     found(&(header.to_owned() + &folded), &["--angles", "th"], &["unwrapped at 2 jumps of a whole turn", exact]);
     // Stamps that jitter, taken as even or resampled.
     let jittery = header.to_owned() + &rows(3.0, 60, |i| i as f64 * 0.05 + 0.004 * (i % 3) as f64);
-    found(&jittery, &["--dt", "0.05"], &["time stamps say the same but for jitter", exact]);
+    found(&jittery, &["--dt", "0.05"], &["the time stamps agree except for jitter", exact]);
     found(&jittery, &["--resample", "0.05"], &["resampled every 0.05 s"]);
 }
 
