@@ -229,7 +229,7 @@ fn terms_that_are_the_same_on_all_data_are_told() {
     assert_equation(&found, 0, &[("1", 1.2), ("u", 1.0), ("s²", -0.5)], 0.05);
     assert_eq!(found.report.equations[0].doubt, None, "{found}");
     let warnings = found.report.warnings.join("\n");
-    assert!(warnings.contains("`s²` and `s·abs s` are the same on all data"), "{warnings}");
+    assert!(warnings.contains("`s²` and `s·abs s` are proportional on all data"), "{warnings}");
 }
 
 /// Prey N and predators P that saturate: a limit cycle with few of either most of the time, so that noise makes numbers negative. No polynomials come
@@ -384,7 +384,7 @@ fn only_rates_of_measured_states_may_be_unmeasured() {
             .to_string()
     };
     let refused = of(&PLAIN[..2], &recording);
-    assert!(refused.contains("`y` was never measured, and is no rate"), "{refused}");
+    assert!(refused.contains("`y` was not measured and is not the rate of a measured state"), "{refused}");
     recording.states[[3, 0]] = f64::NAN;
     let refused = of(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], &recording);
     assert!(refused.contains("not finite"), "{refused}");

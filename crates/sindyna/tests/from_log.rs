@@ -187,7 +187,7 @@ fn a_log_is_identified_for_training_as_it_is_by_itself() {
     let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
     assert!(code == 2 && stderr.contains("declare it as the last [[state]], with `rate_of`"), "{stderr}");
     for (args, says) in [
-        (&["train", "pendulum", "--delay", "0"][..], "mean nothing without --data"),
+        (&["train", "pendulum", "--delay", "0"][..], "require --data"),
         (
             &["train", "--task-file", "spring.toml", "--model", "model-uneven.csv", "--library", "paper"],
             "was identified before",
@@ -231,7 +231,7 @@ fn a_model_identified_before_is_trained_in() {
     }
     let path = temp.path().join("model/posterior.bin");
     let mut bytes = fs::read(&path).unwrap();
-    for (damage, says) in [(40, "is damaged"), (3, "is not what `sindyna identify` wrote")] {
+    for (damage, says) in [(40, "is damaged"), (3, "was not written by `sindyna identify`")] {
         let at = if damage == 40 { bytes.len() - 40 } else { damage };
         bytes[at] ^= 1;
         fs::write(&path, &bytes).unwrap();
@@ -244,7 +244,7 @@ fn a_model_identified_before_is_trained_in() {
         (&["--task-file", "spring.toml", "--model", "run"], "not that of an identification"),
         (&["--task-file", "spring.toml", "--model", "nowhere"], "cannot read nowhere/config.toml"),
         (&["--task-file", "ground_truth.toml", "--model", "model"], "one or the other"),
-        (&["--task-file", "spring.toml", "--data", "log.csv", "--real-steps", "20"], "a log has the steps that it has"),
+        (&["--task-file", "spring.toml", "--data", "log.csv", "--real-steps", "20"], "do not apply to a log"),
         (&["pendulum", "--data", "log.csv"], "--task-file"),
     ] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["train"], args].concat()));
@@ -290,7 +290,7 @@ fn equations_in_a_task_file_are_a_simulator() {
         ("dt = 0.05", "dt = -1.0", "above 0"),
         ("dt = 0.05", "dt = 0.05\nframe_skip = 2", "`frame_skip` requires a `model`"),
         ("rate_of = \"x\"", "", "[equations] lack one for `x`"),
-        ("spring-equations", "pendulum", "as a task that comes along"),
+        ("spring-equations", "pendulum", "like a built-in task"),
     ] {
         fs::write(temp.path().join("other.toml"), example("ground_truth.toml").replacen(from, to, 1)).unwrap();
         let args = ["compare", "--tasks", "other.toml", "--methods", "random", "--seeds", "1", "--out", "other"];

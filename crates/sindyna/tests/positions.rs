@@ -83,7 +83,7 @@ fn rates_that_are_not_wanted_are_not_looked_for_and_those_named_are() {
         ("u=q", "`u` is a column of the log"),
         ("w=z", "no state named `z`"),
         ("w=q,p=q", "`q` already has a rate"),
-        ("w=q,a=w,j=a", "may be 3"),
+        ("w=q,a=w,j=a", "at most 3 states"),
         ("w", "--unmeasured takes RATE=OF"),
     ] {
         let (code, stdout, stderr) = with(&["--unmeasured", given]);

@@ -161,7 +161,7 @@ fn only_a_run_that_answers_as_before_is_resumed() {
     );
     assert_eq!(fs::read_to_string(run.join("rollout.csv")).unwrap(), other, "data are never lost");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--seed", "1"]));
-    assert!(code == 2 && stderr.contains("cannot be changed"), "{stderr}");
+    assert!(code == 2 && stderr.contains("continues a run with its own settings"), "{stderr}");
 }
 
 #[test]

@@ -100,7 +100,7 @@ mod tests {
             ("x = \"1\"", "the name `x` is used twice"),
             ("next_x = \"1\"", "the name `next_x` is used twice"),
             ("k = \"x\"", "the name `k` is used twice"),
-            ("\"a b\" = \"x\"", "`a b` is no name for formulas"),
+            ("\"a b\" = \"x\"", "`a b` is not a valid name"),
             (&long, "is longer than 20000 characters"),
             ("a = 'site(\"tip\").x'", "site() and body() are places of a `model`, and there is none"),
         ] {

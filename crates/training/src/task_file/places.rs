@@ -339,7 +339,7 @@ mod tests {
             ("site(\"tip\").r", "has .x, .y and .z"),
             ("site(\"tip\")", "expected site(\"NAME\").x"),
             ("site(\"tip\").xy", "has .x, .y and .z"),
-            ("site(\"tip\").x", "it hangs on a free or a ball joint"),
+            ("site(\"tip\").x", "it depends on a free or a ball joint"),
         ] {
             let refusal = format!("{:#}", written_out(text, &tree, &["a", "b", "s", "w"]).unwrap_err());
             assert!(refusal.contains(says), "{text}: {refusal}");
