@@ -390,5 +390,5 @@ fn only_rates_of_measured_states_may_be_unmeasured() {
     assert!(refused.contains("not finite"), "{refused}");
     recording.states.column_mut(0).fill(f64::NAN);
     let refused = of(&[("x", Kind::Plain), ("v", Kind::RateOf(0))], &recording);
-    assert!(refused.contains("`x` was never measured"), "{refused}");
+    assert!(refused.contains("`x` was not measured"), "{refused}");
 }

@@ -126,7 +126,9 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         }
         text
     };
-    for (late, smooth, says) in [(2, false, "delay of the inputs: 2 rows (0.1 s)"), (0, true, "inputs are linear between rows")] {
+    for (late, smooth, says) in
+        [(2, false, "delay of the inputs: 2 rows (0.1 s)"), (0, true, "inputs are linear between rows")]
+    {
         fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
         assert_eq!(code, 0, "{stdout}{stderr}");

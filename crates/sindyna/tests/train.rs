@@ -156,7 +156,8 @@ fn only_a_run_that_answers_as_before_is_resumed() {
     fs::write(run.join("rollout.csv"), &other).unwrap();
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--resume", "run", "--quiet"]));
     assert!(
-        code == 2 && stderr.contains("the system responds differently than before: run/rollout.csv, line 3 has `0,0.06,"),
+        code == 2
+            && stderr.contains("the system responds differently than before: run/rollout.csv, line 3 has `0,0.06,"),
         "{stderr}"
     );
     assert_eq!(fs::read_to_string(run.join("rollout.csv")).unwrap(), other, "data are never lost");

@@ -357,7 +357,10 @@ mod tests {
         }
         let asked = vec![Request { task: "pendulum".into(), method: "\u{7}".into(), seeds: Seeds::first(1) }];
         assert!(
-            Digest { asked, ..Digest::default() }.check(&NAMES).unwrap_err().contains("asked.csv names an unknown method")
+            Digest { asked, ..Digest::default() }
+                .check(&NAMES)
+                .unwrap_err()
+                .contains("asked.csv names an unknown method")
         );
         digest.runs[0].mean_return = Some(f64::NAN);
         assert!(digest.check(&NAMES).unwrap_err().contains("is not a number"));

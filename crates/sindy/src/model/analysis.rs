@@ -1,9 +1,9 @@
 //! What engineers ask of a model: simulation, prediction, linearisation.
 
-use nalgebra::DMatrix;
 use ndarray::{Array2, ArrayView2};
 use sindyna_core::{Dynamics as _, Seed};
 
+use super::slopes::Room;
 use super::{Form, Model};
 
 /// Why a model could not be simulated, compared or linearised.
@@ -96,26 +96,11 @@ impl Model {
         let (n, k) = (self.states().len(), self.controls().len());
         shape("states", n, x.len())?;
         shape("inputs", k, u.len())?;
-        let (z, terms) = ([x, u].concat(), self.shifted_terms());
-        let mut f = vec![0.0; n];
-        self.right_side(x, u, &mut f);
-        // (I − D) f = h, so (I − D) ∂f = ∂h + ∂D f.
-        let mut left = DMatrix::<f64>::identity(n, n);
-        let mut right = DMatrix::<f64>::zeros(n, n + k);
-        for i in 0..n {
-            for entry in self.coefficients(i) {
-                let term = &terms[entry.term];
-                if let Some(l) = entry.rate {
-                    left[(i, l)] -= entry.coefficient * term.eval(&z);
-                }
-                let times = entry.coefficient * entry.rate.map_or(1.0, |l| f[l]);
-                for j in 0..n + k {
-                    right[(i, j)] += term.derivative(j).map_or(0.0, |d| times * d.eval(&z));
-                }
-            }
-        }
-        let all = left.lu().solve(&right).filter(|m| m.iter().all(|v| v.is_finite())).ok_or(AnalysisError::Singular)?;
-        let part = |first: usize, width: usize| Array2::from_shape_fn((n, width), |(i, j)| all[(i, first + j)]);
+        let mut room = Room::default();
+        self.with_slopes(x, u, &mut room).ok_or(AnalysisError::Singular)?;
+        let part = |first: usize, width: usize| {
+            Array2::from_shape_fn((n, width), |(i, j)| room.slopes[i * (n + k) + first + j])
+        };
         Ok((part(0, n), part(n, k)))
     }
 

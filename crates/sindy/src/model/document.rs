@@ -6,6 +6,7 @@ use sindyna_core::Scheme;
 use super::friction::Friction;
 use super::parts::{Entry, Form, ModelParts};
 use super::right_side::RightSide;
+use super::slopes::Shared;
 use super::{Model, Reading};
 use crate::chain::after_their_rates;
 use crate::expr::{Expr, ParseError, Tape, parse};
@@ -133,7 +134,7 @@ impl Model {
         };
         let is_semi_implicit = matches!(parts.form, Form::SemiImplicit { .. });
         let positions = if is_semi_implicit { positions(&parts, &terms)? } else { Vec::new() };
-        Ok(Self { parts, terms, tape, right, friction, smooth, positions })
+        Ok(Self { parts, terms, tape, right, friction, smooth, positions, slopes: Shared::default() })
     }
 
     /// The model as JSON, with every digit of every number.

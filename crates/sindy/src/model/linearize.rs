@@ -1,73 +1,109 @@
 //! How a step of a model depends on the state and the input.
 
-use ndarray::{Array2, Axis, concatenate, s};
+use ndarray::Array2;
 use sindyna_core::{Jacobians, Scheme};
 
+use super::slopes::Room;
 use super::{Form, Model};
+
+/// Weights of the stages of Runge–Kutta of fourth order, and how far of a step each lies, by the rates of the one before.
+const STAGES: [(f64, f64); 4] = [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)];
+
+/// ∂x/∂(x₀; u) (n, n + k), row by row.
+type Sensitivity = Vec<f64>;
 
 impl Model {
     /// ∂x⁺/∂x (n, n) and ∂x⁺/∂u (n, k) of one control interval, from the terms and as it is stepped; `None` for models of raw observations, and where the
     /// equations cannot be solved for the rates.
     pub(super) fn of_step(&self, x: &[f64], u: &[f64]) -> Option<Jacobians> {
-        let n = x.len();
-        // ∂x/∂(x; u), and the same of the rates.
-        let start = concatenate![Axis(1), Array2::eye(n), Array2::zeros((n, u.len()))];
-        let of_rates = |x: &[f64], s: &Array2<f64>| {
-            let (a, b) = self.jacobians(x, u).ok()?;
-            let mut rates = a.dot(s);
-            rates.slice_mut(s![.., n..]).scaled_add(1.0, &b);
-            Some(rates)
-        };
-        let all = match self.parts.form {
-            Form::Discrete => of_rates(x, &start)?,
-            Form::Increment | Form::Continuous(Scheme::Euler) => &start + &(of_rates(x, &start)? * self.parts.dt),
+        if self.readings().is_some() {
+            return None;
+        }
+        let (n, width) = (x.len(), x.len() + u.len());
+        let mut room = Room::default();
+        let mut all: Sensitivity = vec![0.0; n * width];
+        (0..n).for_each(|i| all[i * width + i] = 1.0);
+        let mut rates = vec![0.0; n * width];
+        match self.parts.form {
+            Form::Discrete => {
+                self.rates(x, u, &all, &mut room, &mut rates)?;
+                all = rates;
+            }
+            Form::Increment | Form::Continuous(Scheme::Euler) => {
+                self.rates(x, u, &all, &mut room, &mut rates)?;
+                add(&mut all, self.parts.dt, &rates);
+            }
             Form::SemiImplicit { substeps } => {
                 let h = self.parts.dt / substeps.max(1) as f64;
-                let (mut x, mut all) = (x.to_vec(), start);
+                let mut x = x.to_vec();
                 for _ in 0..substeps.max(1) {
-                    let mut next = vec![0.0; n];
-                    self.right_side(&x, u, &mut next);
-                    next.iter_mut().zip(&x).for_each(|(next, x)| *next = x + h * *next);
+                    self.rates(&x, u, &all, &mut room, &mut rates)?;
                     let before = all.clone();
-                    all = &before + &(of_rates(&x, &before)? * h);
+                    add(&mut all, h, &rates);
+                    let mut next = x.clone();
+                    add(&mut next, h, &room.f);
                     for &i in &self.positions {
-                        let (mut moved, mut row) = (0.0, before.row(i).to_owned());
+                        let mut moved = 0.0;
+                        let mut row = before[i * width..(i + 1) * width].to_vec();
                         for entry in &self.parts.equations[i] {
                             let term = &self.terms[entry.term];
                             moved += entry.coefficient * term.eval(&next);
                             for j in 0..n {
                                 let slope = term.derivative(j).map_or(0.0, |d| d.eval(&next));
-                                row.scaled_add(h * entry.coefficient * slope, &all.row(j));
+                                add(&mut row, h * entry.coefficient * slope, &all[j * width..(j + 1) * width]);
                             }
                         }
                         next[i] = x[i] + h * moved;
-                        all.row_mut(i).assign(&row);
+                        all[i * width..(i + 1) * width].copy_from_slice(&row);
                     }
                     x = next;
                 }
-                all
             }
             Form::Continuous(Scheme::Rk4 { substeps }) => {
                 let h = self.parts.dt / substeps.max(1) as f64;
-                let (mut x, mut all) = (x.to_vec(), start);
+                let mut x = x.to_vec();
+                let (mut at, mut s) = (x.clone(), all.clone());
+                let (mut step, mut slope) = (vec![0.0; n], vec![0.0; n * width]);
                 for _ in 0..substeps.max(1) {
-                    let (mut k, mut s) = (vec![0.0; n], Array2::zeros(all.dim()));
-                    let (mut step, mut slope) = (vec![0.0; n], Array2::<f64>::zeros(all.dim()));
-                    for (part, weight) in [(0.0, 1.0), (0.5, 2.0), (0.5, 2.0), (1.0, 1.0)] {
-                        let at: Vec<f64> = x.iter().zip(&k).map(|(x, k)| x + part * h * k).collect();
-                        s = of_rates(&at, &(&all + &(s * (part * h))))?;
-                        self.right_side(&at, u, &mut k);
-                        step.iter_mut().zip(&k).for_each(|(step, k)| *step += weight / 6.0 * h * k);
-                        slope.scaled_add(weight / 6.0 * h, &s);
+                    step.fill(0.0);
+                    slope.fill(0.0);
+                    for (stage, (part, weight)) in STAGES.into_iter().enumerate() {
+                        at.copy_from_slice(&x);
+                        s.copy_from_slice(&all);
+                        if stage > 0 {
+                            add(&mut at, part * h, &room.f);
+                            add(&mut s, part * h, &rates);
+                        }
+                        self.rates(&at, u, &s, &mut room, &mut rates)?;
+                        add(&mut step, weight / 6.0 * h, &room.f);
+                        add(&mut slope, weight / 6.0 * h, &rates);
                     }
-                    x.iter_mut().zip(&step).for_each(|(x, step)| *x += step);
-                    all += &slope;
+                    add(&mut x, 1.0, &step);
+                    add(&mut all, 1.0, &slope);
                 }
-                all
             }
-        };
-        all.iter()
-            .all(|v| v.is_finite())
-            .then(|| (all.slice(s![.., ..n]).to_owned(), all.slice(s![.., n..]).to_owned()))
+        }
+        let part =
+            |first: usize, columns: usize| Array2::from_shape_fn((n, columns), |(i, j)| all[i * width + first + j]);
+        all.iter().all(|v| v.is_finite()).then(|| (part(0, n), part(n, u.len())))
     }
+
+    /// Writes the sensitivity of f at `x`, of which that of x itself is `s`.
+    fn rates(&self, x: &[f64], u: &[f64], s: &[f64], room: &mut Room, rates: &mut [f64]) -> Option<()> {
+        let (n, width) = (x.len(), x.len() + u.len());
+        self.with_slopes(x, u, room)?;
+        for (rates, slopes) in rates.chunks_exact_mut(width).zip(room.slopes.chunks_exact(width)) {
+            rates[..n].fill(0.0);
+            rates[n..].copy_from_slice(&slopes[n..]);
+            for (slope, s) in slopes[..n].iter().zip(s.chunks_exact(width)) {
+                add(rates, *slope, s);
+            }
+        }
+        Some(())
+    }
+}
+
+/// a + c b in the place of a.
+fn add(a: &mut [f64], c: f64, b: &[f64]) {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += c * b);
 }

@@ -9,6 +9,7 @@ mod linearize;
 mod parts;
 mod right_side;
 mod rubbed;
+mod slopes;
 mod start;
 mod step;
 
@@ -21,6 +22,7 @@ pub use parts::{Entry, Form, ModelParts};
 
 use friction::Friction;
 use right_side::RightSide;
+use slopes::Shared;
 
 use crate::expr::{Expr, Tape};
 
@@ -40,6 +42,7 @@ pub struct Model {
     smooth: RightSide,
     /// Of a semi-implicit model the states whose rate is a state too, each after that state: the order of a step.
     positions: Vec<usize>,
+    slopes: Shared,
 }
 
 impl Model {

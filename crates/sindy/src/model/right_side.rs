@@ -116,6 +116,29 @@ impl RightSide {
         all
     }
 
+    /// Puts X of (I − D) X = H in the place of H (n, width), row by row; NaN where the implicit equations are as good as singular. `system` is room.
+    pub(super) fn couple_rows(&self, registers: &[f64], system: &mut Vec<f64>, h: &mut [f64], width: usize) {
+        let q = self.solved.len();
+        let stride = q + width;
+        system.clear();
+        system.resize(q * stride, 0.0);
+        for (i, &state) in self.solved.iter().enumerate() {
+            system[i * stride + i] = 1.0;
+            system[i * stride + q..(i + 1) * stride].copy_from_slice(&h[state * width..(state + 1) * width]);
+        }
+        for c in &self.coupled {
+            system[c.row * stride + c.column] -= c.coefficient * registers[c.register as usize];
+        }
+        let regular = solve(system, q, stride);
+        for (i, &state) in self.solved.iter().enumerate() {
+            let row = &mut h[state * width..(state + 1) * width];
+            row.copy_from_slice(&system[i * stride + q..(i + 1) * stride]);
+            if !regular {
+                row.fill(f64::NAN);
+            }
+        }
+    }
+
     /// Puts the solution of the q implicit equations in the place of h; `system` is q (q + 1) zeros.
     #[inline(always)]
     fn solve_for(&self, q: usize, registers: &[f64], system: &mut [f64], x_dot: &mut [f64]) {
@@ -127,18 +150,17 @@ impl RightSide {
         for c in &self.coupled {
             system[c.row * width + c.column] -= c.coefficient * registers[c.register as usize];
         }
-        let regular = solve(system, q);
+        let regular = solve(system, q, width);
         for (i, &state) in self.solved.iter().enumerate().take(q) {
             x_dot[state] = if regular { system[i * width + q] } else { f64::NAN };
         }
     }
 }
 
-/// Solves the q equations in the rows (A | b) of `system` in place, by elimination with row exchanges; the solution
-/// takes the place of b. `false` if A is as good as singular.
+/// Solves the q equations in the rows (A | B), `width` numbers each, of `system` in place, by elimination with row exchanges; the solution takes the place of B.
+/// `false` if A is as good as singular.
 #[inline(always)]
-fn solve(system: &mut [f64], q: usize) -> bool {
-    let width = q + 1;
+fn solve(system: &mut [f64], q: usize, width: usize) -> bool {
     for k in 0..q {
         let size = |i: &usize| system[i * width + k].abs();
         let pivot = (k..q).max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(k);
@@ -163,7 +185,7 @@ fn solve(system: &mut [f64], q: usize) -> bool {
         }
     }
     for k in 0..q {
-        system[k * width + q] /= system[k * width + k];
+        (q..width).for_each(|j| system[k * width + j] /= system[k * width + k]);
     }
     true
 }

@@ -34,11 +34,17 @@ impl Model {
     /// Writes the terms at a state `z` of the model into their registers.
     #[inline(always)]
     pub(super) fn fill(&self, registers: &mut [f64], z: &[f64], u: &[f64]) {
+        self.place(registers, z, u);
+        self.tape.run(registers);
+    }
+
+    /// Writes a state `z` of the model and its input into the first registers.
+    #[inline(always)]
+    pub(super) fn place(&self, registers: &mut [f64], z: &[f64], u: &[f64]) {
         for ((register, z), offset) in registers.iter_mut().zip(z).zip(&self.parts.offsets) {
             *register = z + offset;
         }
         registers[z.len()..z.len() + u.len()].copy_from_slice(u);
-        self.tape.run(registers);
     }
 
     /// Writes the right-hand sides (N, n), row by row, at model states (N, n) and controls (N, k); each is what [`VectorField::eval`] gives.

@@ -117,7 +117,11 @@ mod tests {
     #[test]
     fn start_states_that_cannot_be_are_refused() {
         for (start, start_if, says) in [
-            ("[0.0, 1.0]", "x > 2", "task.start_if: 0.0 % of the sampled start states are within bounds and satisfy it"),
+            (
+                "[0.0, 1.0]",
+                "x > 2",
+                "task.start_if: 0.0 % of the sampled start states are within bounds and satisfy it",
+            ),
             ("[0.0, 1.0]", "y > 2", "start_if, a condition on the start state"),
             ("{ mean = 9.0, std = 0.1 }", "x > 0", "task.start_if: 0.0 % of the sampled start states"),
             ("{ mean = 0.0, std = -1.0 }", "x > 0", "state `x`: std of start must be finite and ≥ 0, got -1"),
