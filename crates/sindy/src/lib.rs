@@ -46,7 +46,7 @@ pub use data::LONGEST_CHAIN;
 pub use differentiate::{Differentiated, Differentiator, FiniteDifference, SavitzkyGolay, TooShort};
 pub use error::{InvalidParam, UnknownName};
 pub use estimate::Doubt;
-pub use expr::{Expr, Function, ParseError, Pretty, Printed, parse};
+pub use expr::{Compiled, Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
     EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, InsideParameter,
     LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,

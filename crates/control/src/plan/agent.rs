@@ -35,7 +35,7 @@ impl Planners {
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn planner(&self, method: Method, model: Arc<dyn Dynamics>) -> Result<Planner, ControlError> {
         let bounded = Arc::new(Bounded::new(model, &self.task.spec().state));
-        Ok(Planner::new(method, bounded, self.task.clone())?.with_stop(self.stop.clone()))
+        Ok(Planner::new(method, bounded, self.task.clone())?.with_stop(self.stop.clone()).prepared())
     }
 }
 

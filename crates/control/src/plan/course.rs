@@ -153,6 +153,22 @@ impl Course {
         best.course.polished(plant, goals, x, steps, best.earned, POLISH)
     }
 
+    /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned.
+    pub(crate) fn adapted(
+        &self,
+        plant: &Plant,
+        goals: &[Goal],
+        x: &[f64],
+        steps: usize,
+        earned: f64,
+    ) -> Option<(Self, f64)> {
+        let plan = self.plan.as_ref().map(|plan| plan.turned(plant, x));
+        let course = Self { plan, ..self.clone() };
+        let now = course.earns(plant, goals, x, steps).0;
+        let (course, now) = course.polished(plant, goals, x, steps, now, POLISH);
+        (now >= earned - NOTHING * earned.abs()).then_some((course, now))
+    }
+
     /// The same improved for its reward over the next `steps` steps, if that earns more; and what it earns.
     pub(crate) fn polished(
         self,
@@ -169,10 +185,12 @@ impl Course {
         let unit = if unit.is_finite() { unit } else { 0.0 };
         let end = goal.map(|goal| (goal, unit));
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
+        // What was improved once reaches far enough.
+        let beyond = if self.made == 0 { planned + BEYOND } else { 0 };
         let (mut best, mut earned) = (self, earned);
         for width in WIDTHS {
             let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
-            let (_, controls) = best.earns(plant, goals, x, steps.min(2 * planned + BEYOND));
+            let (_, controls) = best.earns(plant, goals, x, steps.min(planned + beyond));
             let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };
             let plan = plan.improved(plant, &objective, iterations);
             let course = Self { plan: Some(plan), made: 0, goal: best.goal };

@@ -1,5 +1,7 @@
 //! Improving a plan by differential dynamic programming.
 
+use std::f64::consts::TAU;
+
 use super::objective::{Expansion, Objective};
 use super::plant::{Plant, unused};
 use super::small::{box_newton, is_positive};
@@ -62,13 +64,23 @@ impl Plan {
         let (mut cost, mut gaps) = (objective.of_end(x.last()?), Vec::with_capacity(controls.len()));
         for (pair, u) in x.windows(2).zip(&controls) {
             let mut next = vec![0.0; n];
-            plant.step(&pair[0], u, &mut rng, &mut next)?;
+            objective.step(plant, &pair[0], u, (&mut rng, &mut next))?;
             next.iter_mut().zip(&pair[1]).for_each(|(next, guessed)| *next -= guessed);
             gaps.push(next);
-            cost += objective.of_step(plant, plant.paid(&pair[0], u, &pair[1])?, u);
+            cost += objective.of_step(plant, objective.paid(plant, &pair[0], u, &pair[1])?, u);
         }
         let gains = vec![Array2::zeros((k, n)); controls.len()];
         cost.is_finite().then_some(Self { x, u: controls, gains, gaps, cost })
+    }
+
+    /// The same with whole turns added to its states, so that it begins less than half a turn from x.
+    pub(crate) fn turned(&self, plant: &Plant, x: &[f64]) -> Self {
+        let mut turned = self.clone();
+        for i in (0..x.len()).filter(|i| plant.turns[*i]) {
+            let turns = ((x[i] - self.x[0][i]) / TAU).round() * TAU;
+            turned.x.iter_mut().for_each(|state| state[i] += turns);
+        }
+        turned
     }
 
     /// The sum of all gaps, in scales.
@@ -105,11 +117,11 @@ impl Plan {
             }
             plant.clamp(&mut u);
             let mut next = vec![0.0; x.len()];
-            let mut stepped = plant.step(x, &u, &mut rng, &mut next)?;
+            let mut stepped = objective.step(plant, x, &u, (&mut rng, &mut next))?;
             if let Some(gap) = self.gaps.get(t).filter(|_| open > 0.0) {
                 plan.gaps.push(gap.iter().map(|gap| open * gap).collect());
                 next.iter_mut().zip(gap).for_each(|(next, gap)| *next -= open * gap);
-                stepped = plant.paid(x, &u, &next)?;
+                stepped = objective.paid(plant, x, &u, &next)?;
             }
             cost += objective.of_step(plant, stepped, &u);
             plan.x.push(next);

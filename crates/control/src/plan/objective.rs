@@ -4,7 +4,7 @@ use ndarray::{Array1, Array2, s};
 use sindyna_core::Rng;
 
 use super::goal::Goal;
-use super::plant::{Plant, Stepped};
+use super::plant::Plant;
 use super::small::without_negative;
 
 /// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + `end`·(x_T − x*)ᵀP(x_T − x*).
@@ -29,10 +29,21 @@ pub(crate) struct Expansion {
 }
 
 impl Objective<'_> {
-    pub(crate) fn of_step(&self, plant: &Plant, stepped: Stepped, u: &[f64]) -> f64 {
+    /// Writes the state after x under u; its reward, 0 where this objective has no use for it; `None` where the model diverges or the reward is no finite number.
+    pub(crate) fn step(&self, plant: &Plant, x: &[f64], u: &[f64], (rng, next): (&mut Rng, &mut [f64])) -> Option<f64> {
+        plant.dynamics().step(x, u, rng, next).ok()?;
+        self.paid(plant, x, u, next)
+    }
+
+    /// The reward of a step from x to `next`; 0 where this objective has no use for it, `None` where it is no finite number.
+    pub(crate) fn paid(&self, plant: &Plant, x: &[f64], u: &[f64], next: &[f64]) -> Option<f64> {
+        let reward = if self.reward > 0.0 { plant.reward(x, u, next) } else { 0.0 };
+        reward.is_finite().then_some(reward)
+    }
+
+    pub(crate) fn of_step(&self, plant: &Plant, reward: f64, u: &[f64]) -> f64 {
         let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / plant.half(j)).powi(2)).sum();
-        let reward = if self.reward > 0.0 { self.reward * stepped.reward } else { 0.0 };
-        self.effort * effort - reward
+        self.effort * effort - self.reward * reward
     }
 
     pub(crate) fn of_end(&self, x: &[f64]) -> f64 {

@@ -22,6 +22,9 @@ const SAMPLED: usize = 100;
 /// Part of what was expected by which a plan may fall short before another is looked for.
 const SHORT: f64 = 0.05;
 
+/// Part of what a plan earns that is no reason to keep it where holding a goal earns the rest.
+const SAME: f64 = 1e-5;
+
 /// Steps after which a plan that was improved is improved again.
 const EVERY: usize = 10;
 
@@ -76,6 +79,8 @@ pub struct Planner {
     method: Method,
     /// Goals that are the same in every episode.
     goals: OnceLock<Vec<Goal>>,
+    /// The course from one start state, and what it earns: others may be near it.
+    first: Option<(Course, f64)>,
 }
 
 impl Planner {
@@ -85,7 +90,7 @@ impl Planner {
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn new(method: Method, dynamics: Arc<dyn Dynamics>, task: Arc<dyn Task>) -> Result<Self, ControlError> {
         let inverse = Inverse::of(task.spec())?;
-        Ok(Self { plant: Plant::new(dynamics, task), inverse, method, goals: OnceLock::new() })
+        Ok(Self { plant: Plant::new(dynamics, task), inverse, method, goals: OnceLock::new(), first: None })
     }
 
     /// The same that ends its plans soon after `stop` is set: its actions are of no use then.
@@ -94,17 +99,31 @@ impl Planner {
         Self { plant: self.plant.with_stop(stop), ..self }
     }
 
+    /// The same with a course planned ahead, which episodes from near start states begin with.
+    #[must_use]
+    pub fn prepared(self) -> Self {
+        if self.method != Method::Ilqr {
+            return self;
+        }
+        let x = self.start();
+        let (plant, goals) = (&self.plant, self.goals(&x));
+        let first = Course::search(plant, &goals, &x, plant.task.max_steps().min(HORIZON));
+        Self { first: Some(first).filter(|_| !plant.stopped()), ..self }
+    }
+
+    /// A start state.
+    fn start(&self) -> Vec<f64> {
+        let mut start = vec![0.0; self.plant.dims().0];
+        self.plant.task.initial(&mut Seed::new(0).stream("a start", 0), &mut start);
+        start
+    }
+
     /// Where it pays to stay in an episode from `x`.
     fn goals(&self, x: &[f64]) -> Vec<Goal> {
         if !self.plant.moved.iter().all(|moved| *moved) {
             return Goal::find(&self.plant, x);
         }
-        let shared = self.goals.get_or_init(|| {
-            let mut start = vec![0.0; self.plant.dims().0];
-            self.plant.task.initial(&mut Seed::new(0).stream("a start", 0), &mut start);
-            Goal::find(&self.plant, &start)
-        });
-        shared.clone()
+        self.goals.get_or_init(|| Goal::find(&self.plant, &self.start())).clone()
     }
 
     /// Whether holding a goal earns about all there is, from every start state that is tried.
@@ -184,7 +203,9 @@ impl<'a> Episode<'a> {
         }
         let course = match course {
             None => {
-                let (course, earned) = Course::search(plant, goals, &self.x, ahead);
+                let near = self.planner.first.as_ref().filter(|_| self.steps == 0);
+                let near = near.and_then(|first| first.0.adapted(plant, goals, &self.x, ahead, first.1));
+                let (course, earned) = near.unwrap_or_else(|| Course::search(plant, goals, &self.x, ahead));
                 self.expected = earned;
                 course
             }
@@ -194,7 +215,7 @@ impl<'a> Episode<'a> {
                 let mut best = course;
                 let held = Course::held(plant, goals, &self.x, ahead);
                 let of_held = held.earns(plant, goals, &self.x, ahead).0;
-                if of_held > earned {
+                if of_held >= earned - SAME * earned.abs() {
                     (best, earned) = (held, of_held);
                 }
                 let missing = self.expected - earned;

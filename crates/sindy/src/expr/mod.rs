@@ -1,6 +1,7 @@
 //! Terms of an equation as small expression trees: built, parsed, printed and evaluated here.
 
 use serde::{Deserialize, Serialize};
+mod compiled;
 mod derivative;
 mod function;
 mod nested;
@@ -12,6 +13,7 @@ mod summands;
 mod tape;
 mod tie;
 
+pub use compiled::Compiled;
 pub use function::Function;
 pub use parse::{ParseError, parse};
 pub(crate) use parse::{begins_name, continues_name};

@@ -39,6 +39,11 @@ impl Tape {
         }
     }
 
+    /// Number of variables.
+    pub(crate) fn n_inputs(&self) -> usize {
+        self.n_inputs
+    }
+
     /// Number of operations.
     pub(crate) fn n_ops(&self) -> usize {
         self.ops.len()

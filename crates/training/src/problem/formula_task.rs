@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use rand::RngExt as _;
 use sindyna_core::{EnvError, Kind, Rng, Seed, Space, Spec, Task};
-use sindyna_sindy::{Expr, parse};
+use sindyna_sindy::{Compiled, Expr, parse};
 
 use super::condition::Condition;
 use super::starts::{Start, Starts};
@@ -47,7 +47,7 @@ pub struct FormulaTask {
     max_steps: usize,
     starts: Starts,
     /// Over z = (x; u; x'; ended).
-    reward: Expr,
+    reward: Compiled,
     /// Over x'.
     terminated: Option<Condition>,
     /// States of which formulas see the value between −π and π.
@@ -102,6 +102,8 @@ impl FormulaTask {
             i if i < 2 * d => Some(definitions[i - d].1.replaced(&|state| Some(Expr::Variable(n + k + state)))),
             i => Some(known.meaning(i - d)),
         });
+        let reward = Compiled::new(&reward, 2 * n + k + 1)
+            .ok_or_else(|| refused("reward", "it has a variable that nothing defines".into()))?;
         let terminated = terminated.map(|text| Condition::parse(text, &after)).transpose();
         let terminated =
             terminated.map_err(|e| refused("terminated, a condition on the state after the step", format!("{e:#}")))?;
