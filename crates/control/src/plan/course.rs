@@ -183,14 +183,15 @@ impl Course {
         let goal = self.goal.map(|goal| &goals[goal]);
         let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
         let unit = if unit.is_finite() { unit } else { 0.0 };
-        let end = goal.map(|goal| (goal, unit));
         let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
         // What was improved once reaches far enough.
-        let beyond = if self.made == 0 { planned + BEYOND } else { 0 };
+        let length = if self.made == 0 { 2 * planned + BEYOND } else { planned };
+        // Nothing is held after the last step.
+        let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
         let (mut best, mut earned) = (self, earned);
         for width in WIDTHS {
             let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
-            let (_, controls) = best.earns(plant, goals, x, steps.min(planned + beyond));
+            let (_, controls) = best.earns(plant, goals, x, steps.min(length));
             let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };
             let plan = plan.improved(plant, &objective, iterations);
             let course = Self { plan: Some(plan), made: 0, goal: best.goal };

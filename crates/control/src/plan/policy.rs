@@ -102,7 +102,7 @@ impl Planner {
     /// The same with a course planned ahead, which episodes from near start states begin with.
     #[must_use]
     pub fn prepared(self) -> Self {
-        if self.method != Method::Ilqr {
+        if self.method != Method::Ilqr || !self.has_shared_goals() {
             return self;
         }
         let x = self.start();
@@ -118,9 +118,14 @@ impl Planner {
         start
     }
 
+    /// Whether goals are the same in every episode: the controls move every state.
+    fn has_shared_goals(&self) -> bool {
+        self.plant.moved.iter().all(|moved| *moved)
+    }
+
     /// Where it pays to stay in an episode from `x`.
     fn goals(&self, x: &[f64]) -> Vec<Goal> {
-        if !self.plant.moved.iter().all(|moved| *moved) {
+        if !self.has_shared_goals() {
             return Goal::find(&self.plant, x);
         }
         self.goals.get_or_init(|| Goal::find(&self.plant, &self.start())).clone()

@@ -1,6 +1,6 @@
 //! Many joints: equations from few real steps, and planners in them.
 //!
-//! Runs `sindyna train --task-file examples/planning/TASK.toml --controller C --real-steps R --seed S` for every task and seed, holds the equations against
+//! Runs `sindyna train --task-file examples/planning/TASK.toml --controller C --real-steps R --max-real-steps R --seed S` for every task and seed, holds the equations against
 //! MuJoCo's own steps, and writes results/OUT.json and docs/OUT.md. What was run before is taken from runs/planning; delete that folder after a change of the
 //! identifier or the planners.
 
@@ -93,7 +93,18 @@ fn run(sindyna: &Sindyna, case: &Case, seed: u64) -> Result<Run> {
     let Case { task, controller, steps, episodes, .. } = case;
     let out = root().join("runs/planning").join(format!("{task}-{controller}-{steps}-{episodes}-{seed}"));
     let (steps, episodes) = (steps.to_string(), episodes.to_string());
-    let options = ["--controller", controller, "--real-steps", &steps, "--episodes", &episodes, "--threads", "1"];
+    let options = [
+        "--controller",
+        controller,
+        "--real-steps",
+        &steps,
+        "--max-real-steps",
+        &steps,
+        "--episodes",
+        &episodes,
+        "--threads",
+        "1",
+    ];
     let file = root().join("examples/planning").join(format!("{task}.toml"));
     let path = file.to_str().context("the repository lies at a path that is no text")?;
     let (summary, timing) = match sindyna.train(path, seed, &out, &options)? {
