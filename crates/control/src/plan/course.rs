@@ -54,6 +54,9 @@ const WIDTHS: [f64; 2] = [1e-3, 0.1];
 /// Iterations by which the best is improved for its reward.
 const POLISH: usize = 40;
 
+/// Iterations of such an improvement in receding horizon.
+const AGAIN: usize = 3;
+
 /// What a control costs on the way to a goal, beside its distance at the end.
 const EFFORT: f64 = 1e-3;
 
@@ -150,7 +153,30 @@ impl Course {
             }
         }
         best.shorten(plant, goals, x, steps);
-        best.course.polished(plant, goals, x, steps, best.earned, POLISH)
+        let mut courses = vec![(best.course, best.earned)];
+        if courses[0].0.plan.is_none() {
+            // Any goal can be held from here; on the way there a plan may earn more.
+            let held = |goal| Self { plan: None, made: 0, goal: Some(goal) };
+            let others = (0..goals.len()).filter(|goal| courses[0].0.goal != Some(*goal)).map(held);
+            let others: Vec<Self> = others.collect();
+            courses.extend(others.into_iter().map(|course| {
+                let earned = course.earns(plant, goals, x, steps).0;
+                (course, earned)
+            }));
+        }
+        let polished = |(course, earned): (Self, f64)| {
+            let length = 2 * course.length(plant, goals, x, steps) + BEYOND;
+            course.polished(plant, goals, x, steps, earned, (POLISH, length))
+        };
+        let polished: Vec<(Self, f64)> = courses.into_par_iter().map(polished).collect();
+        let best = polished.into_iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
+        best.unwrap_or((Self { plan: None, made: 0, goal: None }, f64::NEG_INFINITY))
+    }
+
+    /// The same with the rest of its plan improved again for the reward of the next `steps` steps.
+    pub(crate) fn again(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, earned: f64) -> (Self, f64) {
+        let length = self.length(plant, goals, x, steps);
+        self.polished(plant, goals, x, steps, earned, (AGAIN, length))
     }
 
     /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned.
@@ -165,27 +191,43 @@ impl Course {
         let plan = self.plan.as_ref().map(|plan| plan.turned(plant, x));
         let course = Self { plan, ..self.clone() };
         let now = course.earns(plant, goals, x, steps).0;
-        let (course, now) = course.polished(plant, goals, x, steps, now, POLISH);
+        let length = course.length(plant, goals, x, steps);
+        let (course, now) = course.polished(plant, goals, x, steps, now, (POLISH, length));
         (now >= earned - NOTHING * earned.abs()).then_some((course, now))
     }
 
-    /// The same improved for its reward over the next `steps` steps, if that earns more; and what it earns.
-    pub(crate) fn polished(
+    /// Steps that are left of its plan; without one those after which it has reached its goal from x.
+    fn length(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> usize {
+        let Some(plan) = &self.plan else {
+            let Some(goal) = self.goal.map(|goal| &goals[goal]) else { return 0 };
+            let (mut rng, mut x, mut next) = (unused(), x.to_vec(), vec![0.0; x.len()]);
+            let mut made = 0;
+            while made < steps && goal.distance(&x) >= ARRIVED {
+                if plant.step(&x, &goal.control(plant, &x), &mut rng, &mut next).is_none_or(|stepped| stepped.ended) {
+                    break;
+                }
+                std::mem::swap(&mut x, &mut next);
+                made += 1;
+            }
+            return made;
+        };
+        plan.u.len().saturating_sub(self.made)
+    }
+
+    /// The same with its next `length` steps improved for the reward of the next `steps`, if that earns more; and what it earns.
+    fn polished(
         self,
         plant: &Plant,
         goals: &[Goal],
         x: &[f64],
         steps: usize,
         earned: f64,
-        iterations: usize,
+        (iterations, length): (usize, usize),
     ) -> (Self, f64) {
         // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
         let goal = self.goal.map(|goal| &goals[goal]);
         let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
         let unit = if unit.is_finite() { unit } else { 0.0 };
-        let planned = self.plan.as_ref().map_or(0, |plan| plan.u.len().saturating_sub(self.made));
-        // What was improved once reaches far enough.
-        let length = if self.made == 0 { 2 * planned + BEYOND } else { planned };
         // Nothing is held after the last step.
         let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
         let (mut best, mut earned) = (self, earned);

@@ -31,9 +31,6 @@ const EVERY: usize = 10;
 /// Steps after which another way is looked for, if none leads to a goal.
 const LOST: usize = 100;
 
-/// Iterations of such an improvement.
-const AGAIN: usize = 3;
-
 /// Start states from which it is tried whether holding a goal is enough.
 const STARTS: u64 = 16;
 
@@ -230,7 +227,7 @@ impl<'a> Episode<'a> {
                         (best, earned) = (found, of_found);
                     }
                 } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
-                    (best, earned) = best.polished(plant, goals, &self.x, ahead, earned, AGAIN);
+                    (best, earned) = best.again(plant, goals, &self.x, ahead, earned);
                 }
                 self.expected = earned;
                 best
