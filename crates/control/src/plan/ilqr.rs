@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::objective::{Expansion, Objective};
 use super::plant::{Plant, unused};
-use super::small::{box_newton, is_positive};
-use ndarray::{Array1, Array2, ArrayView1};
+use super::small::{add_product, add_transposed, box_newton, is_positive};
+use ndarray::{Array1, Array2};
 
 /// Parts of a step that are tried, one after the other.
 const PARTS: [f64; 6] = [1.0, 0.5, 0.25, 0.1, 0.03, 0.01];
@@ -110,8 +110,11 @@ impl Plan {
         plan.x.push(start.to_vec());
         for t in 0..steps {
             let x = &plan.x[t];
-            let off: Array1<f64> = x.iter().zip(&self.x[t]).map(|(x, planned)| x - planned).collect();
-            let mut u: Vec<f64> = self.gains[t].dot(&off).iter().zip(&self.u[t]).map(|(du, u)| u + du).collect();
+            let mut u = self.u[t].clone();
+            for (u, gains) in u.iter_mut().zip(self.gains[t].rows()) {
+                *u +=
+                    gains.iter().zip(x.iter().zip(&self.x[t])).map(|(g, (x, planned))| g * (x - planned)).sum::<f64>();
+            }
             if let Some((change, part)) = change {
                 u.iter_mut().zip(&change[t]).for_each(|(u, change)| *u += part * change);
             }
@@ -197,18 +200,47 @@ impl Plan {
         let (mut vx, mut vxx) = objective.expand_end(&self.x[steps]);
         let (mut change, mut gains) = (vec![Array1::zeros(k); steps], vec![Array2::zeros((k, n)); steps]);
         let mut slope = 0.0_f64;
+        let zeros = |count: usize| vec![0.0; count];
+        let (mut va, mut vb, mut next) = (zeros(n * n), zeros(n * k), zeros(n));
+        let (mut qx, mut qu) = (zeros(n), zeros(k));
+        let (mut qxx, mut qux) = (zeros(n * n), zeros(k * n));
+        let (mut quu, mut damped) = (Array2::zeros((k, k)), Array2::zeros((k, k)));
         for t in (0..steps).rev() {
-            let Expansion { a, b, lx, lu, lxx, lux, luu } = &local[t];
+            let Expansion { a, b, reward } = &local[t];
+            let (a, b) = (a.as_slice()?, b.as_slice()?);
             if let Some(gap) = self.gaps.get(t) {
-                vx = &vx + &vxx.dot(&ArrayView1::from(gap));
+                next.fill(0.0);
+                add_product(&vxx, gap, n, &mut next);
+                vx.iter_mut().zip(&next).for_each(|(v, by)| *v += by);
             }
-            let (va, vb) = (vxx.dot(a), vxx.dot(b));
-            let qx = lx + &a.t().dot(&vx);
-            let qu = lu + &b.t().dot(&vx);
-            let qxx = lxx + &a.t().dot(&va);
-            let qux = lux + &b.t().dot(&va);
-            let quu = luu + &b.t().dot(&vb);
-            let mut damped = quu.clone();
+            match reward {
+                Some((g, h)) => {
+                    (0..n).for_each(|i| qx[i] = g[i]);
+                    (0..k).for_each(|j| qu[j] = g[n + j]);
+                    (0..n * n).for_each(|at| qxx[at] = h[[at / n, at % n]]);
+                    (0..k * n).for_each(|at| qux[at] = h[[n + at / n, at % n]]);
+                    quu.indexed_iter_mut().for_each(|((i, j), q)| *q = h[[n + i, n + j]]);
+                }
+                None => {
+                    [&mut qx, &mut qu, &mut qxx, &mut qux].into_iter().for_each(|q| q.fill(0.0));
+                    quu.fill(0.0);
+                }
+            }
+            for (j, u) in self.u[t].iter().enumerate() {
+                let (slope, bend) = objective.of_effort(plant, j, *u);
+                qu[j] += slope;
+                quu[[j, j]] += bend;
+            }
+            va.fill(0.0);
+            vb.fill(0.0);
+            add_product(&vxx, a, n, &mut va);
+            add_product(&vxx, b, n, &mut vb);
+            add_transposed(a, &vx, n, &mut qx);
+            add_transposed(b, &vx, n, &mut qu);
+            add_transposed(a, &va, n, &mut qxx);
+            add_transposed(b, &va, n, &mut qux);
+            add_transposed(b, &vb, n, quu.as_slice_mut()?);
+            damped.assign(&quu);
             for j in 0..k {
                 damped[[j, j]] += damping * (1.0 + quu[[j, j]].abs());
             }
@@ -217,10 +249,25 @@ impl Plan {
             }
             let range = |end: &[f64]| -> Vec<f64> { end.iter().zip(&self.u[t]).map(|(end, u)| end - u).collect() };
             let (du, gain) = box_newton(&damped, &qu, &qux, &range(&plant.low), &range(&plant.high))?;
-            vx = &qx + &gain.t().dot(&quu.dot(&du)) + &gain.t().dot(&qu) + &qux.t().dot(&du);
-            let cross = gain.t().dot(&qux);
-            vxx = &qxx + &gain.t().dot(&quu).dot(&gain) + &cross + cross.t();
-            vxx = 0.5 * (&vxx + &vxx.t());
+            // V_x = Q_x + Kᵀ(Q_uu du + Q_u) + Q_uxᵀ du, V_xx = Q_xx + Kᵀ Q_uu K + Kᵀ Q_ux + Q_uxᵀ K.
+            for i in 0..n {
+                vx[i] = qx[i];
+                for j in 0..k {
+                    let turned: f64 = (0..k).map(|l| quu[[j, l]] * du[l]).sum();
+                    vx[i] += gain[[j, i]] * (turned + qu[j]) + qux[j * n + i] * du[j];
+                }
+            }
+            for i in 0..n {
+                for other in 0..=i {
+                    let mut v = 0.5 * (qxx[i * n + other] + qxx[other * n + i]);
+                    for j in 0..k {
+                        let turned = |at: usize| (0..k).map(|l| quu[[j, l]] * gain[[l, at]]).sum::<f64>();
+                        v += 0.5 * (gain[[j, i]] * turned(other) + gain[[j, other]] * turned(i));
+                        v += gain[[j, i]] * qux[j * n + other] + gain[[j, other]] * qux[j * n + i];
+                    }
+                    (vxx[i * n + other], vxx[other * n + i]) = (v, v);
+                }
+            }
             slope = vx.iter().zip(&plant.scales).map(|(v, scale)| (v * scale).abs()).fold(slope, f64::max);
             (change[t], gains[t]) = (du, gain);
         }

@@ -17,15 +17,13 @@ pub(crate) struct Objective<'a> {
     pub(crate) end: Option<(&'a Goal, f64)>,
 }
 
-/// x⁺ ≈ A x + B u and the cost of a step to second order.
+/// x⁺ ≈ A x + B u and the cost of a step to second order in y = (x; u).
 pub(crate) struct Expansion {
+    /// Both row by row in memory.
     pub(crate) a: Array2<f64>,
     pub(crate) b: Array2<f64>,
-    pub(crate) lx: Array1<f64>,
-    pub(crate) lu: Array1<f64>,
-    pub(crate) lxx: Array2<f64>,
-    pub(crate) lux: Array2<f64>,
-    pub(crate) luu: Array2<f64>,
+    /// Gradient (n + k) and Hessian (n + k, n + k) of what the reward costs, if it counts.
+    pub(crate) reward: Option<(Array1<f64>, Array2<f64>)>,
 }
 
 impl Objective<'_> {
@@ -50,15 +48,21 @@ impl Objective<'_> {
         self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
     }
 
-    /// Gradient (n) and Hessian (n, n) at the end.
-    pub(crate) fn expand_end(&self, x: &[f64]) -> (Array1<f64>, Array2<f64>) {
+    /// Gradient (n) and Hessian (n, n), row by row, at the end.
+    pub(crate) fn expand_end(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
         match self.end {
-            None => (Array1::zeros(x.len()), Array2::zeros((x.len(), x.len()))),
+            None => (vec![0.0; x.len()], vec![0.0; x.len() * x.len()]),
             Some((goal, weight)) => {
                 let slope = goal.value.dot(&goal.error(x)) * (2.0 * weight);
-                (slope, &goal.value * (2.0 * weight))
+                (slope.to_vec(), goal.value.iter().map(|v| v * 2.0 * weight).collect())
             }
         }
+    }
+
+    /// Slope and curvature of the effort of control `j` at `u`.
+    pub(crate) fn of_effort(&self, plant: &Plant, j: usize, u: f64) -> (f64, f64) {
+        let weight = 2.0 * self.effort / (plant.half(j) * plant.half(j));
+        (weight * u, weight)
     }
 
     /// The step from x under u to `next`.
@@ -70,31 +74,18 @@ impl Objective<'_> {
     ) -> Option<Expansion> {
         let (n, k) = plant.dims();
         let (a, b) = plant.linearize(x, u, rng).ok()?;
-        let (mut slope, mut bend) = (Array1::zeros(n + k), Array2::zeros((n + k, n + k)));
-        if self.reward > 0.0 {
+        let (a, b) = (a.as_standard_layout().into_owned(), b.as_standard_layout().into_owned());
+        let reward = (self.reward > 0.0).then(|| {
             let (g, h) = of_reward(plant, (x, u, next), self.width);
             // z = (x; u; x⁺), of which the last is A x + B u.
             let mut through = Array2::zeros((2 * n + k, n + k));
             (0..n + k).for_each(|i| through[[i, i]] = 1.0);
             through.slice_mut(s![n + k.., ..n]).assign(&a);
             through.slice_mut(s![n + k.., n..]).assign(&b);
-            slope = through.t().dot(&g) * -self.reward;
-            bend = without_negative(&(through.t().dot(&h).dot(&through) * -self.reward));
-        }
-        for (j, u) in u.iter().enumerate() {
-            let weight = 2.0 * self.effort / (plant.half(j) * plant.half(j));
-            slope[n + j] += weight * u;
-            bend[[n + j, n + j]] += weight;
-        }
-        Some(Expansion {
-            a,
-            b,
-            lx: slope.slice(s![..n]).to_owned(),
-            lu: slope.slice(s![n..]).to_owned(),
-            lxx: bend.slice(s![..n, ..n]).to_owned(),
-            lux: bend.slice(s![n.., ..n]).to_owned(),
-            luu: bend.slice(s![n.., n..]).to_owned(),
-        })
+            let bend = without_negative(&(through.t().dot(&h).dot(&through) * -self.reward));
+            (through.t().dot(&g) * -self.reward, bend)
+        });
+        Some(Expansion { a, b, reward })
     }
 }
 

@@ -2,12 +2,32 @@
 
 use faer::linalg::solvers::Solve as _;
 use faer::{Mat, Side};
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView1};
 
 use crate::matrix::{inner, outer};
 
 /// Rounds in which the set of controls at their limits is found: one more than there can be changes of few controls.
 const ROUNDS: usize = 20;
+
+/// C + A B in the place of C (n, p), all row by row, where A and C have n rows and B has as many as A has columns. Smaller than any packed product is worth.
+pub(crate) fn add_product(a: &[f64], b: &[f64], n: usize, c: &mut [f64]) {
+    let (m, p) = (a.len() / n, c.len() / n);
+    for (a, c) in a.chunks_exact(m).zip(c.chunks_exact_mut(p)) {
+        for (a, b) in a.iter().zip(b.chunks_exact(p)) {
+            c.iter_mut().zip(b).for_each(|(c, b)| *c += a * b);
+        }
+    }
+}
+
+/// C + Aᵀ B in the place of C, where A and B have `m` rows.
+pub(crate) fn add_transposed(a: &[f64], b: &[f64], m: usize, c: &mut [f64]) {
+    let (n, p) = (a.len() / m, b.len() / m);
+    for (a, b) in a.chunks_exact(n).zip(b.chunks_exact(p)) {
+        for (a, c) in a.iter().zip(c.chunks_exact_mut(p)) {
+            c.iter_mut().zip(b).for_each(|(c, b)| *c += a * b);
+        }
+    }
+}
 
 /// Whether symmetric `a` is positive definite.
 pub(crate) fn is_positive(a: &Array2<f64>) -> bool {
@@ -28,16 +48,26 @@ pub(crate) fn without_negative(a: &Array2<f64>) -> Array2<f64> {
     outer((scaled * vectors.transpose()).as_ref())
 }
 
-/// The least of ½ dᵀHd + gᵀd within `low` and `high`, by projected Newton steps, and the gain −H⁻¹ C of those values that are not at a limit.
+/// The least of ½ dᵀHd + gᵀd within `low` and `high`, by projected Newton steps, and the gain −H⁻¹ C of those values that are not at a limit, where C (k, n) is given
+/// row by row.
 pub(crate) fn box_newton(
     h: &Array2<f64>,
-    g: &Array1<f64>,
-    c: &Array2<f64>,
+    g: &[f64],
+    c: &[f64],
     low: &[f64],
     high: &[f64],
 ) -> Option<(Array1<f64>, Array2<f64>)> {
     let k = g.len();
+    let n = c.len() / k;
     let mut d: Array1<f64> = Array1::zeros(k);
+    if let ([g], [low], [high]) = (g, low, high) {
+        let inverse = Some(h[[0, 0]].recip()).filter(|inverse| inverse.is_finite())?;
+        d[0] = (-g * inverse).clamp(*low, *high);
+        // A control that ends at its limit is not corrected.
+        let times = if *low < d[0] && d[0] < *high { -inverse } else { 0.0 };
+        return Some((d, Array2::from_shape_fn((1, n), |(_, i)| times * c[i])));
+    }
+    let g = ArrayView1::from(g);
     let mut free: Vec<usize> = (0..k).collect();
     for _ in 0..ROUNDS {
         let slope = h.dot(&d) + g;
@@ -59,10 +89,9 @@ pub(crate) fn box_newton(
             break;
         }
     }
-    let n = c.ncols();
     let mut gain = Array2::zeros((k, n));
     if !free.is_empty() {
-        let of_free = solved(h, &free, |i, j| -c[[free[i], j]], n)?;
+        let of_free = solved(h, &free, |i, j| -c[free[i] * n + j], n)?;
         for (i, &row) in free.iter().enumerate() {
             // A control that ends at its limit is not corrected.
             if d[row] > low[row] && d[row] < high[row] {
@@ -91,8 +120,8 @@ mod tests {
 
     #[test]
     fn limits_are_met_and_what_is_free_is_the_least() {
-        let (h, g) = (array![[2.0, 1.0], [1.0, 2.0]], array![-4.0, 0.0]);
-        let c = array![[1.0], [1.0]];
+        let (h, g) = (array![[2.0, 1.0], [1.0, 2.0]], [-4.0, 0.0]);
+        let c = [1.0, 1.0];
         let (d, gain) = box_newton(&h, &g, &c, &[-9.0; 2], &[9.0; 2]).expect("positive");
         assert!((d[0] - 8.0 / 3.0).abs() < 1e-12 && (d[1] + 4.0 / 3.0).abs() < 1e-12, "{d}");
         assert!((gain[[0, 0]] + 1.0 / 3.0).abs() < 1e-12);
