@@ -72,9 +72,12 @@ impl Agent for Planners {
         let mut all: Vec<(&'static str, Arc<dyn TrainedPolicy>)> = Vec::new();
         for &method in &self.methods {
             let Ok(planner) = self.planner(method, model.clone()) else { continue };
-            // Where the regulator earns all there is, nothing else is worth its time.
-            let enough = method == Method::Lqr && planner.is_enough();
-            all.push((method.name(), Arc::new(planner)));
+            let several = self.methods.len() > 1;
+            let enough = several && planner.is_enough();
+            // Where the regulator falls short, iLQR holds as it does and finds ways.
+            if enough || !several || method != Method::Lqr {
+                all.push((method.name(), Arc::new(planner)));
+            }
             if enough {
                 break;
             }

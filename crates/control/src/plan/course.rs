@@ -39,7 +39,7 @@ const PATIENCE: usize = 10;
 /// Distance of a goal at which it is reached: a hundredth of a scale.
 const ARRIVED: f64 = 1e-2;
 
-/// Parts of its time in which the same way is tried.
+/// Parts of its time in which the same way is tried; then one step less.
 const PARTS: [f64; 5] = [0.85, 0.93, 0.97, 0.985, 0.993];
 
 /// Part of the return that is not worth a search.
@@ -94,6 +94,12 @@ impl Course {
         };
         plant.clamp(&mut u);
         u
+    }
+
+    /// Whether it has reached its goal in x and is through with its plan.
+    pub(crate) fn holds(&self, goals: &[Goal], x: &[f64]) -> bool {
+        let through = self.plan.as_ref().is_none_or(|plan| self.made >= plan.u.len());
+        through && self.goal.is_some_and(|goal| goals[goal].distance(x) < ARRIVED)
     }
 
     /// Whether it holds its goal after `steps` steps from x, or ends the episode; also where there is no goal at all.
@@ -340,9 +346,10 @@ impl Found {
         while let Some(plan) = &self.course.plan
             && self.arrived
             && self.course.goal.is_some()
-            && part < PARTS.len()
+            && part <= PARTS.len()
         {
-            let length = (PARTS[part] * plan.u.len() as f64) as usize;
+            let whole = plan.u.len();
+            let length = PARTS.get(part).map_or(whole.saturating_sub(1), |part| (part * whole as f64) as usize);
             if length == 0 {
                 return;
             }

@@ -31,8 +31,9 @@ const EVERY: usize = 10;
 /// Steps after which another way is looked for, if none leads to a goal.
 const LOST: usize = 100;
 
-/// Start states from which it is tried whether holding a goal is enough.
-const STARTS: u64 = 16;
+/// Start states from which it is tried whether holding a goal is enough, and whether ways to one are.
+const HELD_FROM: u64 = 200;
+const LED_FROM: u64 = 16;
 
 /// How a [`Planner`] plans.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +48,7 @@ pub enum Method {
 
 impl Method {
     /// All of them, the quickest first.
-    pub const ALL: [Self; 3] = [Self::Lqr, Self::Mppi, Self::Ilqr];
+    pub const ALL: [Self; 3] = [Self::Lqr, Self::Ilqr, Self::Mppi];
 
     /// `lqr`, `ilqr` or `mppi`.
     #[must_use]
@@ -128,14 +129,22 @@ impl Planner {
         self.goals.get_or_init(|| Goal::find(&self.plant, &self.start())).clone()
     }
 
-    /// Whether holding a goal earns about all there is, from every start state that is tried.
+    /// Whether it earns about all there is in the model, from every start state that is tried; never known of random changes.
     pub(super) fn is_enough(&self) -> bool {
-        let (plant, steps) = (&self.plant, self.plant.task.max_steps());
-        (0..STARTS).all(|start| {
+        let (plant, steps) = (&self.plant, self.plant.task.max_steps().min(HORIZON));
+        let starts = match self.method {
+            Method::Lqr => HELD_FROM,
+            Method::Ilqr => LED_FROM,
+            Method::Mppi => return false,
+        };
+        (0..starts).all(|start| {
             let mut x = vec![0.0; plant.dims().0];
             plant.task.initial(&mut Seed::new(0).stream("starts", start), &mut x);
             let goals = self.goals(&x);
-            let earned = Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0;
+            let earned = match self.method {
+                Method::Ilqr => Course::search(plant, &goals, &x, steps).1,
+                _ => Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0,
+            };
             is_enough(&goals, earned, steps)
         })
     }
@@ -195,9 +204,11 @@ impl<'a> Episode<'a> {
         if let Some(course) = &mut course {
             course.made += 1;
         }
-        let due = self.steps.is_multiple_of(EVERY);
+        let arrived = course.as_ref().is_some_and(|course| course.holds(goals, &self.x));
+        let due = self.steps.is_multiple_of(EVERY) && !arrived;
         // From another state a way may be found.
         let lost = self.steps.is_multiple_of(LOST)
+            && !arrived
             && !is_enough(goals, self.expected, ahead)
             && course.as_ref().is_some_and(|c| !c.arrives(goals, plant, &self.x, ahead));
         if lost {

@@ -67,7 +67,7 @@ named! {
         Ilqr = "ilqr",
         /// Model predictive path integral control
         Mppi = "mppi",
-        /// The planner (lqr, mppi or ilqr) with the highest return in the equations
+        /// The quickest planner (of lqr, ilqr and mppi) with the highest return in the equations
         Auto = "auto",
     }
 }
