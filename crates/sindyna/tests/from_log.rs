@@ -190,7 +190,7 @@ fn a_log_is_identified_for_training_as_it_is_by_itself() {
         (&["train", "pendulum", "--delay", "0"][..], "require --data"),
         (
             &["train", "--task-file", "spring.toml", "--model", "model-uneven.csv", "--library", "paper"],
-            "was identified before",
+            "which is identified already",
         ),
         (&["train", "--config", "run-uneven.csv/config.toml", "--library", "paper"], "were identified before"),
     ] {
@@ -243,7 +243,7 @@ fn a_model_identified_before_is_trained_in() {
         (&["--task-file", "spring.toml"][..], "neither a `model` nor [equations]"),
         (&["--task-file", "spring.toml", "--model", "run"], "not that of an identification"),
         (&["--task-file", "spring.toml", "--model", "nowhere"], "cannot read nowhere/config.toml"),
-        (&["--task-file", "ground_truth.toml", "--model", "model"], "one or the other"),
+        (&["--task-file", "ground_truth.toml", "--model", "model"], "its task file has a simulator"),
         (&["--task-file", "spring.toml", "--data", "log.csv", "--real-steps", "20"], "do not apply to a log"),
         (&["pendulum", "--data", "log.csv"], "--task-file"),
     ] {

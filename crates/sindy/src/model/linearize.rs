@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use sindyna_core::{Jacobians, Scheme};
 
-use super::slopes::Room;
+use super::slopes::{Room, Slopes};
 use super::{Form, Model};
 
 /// Weights of the stages of Runge–Kutta of fourth order, and how far of a step each lies, by the rates of the one before.
@@ -86,6 +86,29 @@ impl Model {
         let part =
             |first: usize, columns: usize| Array2::from_shape_fn((n, columns), |(i, j)| all[i * width + first + j]);
         all.iter().all(|v| v.is_finite()).then(|| (part(0, n), part(n, u.len())))
+    }
+
+    /// Writes f and ∂f/∂(x; u) at a state `z` of the model into `room`; `None` where the equations cannot be solved for the rates.
+    pub(super) fn with_slopes(&self, z: &[f64], u: &[f64], room: &mut Room) -> Option<()> {
+        let (n, width) = (z.len(), z.len() + u.len());
+        let Slopes { tape, by } = self.slopes.of(&self.terms, width);
+        let Room { registers, system, f, slopes } = room;
+        registers.resize(tape.n_registers(), 0.0);
+        f.resize(n, 0.0);
+        self.place(registers, z, u);
+        tape.run(registers);
+        self.right.eval(registers, f);
+        slopes.clear();
+        slopes.resize(n * width, 0.0);
+        // (I − D) f = h, so (I − D) ∂f = ∂h + ∂D f.
+        for (row, slopes) in self.parts.equations.iter().zip(slopes.chunks_exact_mut(width)) {
+            for entry in row {
+                let times = entry.coefficient * entry.rate.map_or(1.0, |l| f[l]);
+                by[entry.term].iter().for_each(|(j, register)| slopes[*j] += times * registers[*register as usize]);
+            }
+        }
+        self.right.couple_rows(registers, system, slopes, width);
+        slopes.iter().all(|v| v.is_finite()).then_some(())
     }
 
     /// Writes the sensitivity of f at `x`, of which that of x itself is `s`.

@@ -1,16 +1,15 @@
-//! How the right-hand side depends on state and input: partial derivatives of the terms, compiled when they are first asked for.
+//! Partial derivatives of a model's terms, compiled when they are first asked for.
 
 use std::sync::{Arc, OnceLock};
 
-use super::Model;
 use crate::expr::{Expr, Tape};
 
 /// The terms of a model and their partial derivatives in one tape. The terms lie in the registers in which the model's own tape has them.
 #[derive(Debug)]
-struct Slopes {
-    tape: Tape,
+pub(super) struct Slopes {
+    pub(super) tape: Tape,
     /// Per term: the variables of z = (state; control) that it depends on, each with the register of that derivative.
-    by: Vec<Vec<(usize, u32)>>,
+    pub(super) by: Vec<Vec<(usize, u32)>>,
 }
 
 impl Slopes {
@@ -32,6 +31,13 @@ impl Slopes {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Shared(Arc<OnceLock<Slopes>>);
 
+impl Shared {
+    /// Those of `terms` over so many variables.
+    pub(super) fn of(&self, terms: &[Expr], n_variables: usize) -> &Slopes {
+        self.0.get_or_init(|| Slopes::new(terms, n_variables))
+    }
+}
+
 impl PartialEq for Shared {
     /// The terms say it all.
     fn eq(&self, _: &Self) -> bool {
@@ -42,35 +48,10 @@ impl PartialEq for Shared {
 /// Room for right-hand sides and their slopes.
 #[derive(Debug, Default)]
 pub(super) struct Room {
-    registers: Vec<f64>,
-    system: Vec<f64>,
+    pub(super) registers: Vec<f64>,
+    pub(super) system: Vec<f64>,
     /// The right-hand side f (n).
     pub(super) f: Vec<f64>,
     /// ∂f/∂(x; u) (n, n + k), row by row.
     pub(super) slopes: Vec<f64>,
-}
-
-impl Model {
-    /// Writes f and ∂f/∂(x; u) at a state `z` of the model into `room`; `None` where the equations cannot be solved for the rates.
-    pub(super) fn with_slopes(&self, z: &[f64], u: &[f64], room: &mut Room) -> Option<()> {
-        let (n, width) = (z.len(), z.len() + u.len());
-        let Slopes { tape, by } = self.slopes.0.get_or_init(|| Slopes::new(&self.terms, width));
-        let Room { registers, system, f, slopes } = room;
-        registers.resize(tape.n_registers(), 0.0);
-        f.resize(n, 0.0);
-        self.place(registers, z, u);
-        tape.run(registers);
-        self.right.eval(registers, f);
-        slopes.clear();
-        slopes.resize(n * width, 0.0);
-        // (I − D) f = h, so (I − D) ∂f = ∂h + ∂D f.
-        for (row, slopes) in self.parts.equations.iter().zip(slopes.chunks_exact_mut(width)) {
-            for entry in row {
-                let times = entry.coefficient * entry.rate.map_or(1.0, |l| f[l]);
-                by[entry.term].iter().for_each(|(j, register)| slopes[*j] += times * registers[*register as usize]);
-            }
-        }
-        self.right.couple_rows(registers, system, slopes, width);
-        slopes.iter().all(|v| v.is_finite()).then_some(())
-    }
 }
