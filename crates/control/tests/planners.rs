@@ -96,7 +96,8 @@ fn a_plan_is_the_same_every_time_and_follows_the_observation() {
             action[0]
         };
         let (left, right) = (act(&[0.9, 0.435_889_9, 0.0]), act(&[0.9, -0.435_889_9, 0.0]));
-        assert!(left < 0.0 && right > 0.0, "{method}: {left} {right}");
+        // No torque holds it there: what falls to the left and what falls to the right are mirror images.
+        assert!(left.abs() > 0.1 && left * right < 0.0, "{method}: {left} {right}");
     }
 }
 
