@@ -271,7 +271,9 @@ def _warned(regression: _sindyna.Regression, names: Names) -> None:
         text = f"the threshold leaves no term in the equation of {', '.join(told.values())}: make it smaller"
         warnings.warn(text, UserWarning, stacklevel=5)
     if regression.unsettled:
-        text = f"STLSQ did not converge for {', '.join(names.states[i] for i in regression.unsettled)}: increase max_iter"
+        text = (
+            f"STLSQ did not converge for {', '.join(names.states[i] for i in regression.unsettled)}: increase max_iter"
+        )
         warnings.warn(text, ConvergenceWarning, stacklevel=5)
 
 

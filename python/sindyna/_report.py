@@ -217,7 +217,9 @@ def report(
                     (feature(told["features"][p["term"]], names), p["value"], _number(p["standard_error"]))
                     for p in own["parameters"]
                 ),
-                equally_good=tuple(tuple(feature(told["features"][j], names) for j in other) for other in own["equally_good"]),
+                equally_good=tuple(
+                    tuple(feature(told["features"][j], names) for j in other) for other in own["equally_good"]
+                ),
             )
         )
 
