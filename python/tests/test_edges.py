@@ -65,7 +65,7 @@ def test_bad_samples_are_refused(x, kwargs, match):
         ({"known": {"w": "-9.81*sin(phi)"}}, "named 'phi'; variables: th, w, u"),
         ({"known": {"w": "sin(th"}}, r"sin\(th"),
         ({"known": {"q": "th"}}, "no state 'q'"),
-        ({"require": {"w": ["2*u"]}}, "not one term"),
+        ({"require": {"w": ["2*u"]}}, "is not a single term"),
         ({"sign": {"w": {"w": "minus"}}}, "'\\+' or '-'"),
         ({"noise": "some"}, "'auto', 'none'"),
         ({"noise": {"w": -1.0}}, "finite and at least 0"),
