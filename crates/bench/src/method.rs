@@ -78,10 +78,8 @@ fn spec(log: &Log) -> Spec {
 /// The recordings with the times of their samples.
 fn recordings(log: &Log) -> Vec<Recording> {
     let even = |t: &Trajectory| (0..t.states.nrows()).map(|i| i as f64 * log.dt).collect();
-    let recording = |t: &Trajectory| Recording {
-        times: t.times.clone().unwrap_or_else(|| even(t)),
-        states: t.states.clone(),
-        controls: t.controls.clone(),
+    let recording = |t: &Trajectory| {
+        Recording::new(t.times.clone().unwrap_or_else(|| even(t)), t.states.clone(), t.controls.clone())
     };
     log.trajectories.iter().map(recording).collect()
 }

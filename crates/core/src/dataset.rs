@@ -3,7 +3,7 @@
 use ndarray::{ArrayView1, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-use crate::{CheckpointError, Transition};
+use crate::{CheckpointError, InterSample, Transition};
 
 /// How a rollout ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -59,6 +59,9 @@ pub struct Dataset {
     control_dim: usize,
     action_dim: usize,
     dt: f64,
+    /// Zero-order hold where nothing is written.
+    #[serde(default)]
+    intersample: InterSample,
     observations: Vec<f64>,
     controls: Vec<f64>,
     actions: Vec<f64>,
@@ -71,7 +74,7 @@ pub struct Dataset {
 pub struct Rollout<'a> {
     /// Observations (T + 1, m).
     pub observations: ArrayView2<'a, f64>,
-    /// Controls applied (T, k); row i is held from observation i to i + 1.
+    /// Controls applied (T, k); row i is held from observation i to i + 1, or with first-order hold linear to row i + 1.
     pub controls: ArrayView2<'a, f64>,
     /// Actions chosen (T, action values).
     pub actions: ArrayView2<'a, f64>,
@@ -90,12 +93,19 @@ impl Dataset {
             control_dim,
             action_dim,
             dt,
+            intersample: InterSample::Zoh,
             observations: Vec::new(),
             controls: Vec::new(),
             actions: Vec::new(),
             rewards: Vec::new(),
             borders: Vec::new(),
         }
+    }
+
+    /// The same with inputs that are `intersample` between samples. What they are after the last step of a rollout with first-order hold is not known.
+    #[must_use]
+    pub fn with_intersample(self, intersample: InterSample) -> Self {
+        Self { intersample, ..self }
     }
 
     /// The first `steps` of it; a rollout that goes on after them is [`End::Cut`].
@@ -252,6 +262,12 @@ impl Dataset {
     #[must_use]
     pub fn dt(&self) -> f64 {
         self.dt
+    }
+
+    /// What inputs do between samples.
+    #[must_use]
+    pub fn intersample(&self) -> InterSample {
+        self.intersample
     }
 }
 

@@ -282,6 +282,16 @@ pub enum LogError {
     /// No rollout has a step.
     #[error("no trajectory has two rows, so there is no step")]
     NoStep,
+    /// The unit of the time stamps is not told by anything.
+    #[error("{}: the unit of {column} is not known: it increases by {step} in every row, which may be seconds or a fraction of them", path.display())]
+    TimeUnit {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+        /// Its increase from row to row.
+        step: f64,
+    },
     /// Time stands still or runs back.
     #[error("{}, {row}: the time must increase: {column} = {after} follows {before}", path.display())]
     TimeNotIncreasing {

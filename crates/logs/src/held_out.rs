@@ -17,7 +17,10 @@ impl Samples {
     fn empty(log: &Log) -> Self {
         let data = &log.data;
         let (m, k) = (data.observation_dim(), data.control_dim());
-        Self { data: Dataset::new(m, k, k, data.dt()), times: log.times.is_some().then(Vec::new) }
+        Self {
+            data: Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample()),
+            times: log.times.is_some().then(Vec::new),
+        }
     }
 
     /// Appends the steps `from` to `to` of a rollout, that one excluded.

@@ -80,5 +80,9 @@ fn unit(
     // Changes of states over gaps and turns say nothing of their rates.
     let (mut parts, _) = clock::without_gaps(recordings, None);
     states::unwrap(&mut parts, folded, &options.states);
-    Ok(unit_in_values(&parts, digits.origin))
+    unit_in_values(&parts, digits.origin).map_err(|step| LogError::TimeUnit {
+        path: sources[0].path().to_owned(),
+        column: sources[0].time_name().to_owned(),
+        step,
+    })
 }

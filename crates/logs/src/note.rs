@@ -106,6 +106,11 @@ pub enum Note {
         /// By how much time \[s\].
         seconds: f64,
     },
+    /// Inputs are linear between samples, instead of held.
+    FirstOrderHold {
+        /// Whether that was said.
+        given: bool,
+    },
     /// A state was recognised as an angle.
     Angle {
         /// The state.
@@ -228,7 +233,7 @@ impl fmt::Display for Note {
                     UnitBy::Header => " (by the header)",
                     UnitBy::Rates => " (one state is then the rate of another)",
                     UnitBy::Epoch => " since 1970",
-                    UnitBy::Counter => " (whole numbers that are far apart or uneven)",
+                    UnitBy::Counter => " (whole numbers that are very far apart or uneven)",
                 })
             }
             Self::Repeated { rows, row } => {
@@ -274,10 +279,10 @@ impl fmt::Display for Note {
                 write!(f, "delay of the inputs: {} {unit} ({} s)", significant(*rows, 6), significant(*seconds, 6))?;
                 match rows {
                     -1.0 => f.write_str(": an input acts over the step before its row"),
-                    -0.5 => f.write_str(": inputs are linear between rows"),
                     _ => Ok(()),
                 }
             }
+            Self::FirstOrderHold { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
             Self::Unmeasured { rate, of, .. } => {
                 write!(f, "{rate}, the rate of {of}, was not measured; it is estimated as a state of the equations")
             }

@@ -66,27 +66,34 @@ pub(crate) fn unit_in_header(column: &Column) -> Option<TimeUnit> {
     })
 }
 
-/// The unit of the stamps of `recordings`, which count from `origin`, and what tells it.
-pub(crate) fn unit_in_values(recordings: &[Recording], origin: f64) -> (TimeUnit, UnitBy) {
+/// Steps that are whole numbers from 10 to this one, all the same, may be seconds of a slow process or fractions of them of a fast one.
+const LONGEST: f64 = 1e5;
+
+/// The unit of the stamps of `recordings`, which count from `origin`, and what tells it; the step itself where nothing does.
+pub(crate) fn unit_in_values(recordings: &[Recording], origin: f64) -> Result<(TimeUnit, UnitBy), f64> {
     if let Some(unit) = unit_by_rates(recordings) {
-        return (unit, UnitBy::Rates);
+        return Ok((unit, UnitBy::Rates));
     }
     // Seconds since 1970, in 2001 to 2100.
     let ours = 1e9..4.1e9;
     if let Some(unit) = DECIMAL.into_iter().find(|unit| ours.contains(&(origin * unit.seconds()))) {
-        return (unit, UnitBy::Epoch);
+        return Ok((unit, UnitBy::Epoch));
     }
     let mut steps: Vec<f64> = recordings.iter().flat_map(Recording::steps).collect();
     steps.sort_by(f64::total_cmp);
     let whole = origin.fract() == 0.0 && steps.iter().all(|s| s.fract() == 0.0);
-    let Some(&step) = steps.get(steps.len() / 2).filter(|_| whole) else { return (TimeUnit::Seconds, UnitBy::Default) };
+    let Some(&step) = steps.get(steps.len() / 2).filter(|_| whole) else {
+        return Ok((TimeUnit::Seconds, UnitBy::Default));
+    };
+    let even = steps[0] == steps[steps.len() - 1];
     let jitters = steps.iter().any(|s| (s - step).abs() as i64 == 1);
     // Counters of the next smaller unit: a step of a second or more is one of the unit after that.
     match step {
-        s if s < 10.0 && !jitters => (TimeUnit::Seconds, UnitBy::Default),
-        s if s < 1e3 => (TimeUnit::Milliseconds, UnitBy::Counter),
-        s if s < 1e6 => (TimeUnit::Microseconds, UnitBy::Counter),
-        _ => (TimeUnit::Nanoseconds, UnitBy::Counter),
+        s if s < 10.0 && !jitters => Ok((TimeUnit::Seconds, UnitBy::Default)),
+        s if even && s < LONGEST => Err(s),
+        s if s < 1e3 => Ok((TimeUnit::Milliseconds, UnitBy::Counter)),
+        s if s < 1e6 => Ok((TimeUnit::Microseconds, UnitBy::Counter)),
+        _ => Ok((TimeUnit::Nanoseconds, UnitBy::Counter)),
     }
 }
 
@@ -149,13 +156,12 @@ mod tests {
     #[test]
     fn units_are_told_by_rates_epochs_and_counters() {
         let check = |origin: f64, stamp: fn(usize) -> f64, expected| {
-            assert_eq!(unit_in_values(&[recording(1, stamp, |i, _| (i as f64).sin())], origin), expected);
+            assert_eq!(unit_in_values(&[recording(1, stamp, |i, _| (i as f64).sin())], origin), Ok(expected));
         };
         check(0.0, |i| 0.05 * i as f64, (TimeUnit::Seconds, UnitBy::Default));
         check(0.0, |i| 4.0 * i as f64, (TimeUnit::Seconds, UnitBy::Default));
-        check(0.0, |i| 10.0 * i as f64, (TimeUnit::Milliseconds, UnitBy::Counter));
         check(17.0, |i| (3.34 * i as f64).floor(), (TimeUnit::Milliseconds, UnitBy::Counter));
-        check(5.0, |i| 5000.0 * i as f64, (TimeUnit::Microseconds, UnitBy::Counter));
+        check(5.0, |i| 5000.0 * i as f64 + f64::from(i % 3 == 0), (TimeUnit::Microseconds, UnitBy::Counter));
         check(5.0, |i| 5e6 * i as f64, (TimeUnit::Nanoseconds, UnitBy::Counter));
         check(1.76e9, |i| 0.01 * i as f64, (TimeUnit::Seconds, UnitBy::Epoch));
         check(1.76e18, |i| 1e7 * i as f64, (TimeUnit::Nanoseconds, UnitBy::Epoch));
@@ -163,7 +169,15 @@ mod tests {
         let x = |i: usize, j: usize| [(0.02 * i as f64).sin(), 4.0 * (0.02 * i as f64).cos()][j];
         assert_eq!(
             unit_in_values(&[recording(2, |i| 5.0 * i as f64, x)], 0.0),
-            (TimeUnit::Milliseconds, UnitBy::Rates)
+            Ok((TimeUnit::Milliseconds, UnitBy::Rates))
         );
+    }
+
+    #[test]
+    fn even_steps_of_ten_may_be_seconds_or_milliseconds() {
+        for step in [10.0, 60.0, 5000.0] {
+            let slow = recording(1, |i| step * i as f64, |i, _| (0.1 * i as f64).sin());
+            assert_eq!(unit_in_values(&[slow], 0.0), Err(step));
+        }
     }
 }

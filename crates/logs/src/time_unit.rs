@@ -74,7 +74,7 @@ pub enum UnitBy {
     Rates,
     /// Stamps that count from 1970, as those of our days do.
     Epoch,
-    /// Whole numbers that are far apart or uneven, as those of a counter are.
+    /// Whole numbers that are very far apart or uneven, as those of a counter are.
     Counter,
     /// Nothing: stamps are in seconds unless something says otherwise.
     Default,

@@ -116,10 +116,8 @@ pub(crate) fn identify(
     let identifier = settings.identifier()?;
     let recordings: Vec<Recording> = recordings
         .iter()
-        .map(|(times, states, controls)| Recording {
-            times: times.as_array().to_vec(),
-            states: states.as_array().to_owned(),
-            controls: controls.as_array().to_owned(),
+        .map(|(times, states, controls)| {
+            Recording::new(times.as_array().to_vec(), states.as_array().to_owned(), controls.as_array().to_owned())
         })
         .collect();
     let found = apart(py, move |stop| {

@@ -52,7 +52,7 @@ pub use identify::{
     LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
-pub use model::{AnalysisError, Entry, Form, Model, ModelError, ModelParts, Reading};
+pub use model::{AnalysisError, Entry, Form, Inputs, Model, ModelError, ModelParts, Reading};
 pub use plain::{Regressed, Sindy, SindyError, SindyFit, Trajectory};
 pub use solve::{
     BestSubset, Bound, Columns, ConstraintError, Constraints, Finish, Path, Selected, Selection, SizeReport,

@@ -43,11 +43,8 @@ impl Rig {
             states.push([((q + 2e-4 * position) / 1e-3).round() * 1e-3, v + 0.05 * speed]);
             controls.push(u);
         }
-        Recording {
-            states: Array2::from_shape_fn((times.len(), 2), |(t, i)| states[t][i]),
-            controls: Array2::from_shape_fn((controls.len(), 1), |(t, _)| controls[t]),
-            times,
-        }
+        let states = Array2::from_shape_fn((times.len(), 2), |(t, i)| states[t][i]);
+        Recording::new(times, states, Array2::from_shape_fn((controls.len(), 1), |(t, _)| controls[t]))
     }
 }
 
@@ -85,11 +82,11 @@ fn friction_and_gravity_of_a_rig_that_is_pushed_by_hand() {
 fn log(text: &str) -> Recording {
     let rows: Vec<Vec<f64>> =
         text.lines().skip(1).map(|line| line.split(',').map(|v| v.parse().expect("a number")).collect()).collect();
-    Recording {
-        times: rows.iter().map(|row| row[0]).collect(),
-        states: Array2::from_shape_fn((rows.len(), 4), |(t, i)| rows[t][1 + i]),
-        controls: Array2::from_shape_fn((rows.len() - 1, 2), |(t, k)| rows[t][5 + k]),
-    }
+    Recording::new(
+        rows.iter().map(|row| row[0]).collect(),
+        Array2::from_shape_fn((rows.len(), 4), |(t, i)| rows[t][1 + i]),
+        Array2::from_shape_fn((rows.len() - 1, 2), |(t, k)| rows[t][5 + k]),
+    )
 }
 
 #[test]

@@ -3,12 +3,15 @@
 //! [`arrays`] takes recordings in memory, [`log()`] a log that [`Log`] has read. Both return [`Found`]: the model, with
 //! standard errors and doubts. [`Identifier`] has every setting; [`Sindy`] is the plain regression of PySINDy.
 
+mod ahead;
 mod as_read;
 mod asked;
+mod between;
 mod delay;
 mod elsewhere;
 mod for_task;
 mod hypotheses;
+mod readings;
 mod unmeasured;
 
 use sindyna_core::Spec;
@@ -69,7 +72,7 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
     Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
 }
 
-/// Identifies equations from a log. If they leave residuals that no term explains, unmeasured rates and delays of inputs are tried, and used if the data
+/// Identifies equations from a log. If they leave residuals that no term explains, unmeasured rates, delays of inputs and first-order hold are tried, and used if the data
 /// support them.
 ///
 /// # Errors
@@ -79,6 +82,7 @@ pub fn log(log: &Log) -> Result<Found, Error> {
     let asked = Asked {
         unmeasured: &Unmeasured::Auto,
         delay: Delay::Auto,
+        intersample: None,
         kept: &kept,
         identifier: &|spec| Ok(Identifier::new(spec)),
         watch: &Watch::default(),

@@ -102,7 +102,7 @@ fn what_a_rate_does_not_explain_is_still_an_approximation() {
     assert!(stdout.contains("an approximation"), "{stdout}");
 }
 
-/// An input that acts two rows late, and one that goes from row to row in a straight line.
+/// An input that acts two rows late, and one that is linear between rows.
 #[test]
 fn inputs_that_act_at_other_times_are_told_or_named() {
     let temp = tempfile::tempdir().unwrap();
@@ -126,13 +126,14 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         }
         text
     };
-    for (late, smooth, says) in
-        [(2, false, "delay of the inputs: 2 rows (0.1 s)"), (0, true, "inputs are linear between rows")]
-    {
+    for (late, smooth, says, otherwise) in [
+        (2, false, "delay of the inputs: 2 rows (0.1 s)", "--delay 0 turns this off"),
+        (0, true, "inputs are linear between samples (first-order hold)", "--intersample zoh turns this off"),
+    ] {
         fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
         assert_eq!(code, 0, "{stdout}{stderr}");
-        assert!(stdout.contains(says) && stdout.contains("--delay 0 turns this off"), "{says}: {stdout}");
+        assert!(stdout.contains(says) && stdout.contains(otherwise), "{says}: {stdout}");
         assert!(stdout.contains("sin q"), "{stdout}");
     }
     fs::write(temp.path().join("log.csv"), log(2, false)).unwrap();
@@ -143,6 +144,8 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", delay]));
         assert!(code == 2 && stderr.contains("a delay is"), "{stderr}");
     }
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--intersample", "cubic"]));
+    assert!(code == 2 && stderr.contains("`zoh` (held) or `foh` (linear)"), "{stderr}");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", "500"]));
     assert!(code == 2 && stderr.contains("no trajectory is longer"), "{stderr}");
 }

@@ -20,7 +20,7 @@ pub(crate) fn shown_in(data: &Dataset, m: usize) -> Result<Cow<'_, Dataset>, Fit
     }
     let broken = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
     let actions = data.rollouts().next().map_or(data.control_dim(), |rollout| rollout.actions.ncols());
-    let mut kept = Dataset::new(m, data.control_dim(), actions, data.dt());
+    let mut kept = Dataset::new(m, data.control_dim(), actions, data.dt()).with_intersample(data.intersample());
     for rollout in data.rollouts() {
         let observations = rollout.observations.slice(s![.., ..m]);
         for (i, o) in observations.rows().into_iter().enumerate() {

@@ -63,7 +63,7 @@ const HORIZONS: [Ahead; 5] = [Ahead::Steps(1), Ahead::Steps(10), Ahead::Seconds(
 impl Ahead {
     /// Steps of `recordings` ahead: `None` for all of them, an error for none that are fewer.
     fn steps(self, recordings: &[Recording]) -> Option<Option<usize>> {
-        let longest = recordings.iter().map(|r| r.controls.nrows()).max().unwrap_or(0);
+        let longest = recordings.iter().map(Recording::steps).max().unwrap_or(0);
         let steps = match self {
             Self::All => return Some(None),
             Self::Steps(steps) => steps,
@@ -119,7 +119,7 @@ impl FreeRun {
         let (mut errors, mut samples): (Vec<Option<Array2<f64>>>, Vec<Array2<f64>>) = (Vec::new(), Vec::new());
         let mut first_diverged = None;
         for (number, recording) in recordings.iter().enumerate() {
-            let steps = recording.controls.nrows();
+            let steps = recording.steps();
             let length = horizon.unwrap_or(steps).min(steps);
             let before = if horizon.is_some() && noise.len() == n { (length / 10).min(steps - length) } else { 0 };
             let starts = (before..=steps - length).step_by((length / 5).max(1));
@@ -128,12 +128,11 @@ impl FreeRun {
                 let dt: Vec<f64> = recording.times[from..=to].windows(2).map(|t| t[1] - t[0]).collect();
                 let first = from - before;
                 let earlier: Vec<f64> = recording.times[first..=from].windows(2).map(|t| t[1] - t[0]).collect();
-                let (x, u) =
-                    (recording.states.slice(s![first..=from, ..]), recording.controls.slice(s![first..from, ..]));
-                let start = model.state_after(x, u, &earlier, noise);
+                let x = recording.states.slice(s![first..=from, ..]);
+                let start = model.state_after(x, recording.inputs(first, from), &earlier, noise);
                 let start = start.unwrap_or_else(|| recording.states.row(from).to_vec());
                 let seen = recording.states.slice(s![from + 1..=to, ..]);
-                let error = match model.simulate_at(&start, recording.controls.slice(s![from..to, ..]), &dt) {
+                let error = match model.simulate_at(&start, recording.inputs(from, to), &dt) {
                     Ok(ahead) => Some(&ahead.slice(s![1.., ..]) - &seen),
                     Err(AnalysisError::Diverged { .. }) => {
                         first_diverged.get_or_insert((number + 1, recording.times[from] - recording.times[0]));

@@ -1,6 +1,5 @@
 //! `prediction.csv`: measured samples and what the model predicts for them.
 
-use ndarray::s;
 use sindyna_sindy::{Model, Recording};
 
 use crate::table_csv::{Fields, number_rows, text_of};
@@ -15,7 +14,7 @@ const SPREAD: usize = 900;
 /// Measured samples beside one-step predictions and a free run of the model.
 ///
 /// A row per sample: number of the trajectory, number of the sample in it, time from its start \[s\], the states as
-/// measured, the inputs held until the next sample, the one-step prediction (from the sample before), the free run
+/// measured, the inputs from this sample on, the one-step prediction (from the sample before), the free run
 /// (from the first sample of the trajectory). The columns are in this order; a name has its unit behind it, such as
 /// `θ [rad]`, and predictions say so: `θ [rad] (one-step)`, `θ [rad] (free run)`. A field is empty where there is no value.
 /// Up to 1,500 samples are all there. Of more, the first 600, and 900 of the others, without a free run.
@@ -40,7 +39,7 @@ pub struct PredictionRow {
     pub t: f64,
     /// The states as measured (n).
     pub states: Vec<f64>,
-    /// The inputs held until the next sample (k); empty for the last one.
+    /// The inputs from this sample on (k); empty for the last one.
     pub inputs: Vec<f64>,
     /// Predicted from the sample before (n); empty where that is not possible.
     pub one_step: Vec<f64>,
@@ -143,7 +142,10 @@ fn step(model: &Model, recording: &Recording, sample: usize, x: &[f64]) -> Vec<f
     if x.is_empty() {
         return Vec::new();
     }
-    let u = recording.controls.slice(s![sample - 1..sample, ..]);
+    if sample > recording.steps() {
+        return Vec::new();
+    }
+    let u = recording.inputs(sample - 1, sample);
     let dt = recording.times[sample] - recording.times[sample - 1];
     // Time stamps are sums of steps, whose rounding is no other interval.
     let dt = if (dt - model.dt()).abs() <= 1e-6 * model.dt() { model.dt() } else { dt };

@@ -114,6 +114,7 @@ mod tests {
             x: Array2::from_shape_fn((400, 1), |(t, _)| value(t)),
             u: Array2::zeros((399, 0)),
             dt: vec![0.1; 399],
+            ramp: None,
             relative: None,
         }
     }

@@ -9,8 +9,10 @@ use crate::motion::Run;
 pub(crate) struct Segment {
     /// States (T + 1, n).
     pub(crate) x: Array2<f64>,
-    /// Controls (T, k), each held from one sample to the next.
+    /// Controls (T, k) at the beginning of each step.
     pub(crate) u: Array2<f64>,
+    /// By how much controls change over each step (T, k), linearly; `None` if they are held.
+    pub(crate) ramp: Option<Array2<f64>>,
     /// Time from each sample to the next \[s\] (T).
     pub(crate) dt: Vec<f64>,
     /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same. Infinite where a state was
@@ -21,7 +23,7 @@ pub(crate) struct Segment {
 impl Segment {
     /// The samples of `run`, `dt` \[s\] apart.
     pub(crate) fn even(run: &Run, dt: f64) -> Self {
-        Self { x: run.x.clone(), u: run.u.clone(), dt: vec![dt; run.len()], relative: None }
+        Self { x: run.x.clone(), u: run.u.clone(), ramp: None, dt: vec![dt; run.len()], relative: None }
     }
 
     /// Number of steps T.
@@ -34,9 +36,20 @@ impl Segment {
         Self {
             x: self.x.slice(s![first..=last, ..]).to_owned(),
             u: self.u.slice(s![first..last, ..]).to_owned(),
+            ramp: self.ramp.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
             dt: self.dt[first..last].to_vec(),
             relative: self.relative.as_ref().map(|r| r.slice(s![first..=last, ..]).to_owned()),
         }
+    }
+
+    /// Controls averaged over each step (T, k).
+    pub(crate) fn mean_inputs(&self) -> Array2<f64> {
+        self.ramp.as_ref().map_or_else(|| self.u.clone(), |ramp| &self.u + &(0.5 * ramp))
+    }
+
+    /// Controls at the beginning of step `t`, and by how much they change over it: nothing if they are held.
+    pub(crate) fn input(&self, t: usize) -> (Vec<f64>, Vec<f64>) {
+        (self.u.row(t).to_vec(), self.ramp.as_ref().map_or_else(Vec::new, |ramp| ramp.row(t).to_vec()))
     }
 
     /// Σ ln w² of the relative standard deviations w of all samples that were measured.

@@ -243,7 +243,7 @@ mod tests {
             }
             t += step;
         }
-        Segment { u: Array2::zeros((samples - 1, 0)), x, dt, relative: None }
+        Segment { u: Array2::zeros((samples - 1, 0)), x, dt, relative: None, ramp: None }
     }
 
     #[test]

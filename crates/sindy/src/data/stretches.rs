@@ -118,6 +118,7 @@ mod tests {
             x: Array2::from_shape_fn((2000, 1), |(t, _)| value(t)),
             u: Array2::zeros((1999, 0)),
             dt: vec![0.1; 1999],
+            ramp: None,
             relative: None,
         }
     }

@@ -66,8 +66,10 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
     let (n, h) = (x.ncols(), segment.dt[t]);
     let mut z = vec![0.0; n + segment.u.ncols()];
     let mut slopes = vec![0.0; n];
-    z[n..].iter_mut().zip(segment.u.row(t)).for_each(|(slot, u)| *slot = *u);
+    let (u, ramp) = segment.input(t);
+    z[n..].copy_from_slice(&u);
     for (s, weight) in LOBATTO {
+        z[n..].iter_mut().zip(u.iter().zip(&ramp)).for_each(|(slot, (u, ramp))| *slot = u + s * ramp);
         for i in 0..n {
             let (a, b) = (x[[t, i]], x[[t + 1, i]]);
             let (p, q) = (h * x_dot[[t, i]], h * x_dot[[t + 1, i]]);
@@ -112,8 +114,8 @@ impl Way {
         z.clear();
         x_dot.clear();
         modes.clear();
-        let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
-        flow.step((&now, &u, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
+        let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
+        flow.step((&now, (&u, &ramp), segment.dt[t]), xi, next, None, scratch, &mut |stage| {
             weights.push(stage.weight);
             z.extend_from_slice(stage.z.as_flattened());
             x_dot.extend_from_slice(stage.x_dot.as_flattened());

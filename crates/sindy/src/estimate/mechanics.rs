@@ -94,7 +94,8 @@ impl Problem<'_> {
     /// Per segment and joint, a row for each step of the states `x` (T + 1, n): what every parameter would change of the momentum minus what it does (T, P).
     fn balance(&self, lagrangian: &Lagrangian, x: &[Array2<f64>], stepping: Stepping) -> Vec<Vec<Array2<f64>>> {
         let of = |(segment, x): (&Segment, &Array2<f64>)| {
-            let steps = Steps { x: x.view(), u: segment.u.view(), dt: &segment.dt };
+            let u = segment.mean_inputs();
+            let steps = Steps { x: x.view(), u: u.view(), dt: &segment.dt };
             balance(lagrangian, steps, !stepping.is_continuous())
         };
         self.segments.iter().zip(x).map(of).collect()

@@ -93,7 +93,7 @@ fn unit(mut a: Vec<f64>) -> Vec<f64> {
 
 impl Regression {
     /// At most `most` proposals of the terms `support` with one or two of them exchanged for simpler ones, whose scores are within `gap` of that of
-    /// `support`, best first; also the operations that this took. `complexity` is that of a term.
+    /// `support`, best first; also the operations that this took. `complexity` is that of a term. In place of a term with parameters inside any two others are proposed.
     pub(super) fn simpler(
         &self,
         support: &[usize],
@@ -102,8 +102,15 @@ impl Regression {
         complexity: impl Fn(usize) -> u32,
     ) -> (Vec<Proposal>, u64) {
         let column = |j: &usize| self.choice.iter().position(|k| k == j);
-        let Some(own) = support.iter().map(column).collect::<Option<Vec<_>>>() else { return (Vec::new(), 0) };
+        let own: Vec<usize> = support.iter().filter_map(column).collect();
         let target = self.choice.len();
+        if own.len() < support.len() {
+            return if own.len() + 1 == support.len() {
+                self.in_place_of_one(&own, (gap, most), penalty)
+            } else {
+                (Vec::new(), 0)
+            };
+        }
         let complexity: Vec<u32> = self.choice.iter().map(|&j| complexity(j)).collect();
         let complexity_of = |columns: &[usize]| columns.iter().map(|&c| complexity[c]).sum::<u32>();
         let free: Vec<usize> = own.iter().copied().filter(|&c| c >= self.n_required).collect();
@@ -134,5 +141,31 @@ impl Regression {
         }
         scored.sort_by(|a, b| a.0.total_cmp(&b.0));
         (scored.iter().take(most).map(|(score, subset)| self.proposal(*score, subset)).collect(), work)
+    }
+
+    /// At most `most` proposals of the terms in the columns `own` and two others, whose scores are within `gap` of the best of them, best first: two coefficients say as
+    /// much as a term with one parameter inside, which is no column. Also the operations that this took.
+    fn in_place_of_one(
+        &self,
+        own: &[usize],
+        (gap, most): (f64, usize),
+        penalty: impl Fn(&[usize]) -> f64,
+    ) -> (Vec<Proposal>, u64) {
+        let rest = Rest::without(self, own.iter().copied());
+        let others = (self.n_required..self.choice.len()).filter(|c| !own.contains(c));
+        let (pairs, work) = rest.with(others, 2, |_| true);
+        let kept: Vec<usize> = own.iter().filter_map(|c| c.checked_sub(self.n_required)).collect();
+        let subset = |(with, rss): (Vec<usize>, f64)| {
+            let mut support: Vec<usize> =
+                kept.iter().copied().chain(with.iter().map(|c| c - self.n_required)).collect();
+            support.sort_unstable();
+            Subset { support, rss }
+        };
+        let scored = pairs.into_iter().map(subset).map(|subset| (self.score(1.0, &subset, &penalty), subset));
+        let mut scored: Vec<(f64, Subset)> = scored.filter(|(_, subset)| self.has_signs(subset)).collect();
+        scored.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let least = scored.first().map_or(0.0, |(score, _)| *score);
+        let near = scored.iter().take(most).filter(|(score, _)| *score <= least + gap);
+        (near.map(|(score, subset)| self.proposal(*score, subset)).collect(), work)
     }
 }

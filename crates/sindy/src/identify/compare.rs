@@ -1,6 +1,6 @@
 //! How well a model predicts recordings.
 
-use ndarray::Array2;
+use ndarray::{Array2, s};
 
 use super::Recording;
 use crate::Model;
@@ -18,9 +18,10 @@ impl Model {
         let (mut missed, mut moved, mut sums, mut count) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], 0.0);
         let mut predictions: Vec<Array2<f64>> = Vec::new();
         for r in recordings {
-            let dt: Vec<f64> = r.times.windows(2).map(|t| t[1] - t[0]).collect();
-            predictions.push(self.predict(r.states.view(), r.controls.view(), &dt, horizon)?);
-            for x in r.states.rows().into_iter().skip(1) {
+            let steps = r.steps();
+            let dt: Vec<f64> = r.times[..=steps].windows(2).map(|t| t[1] - t[0]).collect();
+            predictions.push(self.predict(r.states.slice(s![..=steps, ..]), r.inputs(0, steps), &dt, horizon)?);
+            for x in r.states.rows().into_iter().take(steps + 1).skip(1) {
                 sums.iter_mut().zip(x).for_each(|(sum, v)| *sum += v);
                 count += 1.0;
             }

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
-use sindyna_core::{FitError, number::significant};
+use sindyna_core::{FitError, InterSample, number::significant};
 
 use super::Identifier;
 use super::NoiseChoice;
@@ -87,19 +87,20 @@ impl Identifier {
     ) -> Result<Identified, FitError> {
         recordings.iter().try_for_each(|r| r.check(&self.spec))?;
         let unmeasured = self.unmeasured(recordings)?;
-        if unmeasured.is_empty() && recordings.iter().all(|r| r.is_even(self.spec.dt)) {
+        let held = recordings.iter().all(|r| r.intersample == InterSample::Zoh);
+        if unmeasured.is_empty() && held && recordings.iter().all(|r| r.is_even(self.spec.dt)) {
             return self.identify_watched(&dataset(&self.spec, recordings)?, watch);
         }
         let failed = |reason: String| FitError::Regression { reason };
         let solver = self.motion_solver().ok_or_else(|| {
             failed(
-                "samples at uneven times, and states that were not measured, need the target `motion` with best subsets in recognised coordinates".into(),
+                "samples at uneven times, inputs with first-order hold, and states that were not measured, need the target `motion` with best subsets in recognised coordinates".into(),
             )
         })?;
         let tiers = self.with_rates_of_motion(self.tiers().map_err(|e| failed(e.to_string()))?).terms;
         let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
             .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
-        let segments: Vec<Segment> = recordings.iter().map(|r| r.segment(&coordinates)).collect();
+        let segments: Vec<Segment> = recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
         let rows: usize = segments.iter().map(Segment::len).sum();
         let needed = self.needed_rows();
         if rows < needed {

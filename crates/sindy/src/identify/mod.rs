@@ -20,7 +20,7 @@ mod unmeasured;
 mod warnings;
 
 use ndarray::Array2;
-use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Knowledge, Rng, Spec};
+use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, InterSample, Kind, Knowledge, Rng, Spec};
 
 pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use known::{EquationConstraint, EquationConstraintError};
@@ -298,7 +298,17 @@ impl Identifier {
     /// # Errors
     /// As [`Self::identify`]; [`FitError::Interrupted`] if `watch` did.
     pub fn identify_watched(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
-        let found = self.identified(data, watch);
+        let found = match data.intersample() {
+            InterSample::Zoh => self.identified(data, watch),
+            InterSample::Foh => {
+                let of = |rollout: sindyna_core::Rollout<'_>| {
+                    Recording::even(data.dt(), rollout.observations.to_owned(), Some(rollout.controls.to_owned()))
+                        .with_intersample(InterSample::Foh)
+                };
+                self.check(data)?;
+                self.identify_recordings_watched(&data.rollouts().map(of).collect::<Vec<_>>(), watch)
+            }
+        };
         if watch.go_on() { found } else { Err(FitError::Interrupted) }
     }
 

@@ -1,11 +1,12 @@
 //! Recordings as people have them: arrays with times.
 
-use ndarray::{Array2, Axis};
-use sindyna_core::{Dataset, FitError, Spec};
+use ndarray::{Array2, Axis, s};
+use sindyna_core::{Dataset, FitError, InterSample, Spec};
 
 use super::Identifier;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
+use crate::model::Inputs;
 
 /// One uninterrupted recording, sampled at any times.
 #[derive(Debug, Clone, PartialEq)]
@@ -14,8 +15,10 @@ pub struct Recording {
     pub times: Vec<f64>,
     /// What the sensors show at these times (T + 1, m). The rate of a state that was not measured is NaN in every row: it is found with the equations.
     pub states: Array2<f64>,
-    /// Controls (T, k), each held from one sample to the next.
+    /// Controls (T, k) at all samples but the last.
     pub controls: Array2<f64>,
+    /// What controls are between these samples. With first-order hold the last step is not used: what they were at its end is not known.
+    pub intersample: InterSample,
 }
 
 impl Recording {
@@ -27,16 +30,19 @@ impl Recording {
         dataset(spec, recordings)
     }
 
+    /// Samples `states` (T + 1, m) at `times` \[s\] (T + 1), with controls (T, k) held from one to the next.
+    #[must_use]
+    pub fn new(times: Vec<f64>, states: Array2<f64>, controls: Array2<f64>) -> Self {
+        Self { times, states, controls, intersample: InterSample::Zoh }
+    }
+
     /// Samples `states` (T + 1, m) every `dt` \[s\], from time 0 on, with controls (T, k) held from one to the next; none for a
     /// system without any.
     #[must_use]
     pub fn even(dt: f64, states: Array2<f64>, controls: Option<Array2<f64>>) -> Self {
         let steps = states.nrows().saturating_sub(1);
-        Self {
-            times: (0..states.nrows()).map(|t| dt * t as f64).collect(),
-            controls: controls.unwrap_or_else(|| Array2::zeros((steps, 0))),
-            states,
-        }
+        let times = (0..states.nrows()).map(|t| dt * t as f64).collect();
+        Self::new(times, states, controls.unwrap_or_else(|| Array2::zeros((steps, 0))))
     }
 
     /// Refuses what does not fit the spec or itself.
@@ -72,10 +78,49 @@ impl Recording {
         self.times.windows(2).all(|t| (t[1] - t[0] - dt).abs() <= 1e-9 * dt.max(t[1].abs()))
     }
 
+    /// The same with controls that are `intersample` between samples.
+    #[must_use]
+    pub fn with_intersample(self, intersample: InterSample) -> Self {
+        Self { intersample, ..self }
+    }
+
+    /// Number of steps over which controls are known.
+    #[must_use]
+    pub fn steps(&self) -> usize {
+        self.controls.nrows().saturating_sub(usize::from(self.intersample == InterSample::Foh))
+    }
+
+    /// Controls over the steps `from` to `to`, that one excluded, at most [`Self::steps`].
+    #[must_use]
+    pub fn inputs(&self, from: usize, to: usize) -> Inputs<'_> {
+        let start = self.controls.slice(s![from..to, ..]);
+        let end = (self.intersample == InterSample::Foh).then(|| self.controls.slice(s![from + 1..=to, ..]));
+        Inputs { start, end }
+    }
+
+    /// By how much controls change over each step (T, k), by nothing over the last one; `None` if they are held.
+    fn ramp(&self) -> Option<Array2<f64>> {
+        if self.intersample == InterSample::Zoh {
+            return None;
+        }
+        let mut ramp = Array2::zeros(self.controls.dim());
+        let last = self.controls.nrows().saturating_sub(1);
+        ramp.slice_mut(s![..last, ..])
+            .assign(&(&self.controls.slice(s![1.., ..]) - &self.controls.slice(s![..last, ..])));
+        Some(ramp)
+    }
+
+    /// Its samples. The inputs of the last step are held.
     pub(super) fn segment(&self, coordinates: &Coordinates) -> Segment {
         let (x, relative) = marked(coordinates.states(self.states.view()));
         let dt = self.times.windows(2).map(|t| t[1] - t[0]).collect();
-        Segment { x, u: self.controls.clone(), dt, relative }
+        Segment { x, u: self.controls.clone(), ramp: self.ramp(), dt, relative }
+    }
+
+    /// Its samples up to the last one to which inputs are known.
+    pub(super) fn known(&self, coordinates: &Coordinates) -> Segment {
+        let segment = self.segment(coordinates);
+        if self.steps() < segment.len() { segment.part(0, self.steps()) } else { segment }
     }
 }
 
@@ -90,6 +135,7 @@ impl Identifier {
             .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
         let of = |rollout: sindyna_core::Rollout<'_>| {
             Recording::even(data.dt(), coordinates.states(rollout.observations), Some(rollout.controls.to_owned()))
+                .with_intersample(data.intersample())
         };
         Ok(data.rollouts().map(of).collect())
     }
@@ -98,7 +144,9 @@ impl Identifier {
 /// Even recordings as rollouts.
 pub(super) fn dataset(spec: &Spec, recordings: &[Recording]) -> Result<Dataset, FitError> {
     let failed = |e: &dyn std::fmt::Display| FitError::Regression { reason: e.to_string() };
-    let mut data = Dataset::new(spec.observation_dim(), spec.control_dim(), spec.control_dim(), spec.dt);
+    let intersample = recordings.first().map_or(InterSample::Zoh, |r| r.intersample);
+    let mut data = Dataset::new(spec.observation_dim(), spec.control_dim(), spec.control_dim(), spec.dt)
+        .with_intersample(intersample);
     for recording in recordings {
         let mut rows = recording.states.axis_iter(Axis(0)).map(|row| row.to_vec());
         let Some(first) = rows.next() else { continue };

@@ -1,8 +1,9 @@
 //! What engineers ask of a model: simulation, prediction, linearisation.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, s};
 use sindyna_core::{Dynamics as _, Seed};
 
+use super::inputs::Inputs;
 use super::slopes::Room;
 use super::{Form, Model};
 
@@ -34,6 +35,9 @@ pub enum AnalysisError {
         /// The samples' interval \[s\].
         got: f64,
     },
+    /// Inputs with first-order hold, and a model that is not continuous in time.
+    #[error("first-order hold needs a model that is continuous in time; this one takes inputs that are held")]
+    Held,
     /// The equations cannot be solved for the rates there.
     #[error("the equations are singular there")]
     Singular,
@@ -47,25 +51,37 @@ fn shape(what: &'static str, expected: usize, got: usize) -> Result<(), Analysis
 }
 
 impl Model {
-    /// The states (T + 1, n) from `x0` (n) on under the inputs `u` (T, k), each held for one interval [`Self::dt`].
+    /// The states (T + 1, n) from `x0` (n) on under the inputs `u` (T, k), each over one interval [`Self::dt`].
     ///
     /// # Errors
     /// [`AnalysisError`] for arrays that do not fit, or where the model diverges.
-    pub fn simulate(&self, x0: &[f64], u: ArrayView2<'_, f64>) -> Result<Array2<f64>, AnalysisError> {
-        self.simulate_at(x0, u, &vec![self.dt(); u.nrows()])
+    pub fn simulate<'a>(&self, x0: &[f64], u: impl Into<Inputs<'a>>) -> Result<Array2<f64>, AnalysisError> {
+        let u = u.into();
+        self.simulate_at(x0, u, &vec![self.dt(); u.start.nrows()])
     }
 
     /// The same with an interval of its own for every step, `dt` \[s\] (T).
     ///
     /// # Errors
-    /// As [`Self::simulate`]; [`AnalysisError::Interval`] if the model is a map.
-    pub fn simulate_at(&self, x0: &[f64], u: ArrayView2<'_, f64>, dt: &[f64]) -> Result<Array2<f64>, AnalysisError> {
+    /// As [`Self::simulate`]; [`AnalysisError::Interval`] if the model is a map, [`AnalysisError::Held`] if inputs are not held and the model is not continuous in
+    /// time.
+    pub fn simulate_at<'a>(
+        &self,
+        x0: &[f64],
+        u: impl Into<Inputs<'a>>,
+        dt: &[f64],
+    ) -> Result<Array2<f64>, AnalysisError> {
+        let Inputs { start: u, end } = u.into();
         if self.readings().is_some() {
             return Err(AnalysisError::Raw);
         }
         shape("states", self.states().len(), x0.len())?;
         shape("inputs", self.controls().len(), u.ncols())?;
         shape("intervals", u.nrows(), dt.len())?;
+        if let Some(end) = &end {
+            shape("rows of inputs at the ends of steps", u.nrows(), end.nrows())?;
+            shape("inputs at the ends of steps", u.ncols(), end.ncols())?;
+        }
         let mut x = Array2::zeros((u.nrows() + 1, x0.len()));
         x.row_mut(0).iter_mut().zip(x0).for_each(|(slot, v)| *slot = *v);
         let mut rng = Seed::new(0).stream("no randomness", 0);
@@ -73,8 +89,13 @@ impl Model {
         for (t, (u, &dt)) in u.rows().into_iter().zip(dt).enumerate() {
             let (now, u) = (x.row(t).to_vec(), u.to_vec());
             let own = (dt - self.dt()).abs() <= 1e-9 * self.dt();
-            let stepped = match self.form() {
-                Form::Continuous(scheme) if !own => self.held((scheme, dt), &now, &u, &mut rng, &mut next),
+            let ramp: Option<Vec<f64>> = end.map(|end| end.row(t).iter().zip(&u).map(|(end, u)| end - u).collect());
+            let stepped = match (self.form(), ramp) {
+                (Form::Continuous(scheme), Some(ramp)) => {
+                    self.ramped((scheme, dt), &now, (&u, &ramp), &mut rng, &mut next)
+                }
+                (_, Some(_)) => return Err(AnalysisError::Held),
+                (Form::Continuous(scheme), None) if !own => self.held((scheme, dt), &now, &u, &mut rng, &mut next),
                 _ if own => self.step(&now, &u, &mut rng, &mut next),
                 _ => return Err(AnalysisError::Interval { expected: self.dt(), got: dt }),
             };
@@ -109,27 +130,27 @@ impl Model {
     ///
     /// # Errors
     /// As [`Self::simulate_at`].
-    pub fn predict(
+    pub fn predict<'a>(
         &self,
         x: ArrayView2<'_, f64>,
-        u: ArrayView2<'_, f64>,
+        u: impl Into<Inputs<'a>>,
         dt: &[f64],
         horizon: Option<usize>,
     ) -> Result<Array2<f64>, AnalysisError> {
-        shape("rows of states", u.nrows() + 1, x.nrows())?;
-        let steps = u.nrows();
+        let u = u.into();
+        let steps = u.start.nrows();
+        shape("rows of states", steps + 1, x.nrows())?;
         let Some(horizon) = horizon.filter(|h| *h < steps) else { return self.simulate_at(&x.row(0).to_vec(), u, dt) };
         let mut predicted = x.to_owned();
         for from in 0..=steps - horizon {
             let to = from + horizon;
-            let part = u.slice(ndarray::s![from..to, ..]);
-            let ahead = self.simulate_at(&x.row(from).to_vec(), part, &dt[from..to]);
+            let ahead = self.simulate_at(&x.row(from).to_vec(), u.part(from, to), &dt[from..to]);
             let ahead = ahead.map_err(|e| match e {
                 AnalysisError::Diverged { step } => AnalysisError::Diverged { step: from + step },
                 other => other,
             })?;
             if from == 0 {
-                predicted.slice_mut(ndarray::s![..=horizon, ..]).assign(&ahead);
+                predicted.slice_mut(s![..=horizon, ..]).assign(&ahead);
             }
             predicted.row_mut(to).assign(&ahead.row(horizon));
         }

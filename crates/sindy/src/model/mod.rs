@@ -5,6 +5,7 @@ mod document;
 mod equations;
 mod frame;
 mod friction;
+mod inputs;
 mod linearize;
 mod parts;
 mod right_side;
@@ -18,6 +19,7 @@ pub use document::ModelError;
 pub(crate) use document::as_text;
 pub use frame::Reading;
 pub use friction::Joint;
+pub use inputs::Inputs;
 pub use parts::{Entry, Form, ModelParts};
 
 use friction::Friction;

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use ndarray::{ArrayView2, Axis};
 
-use super::Model;
+use super::{Inputs, Model};
 
 /// Rounds of Gauss–Newton.
 const ROUNDS: usize = 8;
@@ -15,10 +15,10 @@ impl Model {
     /// The state (n) at the last of the samples `x` (T + 1, n), under the inputs `u` (T, k) held for `dt` \[s\] each (T): the end of the path of the model that is
     /// nearest to the samples, each state's errors divided by its `sizes` (n), where they are finite. `None` where the model diverges.
     #[must_use]
-    pub fn state_after(
+    pub fn state_after<'a>(
         &self,
         x: ArrayView2<'_, f64>,
-        u: ArrayView2<'_, f64>,
+        u: impl Into<Inputs<'a>>,
         dt: &[f64],
         sizes: &[f64],
     ) -> Option<Vec<f64>> {
@@ -28,6 +28,7 @@ impl Model {
         if counted.is_empty() || dt.is_empty() {
             return Some(end);
         }
+        let u = u.into();
         let residuals = |start: &[f64]| {
             let path = self.simulate_at(start, u, dt).ok()?;
             let of = |(simulated, measured): (ndarray::ArrayView1<'_, f64>, ndarray::ArrayView1<'_, f64>)| {

@@ -115,6 +115,31 @@ impl Model {
         (0..substeps).try_for_each(|_| self.rubbed(friction, dt / substeps as f64, next, u, &mut scratch))
     }
 
+    /// The same under inputs that change linearly by `ramp` (k) over the interval. Friction takes them as they are in the middle of each substep.
+    pub(super) fn ramped(
+        &self,
+        (scheme, dt): (Scheme, f64),
+        z: &[f64],
+        (u, ramp): (&[f64], &[f64]),
+        rng: &mut Rng,
+        next: &mut [f64],
+    ) -> Result<(), Diverged> {
+        if let (Some(friction), Scheme::Rk4 { substeps }) = (&self.friction, scheme) {
+            let mut scratch = self.scratch(friction);
+            next.copy_from_slice(z);
+            return (0..substeps).try_for_each(|at| {
+                let part = (at as f64 + 0.5) / substeps as f64;
+                let u: Vec<f64> = u.iter().zip(ramp).map(|(u, ramp)| u + part * ramp).collect();
+                self.rubbed(friction, dt / substeps as f64, next, &u, &mut scratch)
+            });
+        }
+        let changes = Ramped { model: self, rates: ramp.iter().map(|ramp| ramp / dt).collect() };
+        let mut both = vec![0.0; z.len() + u.len()];
+        Held::new(changes, scheme, dt).step(&[z, u].concat(), &[], rng, &mut both)?;
+        next.copy_from_slice(&both[..z.len()]);
+        Ok(())
+    }
+
     /// Writes the state a time h later: rates move first, then the states they belong to by the new ones.
     fn semi_implicit(&self, h: f64, z: &[f64], u: &[f64], next: &mut [f64]) {
         self.right_side(z, u, next);
@@ -201,6 +226,21 @@ pub(super) struct Own<'a>(pub(super) &'a Model);
 impl VectorField for Own<'_> {
     fn eval(&self, z: &[f64], u: &[f64], z_dot: &mut [f64]) {
         self.0.right_side(z, u, z_dot);
+    }
+}
+
+/// The same with inputs that change: its states are those of the model, and its inputs.
+struct Ramped<'a> {
+    model: &'a Model,
+    rates: Vec<f64>,
+}
+
+impl VectorField for Ramped<'_> {
+    fn eval(&self, z: &[f64], _: &[f64], z_dot: &mut [f64]) {
+        let (z, u) = z.split_at(z.len() - self.rates.len());
+        let (of_states, of_inputs) = z_dot.split_at_mut(z.len());
+        self.model.right_side(z, u, of_states);
+        of_inputs.copy_from_slice(&self.rates);
     }
 }
 

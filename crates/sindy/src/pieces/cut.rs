@@ -84,9 +84,10 @@ fn piece(recording: usize, segment: &Segment, time: &[f64], (from, to): (usize, 
         at = next;
     }
     let cells = borders.len() - 1;
+    let u = segment.mean_inputs();
     let average = |(m, k): (usize, usize)| {
         let rows = borders[m]..borders[m + 1];
-        let sum: f64 = rows.clone().map(|t| segment.dt[t] * segment.u[[t, k]]).sum();
+        let sum: f64 = rows.clone().map(|t| segment.dt[t] * u[[t, k]]).sum();
         sum / (time[rows.end] - time[rows.start])
     };
     Piece {
@@ -130,6 +131,7 @@ mod tests {
             x: Array2::from_shape_fn((1000, 2), at),
             u: Array2::from_shape_fn((999, 1), |(t, _)| time[t]),
             dt,
+            ramp: None,
             relative: None,
         }
     }

@@ -24,7 +24,7 @@ pub(super) type Balances = Vec<Vec<Array2<f64>>>;
 
 /// The balance of each step of `segments`.
 pub(super) fn balances(lagrangian: &Lagrangian, segments: &[Segment]) -> Balances {
-    let of = |s: &Segment| balance(lagrangian, Steps { x: s.x.view(), u: s.u.view(), dt: &s.dt }, false);
+    let of = |s: &Segment| balance(lagrangian, Steps { x: s.x.view(), u: s.mean_inputs().view(), dt: &s.dt }, false);
     segments.iter().map(of).collect()
 }
 

@@ -151,6 +151,7 @@ mod tests {
             x: Array2::zeros((samples, 2)),
             u: Array2::zeros((samples - 1, 1)),
             dt: vec![dt; samples - 1],
+            ramp: None,
             relative: None,
         };
         for t in 0..samples {
@@ -159,7 +160,7 @@ mod tests {
                 segment.u[[t, 0]] = 4.0 * rng.random::<f64>() - 2.0;
                 let u = segment.u.row(t).to_vec();
                 let mut next = vec![0.0; 2];
-                flow.step((&x, &u, dt), &[-9.0, -0.3, 1.0], &mut next, None, &mut scratch, &mut |_| {});
+                flow.step((&x, (&u, &[]), dt), &[-9.0, -0.3, 1.0], &mut next, None, &mut scratch, &mut |_| {});
                 x = next;
             }
         }
@@ -223,7 +224,7 @@ mod tests {
             let x = Array2::from_shape_fn((steps + 1, 1), |(t, _)| {
                 start * (rate * dt * t as f64).exp() + noise * normal(&mut rng)
             });
-            let segment = Segment { x, u: Array2::zeros((steps, 0)), dt: vec![dt; steps], relative: None };
+            let segment = Segment { x, u: Array2::zeros((steps, 0)), dt: vec![dt; steps], relative: None, ramp: None };
             let bounds = Bounds { floor: &[1e-9], shape: &[noise] };
             let start = (&[rate][..], &[segment.x.clone()][..]);
             let watched = (&Work::default(), &(|| true) as &dyn Fn() -> bool);

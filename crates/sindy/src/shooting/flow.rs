@@ -239,6 +239,10 @@ impl Flow {
         let (n, width) = (self.n, self.n + self.n_parameters);
         let zeros = |count: usize| vec![[0.0; L]; count];
         Scratch {
+            u: Vec::new(),
+            ramp: Vec::new(),
+            dt: [0.0; L],
+            over: 0.0,
             registers: zeros(self.tape.n_registers()),
             f: zeros(n),
             masses: Masses::new(self.coupled.len()),

@@ -57,9 +57,10 @@ impl Flow {
         let mut scratch = self.scratch();
         let (mut next, mut s) = (vec![0.0; self.n], self.derivatives_of(derivatives));
         (0..segment.len()).step_by(every).all(|t| {
-            let (now, u) = (x.row(t).to_vec(), segment.u.row(t).to_vec());
+            let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
             let slopes = derivatives.then_some(&mut s[..]);
-            let finite = self.step((&now, &u, segment.dt[t]), xi, &mut next, slopes, &mut scratch, &mut |_| {});
+            let finite =
+                self.step((&now, (&u, &ramp), segment.dt[t]), xi, &mut next, slopes, &mut scratch, &mut |_| {});
             visit(&Made { t, finite, next: &next, s: &s })
         })
     }
@@ -73,7 +74,7 @@ impl Flow {
     ) -> bool {
         let steps: Vec<usize> = (0..segment.len()).step_by(every).collect();
         let mut scratch = self.scratch::<L>();
-        let (mut now, mut u) = (vec![[0.0; L]; self.n], vec![[0.0; L]; self.n_controls]);
+        let (mut now, mut u, mut ramp) = (vec![[0.0; L]; self.n], vec![[0.0; L]; self.n_controls], Vec::new());
         let (mut next, mut of_next) = (vec![[0.0; L]; self.n], vec![0.0; self.n]);
         let mut of_s = self.derivatives_of(derivatives);
         let mut s = vec![[0.0; L]; of_s.len()];
@@ -87,9 +88,14 @@ impl Flow {
             for (i, slot) in u.iter_mut().enumerate() {
                 *slot = std::array::from_fn(|l| segment.u[[at(l), i]]);
             }
+            if let Some(change) = &segment.ramp {
+                ramp.clear();
+                ramp.extend((0..self.n_controls).map(|i| -> [f64; L] { std::array::from_fn(|l| change[[at(l), i]]) }));
+            }
             let dt = std::array::from_fn(|l| segment.dt[at(l)]);
             let slopes = derivatives.then_some(&mut s[..]);
-            let finite = self.step_side_by_side((&now, &u, dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
+            let finite =
+                self.step_side_by_side((&now, (&u, &ramp), dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
             steps.iter().enumerate().all(|(l, &t)| {
                 of_next.iter_mut().zip(&next).for_each(|(slot, v)| *slot = v[l]);
                 of_s.iter_mut().zip(&s).for_each(|(slot, v)| *slot = v[l]);
@@ -129,6 +135,7 @@ mod tests {
             x: Array2::from_shape_fn((14, 4), |(t, i)| wave(t, i)),
             u: Array2::from_shape_fn((13, 1), |(t, _)| wave(t, 5)),
             dt: (0..13).map(|t| 0.05 + 0.01 * t as f64).collect(),
+            ramp: None,
             relative: None,
         };
         let continuous = [2, 16].map(|substeps| Stepping::Continuous { substeps });

@@ -7,6 +7,12 @@ use super::lanes::add;
 /// Memory in which steps from `L` samples are made side by side.
 #[derive(Debug, Clone)]
 pub(crate) struct Scratch<const L: usize = 1> {
+    /// Inputs at the beginning of the step, by how much they change over it (nothing if they are held), how long it takes \[s\], and the part of it
+    /// that is over.
+    pub(super) u: Vec<[f64; L]>,
+    pub(super) ramp: Vec<[f64; L]>,
+    pub(super) dt: [f64; L],
+    pub(super) over: f64,
     /// (x; u), signs, parameters inside terms, and what is made of them.
     pub(super) registers: Vec<[f64; L]>,
     pub(super) f: Vec<[f64; L]>,
@@ -20,6 +26,15 @@ pub(crate) struct Scratch<const L: usize = 1> {
     pub(super) slopes: Vec<[f64; L]>,
     pub(super) s_stage: Vec<[f64; L]>,
     pub(super) s_slopes: Vec<[f64; L]>,
+}
+
+impl<const L: usize> Scratch<L> {
+    /// Writes the inputs, unless they are held, at the part `stage` of the next time h into their registers, which are those after the first n.
+    pub(super) fn put_inputs(&mut self, n: usize, stage: f64, h: [f64; L]) {
+        for (at, (u, ramp)) in self.u.iter().zip(&self.ramp).enumerate() {
+            self.registers[n + at] = std::array::from_fn(|l| u[l] + (self.over + stage * h[l] / self.dt[l]) * ramp[l]);
+        }
+    }
 }
 
 /// The inverse of what the rates of some states are multiplied by.

@@ -12,6 +12,9 @@ const OF_EIGHTH: usize = 8;
 /// Turns of switches within one substep, at most.
 const TURNS: usize = 8;
 
+/// Inputs at the beginning of a step, and by how much they change over it: nothing if they are held.
+type Inputs<'a, const L: usize> = (&'a [[f64; L]], &'a [[f64; L]]);
+
 /// The rates where the registers are, with derivatives if these are wanted.
 type Rates<'a, const L: usize> = &'a dyn Fn(bool, &mut Scratch<L>);
 
@@ -19,23 +22,23 @@ type Rates<'a, const L: usize> = &'a dyn Fn(bool, &mut Scratch<L>);
 type Visit<'a, const L: usize> = &'a mut dyn FnMut(&Stage<'_, L>);
 
 impl Flow {
-    /// Writes x⁺ one step of `dt` \[s\] later, and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
+    /// Writes x⁺ one step of `dt` \[s\] later, under inputs that are u at its beginning and change by `ramp` until its end (nothing if they are held), and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
     /// if a number is not finite.
     pub(crate) fn step(
         &self,
-        (x, u, dt): (&[f64], &[f64], f64),
+        (x, (u, ramp), dt): (&[f64], (&[f64], &[f64]), f64),
         xi: &[f64],
         next: &mut [f64],
         s: Option<&mut [f64]>,
         scratch: &mut Scratch,
         visit: Visit<'_, 1>,
     ) -> bool {
-        let (x, u, next) = (x.as_chunks().0, u.as_chunks().0, next.as_chunks_mut().0);
+        let (x, u, next) = (x.as_chunks().0, (u.as_chunks().0, ramp.as_chunks().0), next.as_chunks_mut().0);
         let mut s = s.map(|s| s.as_chunks_mut().0);
         if self.switches.is_empty() {
             return self.step_side_by_side((x, u, [dt]), xi, next, s, scratch, visit)[0];
         }
-        self.start((x, u), xi, next, s.as_deref_mut(), scratch);
+        self.start((x, u, [dt]), xi, next, s.as_deref_mut(), scratch);
         let rates = |derivatives: bool, scratch: &mut Scratch| self.rates(xi, derivatives, scratch);
         let held = |derivatives: bool, scratch: &mut Scratch| {
             self.begin(xi, scratch);
@@ -60,14 +63,14 @@ impl Flow {
     /// The same from `L` samples side by side, of equations without switches.
     pub(super) fn step_side_by_side<const L: usize>(
         &self,
-        (x, u, dt): (&[[f64; L]], &[[f64; L]], [f64; L]),
+        (x, u, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
         xi: &[f64],
         next: &mut [[f64; L]],
         mut s: Option<&mut [[f64; L]]>,
         scratch: &mut Scratch<L>,
         visit: Visit<'_, L>,
     ) -> [bool; L] {
-        self.start((x, u), xi, next, s.as_deref_mut(), scratch);
+        self.start((x, u, dt), xi, next, s.as_deref_mut(), scratch);
         let rates = |derivatives: bool, scratch: &mut Scratch<L>| self.rates_between_switches(xi, derivatives, scratch);
         match self.stepping {
             Stepping::Euler | Stepping::SemiImplicit { .. } => {
@@ -78,6 +81,7 @@ impl Flow {
                 let h = (dt.map(|dt| dt / substeps as f64), 1.0 / substeps as f64);
                 for _ in 0..substeps {
                     self.advance(tableau, h, next, s.as_deref_mut(), scratch, &rates, visit);
+                    scratch.over += h.1;
                 }
             }
         }
@@ -87,7 +91,7 @@ impl Flow {
     /// Where a step begins: at x, whose derivative by itself is one.
     fn start<const L: usize>(
         &self,
-        (x, u): (&[[f64; L]], &[[f64; L]]),
+        (x, (u, ramp), dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
         xi: &[f64],
         next: &mut [[f64; L]],
         s: Option<&mut [[f64; L]]>,
@@ -101,6 +105,13 @@ impl Flow {
         }
         scratch.registers[..n].copy_from_slice(x);
         scratch.registers[n..n + u.len()].copy_from_slice(u);
+        if !ramp.is_empty() {
+            scratch.u.clear();
+            scratch.u.extend_from_slice(u);
+        }
+        scratch.ramp.clear();
+        scratch.ramp.extend_from_slice(ramp);
+        (scratch.dt, scratch.over) = (dt, 0.0);
         self.fill_inside(&mut scratch.registers, xi);
     }
 
@@ -160,10 +171,12 @@ impl Flow {
         for _ in 0..TURNS {
             let Some((part, switch)) = self.until_turn(tableau, left, x, xi, scratch) else { break };
             self.advance(tableau, ([part], part / dt), x, s.as_deref_mut(), scratch, rates, visit);
+            scratch.over += part / dt;
             self.turn(switch, x, xi, s.as_deref_mut(), scratch);
             left -= part;
         }
         self.advance(tableau, ([left], left / dt), x, s, scratch, rates, visit);
+        scratch.over += left / dt;
     }
 
     /// One step of `tableau` over a time h, which has `weight` in the averages.
@@ -188,6 +201,7 @@ impl Flow {
                 }
                 scratch.registers[i] = std::array::from_fn(|l| x[l] + h[l] * slope[l]);
             }
+            scratch.put_inputs(n, row.iter().sum(), h);
             rates(s.is_some(), scratch);
             if tableau.b[stage] > 0.0 {
                 let z = &scratch.registers[..n + self.n_controls];
@@ -325,7 +339,7 @@ mod tests {
             let mut scratch = flow.scratch();
             let mut step = |x: &[f64], xi: &[f64], s: Option<&mut [f64]>| {
                 let mut next = vec![0.0; 4];
-                assert!(flow.step((x, &u, dt), xi, &mut next, s, &mut scratch, &mut |_| {}));
+                assert!(flow.step((x, (&u, &[]), dt), xi, &mut next, s, &mut scratch, &mut |_| {}));
                 next
             };
             let mut s = vec![0.0; 4 * 10];

@@ -110,6 +110,7 @@ impl Flow {
             return None;
         }
         let rates = |derivatives: bool, scratch: &mut Scratch| self.rates(xi, derivatives, scratch);
+        scratch.put_inputs(self.n, 0.0, [left]);
         let (mut before, _) = self.margin(x, xi, scratch);
         let mut margin = |time: f64| {
             let mut at = x.to_vec();
@@ -233,7 +234,7 @@ mod tests {
 
     fn step(flow: &Flow, x: [f64; 2], u: f64, xi: &[f64], s: Option<&mut [f64]>) -> [f64; 2] {
         let mut next = [0.0; 2];
-        assert!(flow.step((&x, &[u], 0.1), xi, &mut next, s, &mut flow.scratch(), &mut |_| {}));
+        assert!(flow.step((&x, (&[u], &[]), 0.1), xi, &mut next, s, &mut flow.scratch(), &mut |_| {}));
         next
     }
 

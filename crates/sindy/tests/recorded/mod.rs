@@ -82,7 +82,7 @@ pub(crate) fn record_held(
         let spread = (states.column(i).iter().map(|v: &f64| (v - mean).powi(2)).sum::<f64>() / samples as f64).sqrt();
         states.column_mut(i).mapv_inplace(|v| unit * (v + noise * spread * normal(&mut rng)));
     }
-    Recording { times, states, controls }
+    Recording::new(times, states, controls)
 }
 
 /// Terms and coefficients of equation `i`, by name.

@@ -191,6 +191,9 @@ fn of_log(error: &LogError) -> Option<String> {
         LogError::OtherInterval { .. } => {
             "leave --dt out, name another column with --time-column, or its unit with --units COLUMN=UNIT; `--time-column none` ignores time stamps".into()
         }
+        LogError::TimeUnit { column, .. } => {
+            format!("--units {column}=s reads it in seconds, --units {column}=ms in milliseconds, --units {column}=us in microseconds")
+        }
         LogError::TimeNotIncreasing { .. } => {
             "a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
         }

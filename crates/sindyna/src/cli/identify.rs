@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use record::{Document, Record};
 use serde::Serialize;
 use sindyna_core::number::plural;
-use sindyna_core::{Dataset, FitError, Spec};
+use sindyna_core::{Dataset, FitError, InterSample, Spec};
 use sindyna_logs::{Log, Samples, held_out};
 use sindyna_record::identification::{Account, HeldOut};
 use sindyna_record::json;
@@ -51,10 +51,14 @@ pub(crate) struct Args {
     /// term explains and the data support such a rate]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     unmeasured: Vec<String>,
-    /// Delay of the inputs in rows; −1 for an input that acted over the step before its row, −0.5 for one that is linear between rows [default: 0; estimated
-    /// where the equations leave residuals that no term explains]
+    /// Delay of the inputs in rows; −1 for an input that acted over the step before its row [default: 0; estimated where the equations leave residuals that no
+    /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
+    /// Behavior of the inputs between samples: `zoh` (zero-order hold, constant) or `foh` (first-order hold, linear) [default: zoh; foh where the equations
+    /// leave residuals that no term explains and the data support it]
+    #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
+    intersample: Option<InterSample>,
     /// Hold-out data for validation: the last share of the log, such as 0.2, or another log of the same system; may be repeated for several logs
     #[arg(long, value_name = "SHARE|LOG", value_parser = holdout, help_heading = "Log")]
     holdout: Vec<Holdout>,
@@ -75,8 +79,8 @@ pub(crate) struct Args {
 const HELP: &str = "\
 what may help: --limits STATE=LOW:HIGH where a state saturates, --term FORMULA for a term that is missing, such as
                v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no
-               column, --delay ROWS for inputs that act late, --angles for states that turn, --target discrete for a map
-               from row to row, a log in which states and inputs move more; `sindyna inspect` shows it
+               column, --delay ROWS for inputs that act late, --intersample foh for inputs that are linear between rows, --angles
+               for states that turn, --target discrete for a map from row to row, a log in which states and inputs move more; `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\
@@ -99,6 +103,14 @@ pub(super) fn delay(text: &str) -> Result<Delay, String> {
         ("auto", _) => Ok(Delay::Auto),
         (_, Ok(rows)) if rows.abs() <= MOST => Ok(Delay::Rows(rows)),
         _ => Err(format!("a delay is `auto` or a number of rows from −{MOST} to {MOST}")),
+    }
+}
+
+pub(super) fn intersample(text: &str) -> Result<InterSample, String> {
+    match text {
+        "zoh" => Ok(InterSample::Zoh),
+        "foh" => Ok(InterSample::Foh),
+        _ => Err("inputs between samples are `zoh` (held) or `foh` (linear)".into()),
     }
 }
 
@@ -176,6 +188,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         let asked = Asked {
             unmeasured: &unmeasured,
             delay: args.delay,
+            intersample: args.intersample,
             kept: &|log| Ok(split(log, share).map_err(Trouble::Other)?.0),
             identifier: &|spec| identifier_of(spec).map_err(Trouble::Other),
             watch: &Watch::going_on(&go_on).telling(&telling),

@@ -224,6 +224,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Rounded { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::Layout { .. } => "; --delimiter changes this",
         Note::Delayed { .. } => "; --delay 0 turns this off",
+        Note::FirstOrderHold { given: false } => "; --intersample zoh turns this off",
         Note::Unmeasured { given: false, .. } => "; --unmeasured none turns this off",
         Note::Angle { .. } => "; --angles none turns this off",
         Note::Degrees { .. } => "; --units STATE=deg converts it",

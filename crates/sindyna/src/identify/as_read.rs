@@ -8,10 +8,9 @@ use crate::logs::Samples;
 /// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].
 #[must_use]
 pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
-    let recording = |(rollout, times): (Rollout<'_>, &Vec<f64>)| Recording {
-        times: times.clone(),
-        states: rollout.observations.to_owned(),
-        controls: rollout.controls.to_owned(),
+    let recording = |(rollout, times): (Rollout<'_>, &Vec<f64>)| {
+        Recording::new(times.clone(), rollout.observations.to_owned(), rollout.controls.to_owned())
+            .with_intersample(data.intersample())
     };
     data.rollouts().zip(times).map(recording).collect()
 }

@@ -1,6 +1,6 @@
 //! Options of an identification from a log.
 
-use sindyna_core::Spec;
+use sindyna_core::{InterSample, Spec};
 use sindyna_sindy::{Identifier, Watch};
 
 use super::unmeasured::Unmeasured;
@@ -12,7 +12,7 @@ pub enum Delay {
     /// None, unless equations leave residuals that no term explains, samples are even, and the data support a delay.
     #[default]
     Auto,
-    /// A number of rows; −1 for an input that acted over the step before its row, −0.5 for one that is linear between rows.
+    /// A number of rows; −1 for an input that acted over the step before its row.
     Rows(f64),
 }
 
@@ -20,6 +20,9 @@ pub enum Delay {
 pub(crate) struct Asked<'a, E> {
     pub(crate) unmeasured: &'a Unmeasured,
     pub(crate) delay: Delay,
+    /// What inputs do between samples; `None`: they are held, unless equations leave residuals that no term explains, samples are even, and the data support
+    /// first-order hold.
+    pub(crate) intersample: Option<InterSample>,
     /// The part of a log that equations are identified from.
     pub(crate) kept: &'a (dyn Fn(&Log) -> Result<Samples, E> + Sync),
     /// Makes an identifier for a system.

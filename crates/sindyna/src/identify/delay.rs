@@ -1,32 +1,10 @@
 //! Inputs that act earlier or later than over the step after their row.
 
-use sindyna_core::{Dataset, FitError, Spec};
-use sindyna_sindy::Identified;
+use sindyna_core::{Dataset, FitError};
 
-use super::as_read::{as_read, is_spoilt};
-use super::asked::Asked;
-use super::unmeasured::{Order, Unmeasured, lone, with_rates_of};
-use crate::logs::{Log, Note, Samples};
+use crate::logs::{Log, Note};
 
-/// What is tried: delays, and whether the samples are those of a simulator.
-const TRIED: [(f64, bool); 6] = [(0.0, false), (-1.0, false), (-0.5, false), (1.0, false), (2.0, false), (0.0, true)];
-
-/// Steps at either end that no delay of these needs.
-const MARGINS: (usize, usize) = (2, 1);
-
-/// Steps by which they are told apart, at most, and the part of the usual effort for each.
-const STEPS: usize = 300;
-const EFFORT: f64 = 0.1;
-
-/// Difference of scores by which one of them is believed: odds of twenty to one, and one of six.
-const TOLD_APART: f64 = 6.0 + 2.0 * 1.791_759;
-
-/// Whether a delay of the inputs of `log` can be told from the samples `kept` of it: there are inputs, and samples at even times.
-pub(super) fn fits(log: &Log, kept: &Samples) -> bool {
-    kept.times.is_none() && log.spec.control_dim() > 0
-}
-
-/// `log` with inputs that act `rows` rows later than over the step after theirs, and a note of it. Between rows inputs are straight lines.
+/// `log` with inputs that act `rows` rows later than over the step after theirs, and a note of it. A part of a row is interpolated linearly.
 ///
 /// # Errors
 /// [`FitError::Regression`] if samples are not even, or no trajectory is longer than the delay.
@@ -47,69 +25,16 @@ pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
     Ok(Log { data, notes, ..log.clone() })
 }
 
-/// The delay of the inputs of `log`, and whether its samples are those of a simulator, for which the samples `kept` of it speak: the best of what is tried on a part of
-/// them, with rates that were not measured as was asked, or as `first`, found in all of them, leaves open. `None` where a part tells nothing.
-///
-/// # Errors
-/// [`FitError::Interrupted`] if whoever watches said so.
-pub(super) fn told_apart<E: From<FitError>>(
-    log: &Log,
-    kept: &Samples,
-    first: Option<&Identified>,
-    asked: &Asked<'_, E>,
-) -> Result<Option<(f64, bool)>, E> {
-    (asked.say)("no term explains the residuals: trying other delays of the inputs, and steps of a simulator");
-    let rates = match first {
-        Some(first) => lone(first, &log.spec, asked.unmeasured),
-        None => asked.unmeasured.clone(),
-    };
-    let mut scores: Vec<(f64, (f64, bool))> = Vec::new();
-    let mut left_out = usize::MAX;
-    for (rows, simulated) in TRIED {
-        if simulated && !matches!(rates, Unmeasured::Given(_)) {
-            continue;
-        }
-        let samples = Samples { data: shifted(&kept.data, rows, MARGINS, STEPS)?, times: None };
-        let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_effort(EFFORT).with_simulators(simulated));
-        // Of a state whose rate was not measured nothing is found without it.
-        let first = match &rates {
-            Unmeasured::Given(_) => None,
-            _ => as_read(&of(&log.spec)?, &samples, asked.watch).ok(),
-        };
-        let choice = (first.as_ref(), &rates);
-        let with = with_rates_of(log, &samples, choice, of, (asked.watch, &|_| {}), Order::Second);
-        if !asked.watch.go_on() {
-            return Err(FitError::Interrupted.into());
-        }
-        let found = with.ok().flatten().map(|(found, ..)| found).or(first);
-        let score = found.as_ref().and_then(|found| found.report.score);
-        // As it was read it is what others are compared with; of these one that leaves as much tells nothing, and one that leaves out more steps is contradicted by them: where an
-        // input changes, and nowhere else, its delay shows.
-        let counts =
-            |found: &Identified| scores.is_empty() || !is_spoilt(found) && found.report.rows_astray <= left_out;
-        if let Some(found) = found.as_ref().filter(|found| counts(found))
-            && let Some(score) = score
-        {
-            left_out = left_out.min(found.report.rows_astray);
-            scores.push((score, (rows, simulated)));
-        }
-        if scores.len() == 1 && found.is_some_and(|found| !is_spoilt(&found)) {
-            break;
-        }
-    }
-    // Those tried first are the likelier ones before there are data.
-    let mut best = scores.first().copied();
-    for tried in scores {
-        best = best.map(|best| if tried.0 + TOLD_APART < best.0 { tried } else { best });
-    }
-    Ok(best.map(|(_, chosen)| chosen))
-}
-
 /// `data` whose inputs are those of `rows` rows before, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
-fn shifted(data: &Dataset, rows: f64, (first, last): (usize, usize), most: usize) -> Result<Dataset, FitError> {
+pub(super) fn shifted(
+    data: &Dataset,
+    rows: f64,
+    (first, last): (usize, usize),
+    most: usize,
+) -> Result<Dataset, FitError> {
     let failed = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
     let (m, k) = (data.observation_dim(), data.control_dim());
-    let mut all = Dataset::new(m, k, k, data.dt());
+    let mut all = Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample());
     for rollout in data.rollouts() {
         let steps = first..rollout.controls.nrows().saturating_sub(last);
         if steps.is_empty() || all.n_steps() >= most {

@@ -1,8 +1,9 @@
 //! Other logs of the system, in which no equation was looked for.
 
-use sindyna_core::FitError;
+use sindyna_core::{FitError, InterSample};
 use sindyna_sindy::Recording;
 
+use super::between::linear;
 use super::delay::delayed;
 use super::hypotheses::Looked;
 use super::unmeasured::hidden;
@@ -18,7 +19,11 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         Note::Delayed { rows, .. } => Some(*rows),
         _ => None,
     });
-    let Log { data, times, .. } = late.map_or_else(|| Ok(other.clone()), |rows| delayed(other, rows))?;
+    let other = late.map_or_else(|| Ok(other.clone()), |rows| delayed(other, rows))?;
+    let Log { data, times, .. } = match looked.log.data.intersample() {
+        InterSample::Zoh => other,
+        InterSample::Foh => linear(&other, false),
+    };
     let count = looked.log.spec.observation_dim().saturating_sub(data.observation_dim());
     if count == 0 {
         return Ok(Samples { data, times });

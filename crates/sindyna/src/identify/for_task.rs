@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use sindyna_core::Spec;
+use sindyna_core::{InterSample, Spec};
 use sindyna_sindy::{Identifier, Watch};
 use sindyna_training::problem::{LogSource, Problem, declared, on_log, read_logs};
 use sindyna_training::settings::TrainConfig;
@@ -19,6 +19,8 @@ pub(crate) struct ForTask<'a> {
     /// How cells and time stamps are read; columns are as the task declares.
     pub(crate) options: LogOptions,
     pub(crate) delay: Delay,
+    /// What inputs do between samples, if that was said.
+    pub(crate) intersample: Option<InterSample>,
     /// Makes an identifier for a system.
     pub(crate) identifier: &'a (dyn Fn(&Spec) -> Result<Identifier, Error> + Sync),
     pub(crate) watch: &'a Watch<'a>,
@@ -41,6 +43,7 @@ pub(crate) fn for_task<P: AsRef<Path>>(task_file: &Path, paths: &[P], how: &ForT
     let asked = Asked {
         unmeasured: &unmeasured,
         delay: how.delay,
+        intersample: how.intersample,
         kept: &|log: &Log| Ok(Samples { data: log.data.clone(), times: log.times.clone() }),
         identifier: how.identifier,
         watch: how.watch,
@@ -68,6 +71,7 @@ pub fn of_log<P: AsRef<Path>>(
     let how = ForTask {
         options: LogOptions::default(),
         delay: Delay::Auto,
+        intersample: None,
         identifier: &|spec| config.identification.identifier(spec),
         watch,
         say: &|_| {},

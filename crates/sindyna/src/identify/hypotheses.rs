@@ -1,11 +1,13 @@
 //! What a log may be besides what it says: inputs that act earlier or later, rates that were not measured, steps of a simulator.
 
-use sindyna_core::{FitError, Spec};
+use sindyna_core::{FitError, InterSample, Spec};
 use sindyna_sindy::{Identified, Identifier};
 
 use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
-use super::delay::{delayed, fits, told_apart};
+use super::between::linear;
+use super::delay::delayed;
+use super::readings::{fits, told_apart};
 use super::unmeasured::{Rates, Unmeasured, lone, with_rates};
 use crate::logs::Log;
 
@@ -26,6 +28,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         Delay::Rows(rows) if rows != 0.0 => delayed(&log, rows)?,
         _ => log,
     };
+    let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
     let kept = (asked.kept)(&log)?;
     let identifier = (asked.identifier)(&log.spec)?;
     let first = match asked.unmeasured {
@@ -41,20 +44,23 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         return Ok(Looked { found: found.clone(), identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
-    let chosen = match asked.delay {
-        Delay::Auto if fits(&log, &kept) => told_apart(&log, &kept, first.as_ref(), asked)?,
+    let is_open = asked.delay == Delay::Auto || asked.intersample.is_none();
+    let chosen = if is_open && fits(&log, &kept) { told_apart(&log, &kept, first.as_ref(), asked)? } else { None };
+    let otherwise = match chosen {
+        Some(reading) if reading.linear || reading.rows != 0.0 => {
+            let log = if reading.linear { linear(&log, false) } else { delayed(&log, reading.rows)? };
+            let kept = (asked.kept)(&log)?;
+            match first.as_ref().map(|_| as_read(&identifier, &kept, asked.watch)).transpose() {
+                Ok(first) => Some((log, kept, first)),
+                Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
+                // What was found in a part is none in all.
+                Err(_) => None,
+            }
+        }
         _ => None,
     };
-    let (log, kept, first) = match chosen.map_or(0.0, |(rows, _)| rows) {
-        0.0 => (log, kept, first),
-        rows => {
-            let log = delayed(&log, rows)?;
-            let kept = (asked.kept)(&log)?;
-            let first = first.map(|_| as_read(&identifier, &kept, asked.watch)).transpose()?;
-            (log, kept, first)
-        }
-    };
-    let simulated = chosen.is_none_or(|(_, simulated)| simulated);
+    let (log, kept, first) = otherwise.unwrap_or((log, kept, first));
+    let simulated = chosen.is_none_or(|reading| reading.simulated);
     let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_simulators(simulated));
     let rates = with_rates(&log, &kept, (first.as_ref(), asked.unmeasured), of, (asked.watch, asked.say))?;
     match (rates, first) {

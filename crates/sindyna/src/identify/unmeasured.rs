@@ -201,7 +201,8 @@ pub(super) fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -
     let recording = |(at, rollout): (usize, sindyna_core::Rollout<'_>)| {
         let rows = rollout.observations.nrows();
         let states = concatenate![Axis(1), rollout.observations, Array2::from_elem((rows, count), f64::NAN)];
-        let even = Recording::even(data.dt(), states, Some(rollout.controls.to_owned()));
+        let even =
+            Recording::even(data.dt(), states, Some(rollout.controls.to_owned())).with_intersample(data.intersample());
         match times.and_then(|all| all.get(at)) {
             Some(times) => Recording { times: times.clone(), ..even },
             None => even,

@@ -87,8 +87,8 @@ fn an_angle_given_as_cosine_and_sine_is_recognised() {
         assert!(stdout.contains(line), "{line:?} is missing in {stdout}");
     }
     let raw = ["--states", "sin_th,cos_th,w", "--inputs", "u", "--circles", "none"];
-    let (code, stdout, _) = identify(temp.path(), &log, &raw);
-    assert!(code == 0 && stdout.contains("dcos_th/dt ="), "{stdout}");
+    let (code, stdout, stderr) = identify(temp.path(), &log, &raw);
+    assert!(code == 0 && stdout.contains("dcos_th/dt ="), "{stdout}{stderr}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use sindyna_core::{Channel, Kind, Precision, Spec};
+use sindyna_core::{Channel, InterSample, Kind, Precision, Spec};
 use sindyna_logs::Note;
 use sindyna_record::identification::Account;
 use sindyna_training::settings::IdentificationConfig;
@@ -23,6 +23,9 @@ pub(super) struct Record {
     /// Rows by which inputs act later than over the step after theirs, where they do; whatever uses the model must delay them so.
     #[serde(skip_serializing_if = "Option::is_none")]
     input_delay: Option<f64>,
+    /// What inputs do between rows, where they are not held.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    intersample: Option<InterSample>,
     precision: &'static str,
     states: Vec<Named>,
     inputs: Vec<Named>,
@@ -82,6 +85,8 @@ impl Record {
                 Note::Delayed { rows, .. } => Some(*rows),
                 _ => None,
             }),
+            intersample: (notes.iter().any(|note| matches!(note, Note::FirstOrderHold { .. })))
+                .then_some(InterSample::Foh),
             precision: match spec.precision {
                 Precision::F32 => "f32",
                 Precision::F64 => "f64",

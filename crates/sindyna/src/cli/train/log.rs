@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
+use sindyna_core::InterSample;
 use sindyna_sindy::Watch;
 use sindyna_training::problem::LogSource;
 use sindyna_training::settings::TrainConfig;
 
 use super::super::failure::Failure;
-use super::super::identify::delay;
+use super::super::identify::{delay, intersample};
 use super::super::interrupt::Interrupt;
 use super::super::progress::{Looking, Progress};
 use super::super::reading::TableOptions;
@@ -22,6 +23,9 @@ pub(super) struct DataOptions {
     /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
+    /// Behavior of the inputs between samples, as of `sindyna identify`: `zoh` (held) or `foh` (linear)
+    #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
+    intersample: Option<InterSample>,
 }
 
 impl DataOptions {
@@ -47,6 +51,7 @@ impl DataOptions {
         let how = ForTask {
             options: self.table.options()?,
             delay: self.delay,
+            intersample: self.intersample,
             identifier: &|spec| config.identification.identifier(spec),
             watch: &Watch::going_on(&go_on).telling(&telling),
             say: &|told| progress.say(told),

@@ -1,0 +1,28 @@
+//! Inputs over the steps of a simulation.
+
+use ndarray::{ArrayView2, s};
+
+/// Inputs over T steps: held, or linear from the beginning of each step to its end.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// At the beginning of each step (T, k).
+    pub start: ArrayView2<'a, f64>,
+    /// At the end of each step (T, k); `None` for zero-order hold.
+    pub end: Option<ArrayView2<'a, f64>>,
+}
+
+impl<'a> From<ArrayView2<'a, f64>> for Inputs<'a> {
+    fn from(start: ArrayView2<'a, f64>) -> Self {
+        Self { start, end: None }
+    }
+}
+
+impl Inputs<'_> {
+    /// Steps `from` to `to`, that one excluded.
+    pub(super) fn part(&self, from: usize, to: usize) -> Inputs<'_> {
+        Inputs {
+            start: self.start.slice(s![from..to, ..]),
+            end: self.end.as_ref().map(|end| end.slice(s![from..to, ..])),
+        }
+    }
+}
