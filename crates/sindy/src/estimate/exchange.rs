@@ -137,6 +137,11 @@ impl Problem<'_> {
                     regression.simpler(own, (NEAR, RIVALS), |support| self.penalty(support), complexity);
                 self.charge(work);
                 propose(simpler);
+                let is_inside = |j: usize| self.terms.get(j).is_some_and(|t| t.shape.is_some());
+                let (pairs, work) =
+                    regression.in_place_of_one(own, (NEAR, RIVALS), |support| self.penalty(support), is_inside);
+                self.charge(work);
+                propose(pairs);
             }
             if !self.leaves_nothing(best) && self.rates[i].is_none() && self.is_noise(best, i) {
                 proposals.extend(self.propose_inside(best, i));

@@ -93,7 +93,7 @@ fn unit(mut a: Vec<f64>) -> Vec<f64> {
 
 impl Regression {
     /// At most `most` proposals of the terms `support` with one or two of them exchanged for simpler ones, whose scores are within `gap` of that of
-    /// `support`, best first; also the operations that this took. `complexity` is that of a term. In place of a term with parameters inside any two others are proposed.
+    /// `support`, best first; also the operations that this took. `complexity` is that of a term.
     pub(super) fn simpler(
         &self,
         support: &[usize],
@@ -102,15 +102,8 @@ impl Regression {
         complexity: impl Fn(usize) -> u32,
     ) -> (Vec<Proposal>, u64) {
         let column = |j: &usize| self.choice.iter().position(|k| k == j);
-        let own: Vec<usize> = support.iter().filter_map(column).collect();
+        let Some(own) = support.iter().map(column).collect::<Option<Vec<_>>>() else { return (Vec::new(), 0) };
         let target = self.choice.len();
-        if own.len() < support.len() {
-            return if own.len() + 1 == support.len() {
-                self.in_place_of_one(&own, (gap, most), penalty)
-            } else {
-                (Vec::new(), 0)
-            };
-        }
         let complexity: Vec<u32> = self.choice.iter().map(|&j| complexity(j)).collect();
         let complexity_of = |columns: &[usize]| columns.iter().map(|&c| complexity[c]).sum::<u32>();
         let free: Vec<usize> = own.iter().copied().filter(|&c| c >= self.n_required).collect();
@@ -143,16 +136,23 @@ impl Regression {
         (scored.iter().take(most).map(|(score, subset)| self.proposal(*score, subset)).collect(), work)
     }
 
-    /// At most `most` proposals of the terms in the columns `own` and two others, whose scores are within `gap` of the best of them, best first: two coefficients say as
-    /// much as a term with one parameter inside, which is no column. Also the operations that this took.
-    fn in_place_of_one(
+    /// At most `most` proposals of the terms `support` with any two in place of the only one that has a parameter inside, whose scores are within `gap` of the best of them,
+    /// best first: two coefficients say as much. Also the operations that this took. `is_inside` tells which terms have parameters inside.
+    pub(super) fn in_place_of_one(
         &self,
-        own: &[usize],
+        support: &[usize],
         (gap, most): (f64, usize),
         penalty: impl Fn(&[usize]) -> f64,
+        is_inside: impl Fn(usize) -> bool,
     ) -> (Vec<Proposal>, u64) {
+        let own: Vec<usize> = support.iter().copied().filter(|&j| !is_inside(j)).collect();
+        let place = |j: &usize| self.choice.iter().position(|k| k == j);
+        let Some(own) = own.iter().map(place).collect::<Option<Vec<_>>>() else { return (Vec::new(), 0) };
+        if own.len() + 1 != support.len() {
+            return (Vec::new(), 0);
+        }
         let rest = Rest::without(self, own.iter().copied());
-        let others = (self.n_required..self.choice.len()).filter(|c| !own.contains(c));
+        let others = (self.n_required..self.choice.len()).filter(|c| !own.contains(c) && !is_inside(self.choice[*c]));
         let (pairs, work) = rest.with(others, 2, |_| true);
         let kept: Vec<usize> = own.iter().filter_map(|c| c.checked_sub(self.n_required)).collect();
         let subset = |(with, rss): (Vec<usize>, f64)| {
