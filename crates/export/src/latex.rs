@@ -138,7 +138,7 @@ fn symbol(name: &str) -> String {
         .map(|c| match c {
             '_' => "\\_".to_owned(),
             ' ' => " ".to_owned(),
-            c if c.is_alphanumeric() || matches!(c, '-' | '.' | '(' | ')') => c.to_string(),
+            c if c.is_alphanumeric() || matches!(c, '-' | '.' | '(' | ')' | '/') => c.to_string(),
             _ => "?".to_owned(),
         })
         .collect();
@@ -156,6 +156,7 @@ mod tests {
             ("x", "x"),
             ("cos_θ", "\\text{cos\\_θ}"),
             ("a}\\input{b}", "\\text{a??input?b?}"),
+            ("lynx/100", "\\text{lynx/100}"),
             ("50%\n", "\\text{50??}"),
         ] {
             assert_eq!(symbol(name), shown);

@@ -117,7 +117,7 @@ impl From<String> for Written {
 pub enum Language {
     /// A module that needs NumPy only
     Python,
-    /// A C99 file without allocation that needs <math.h> only
+    /// A C99 file without dynamic memory that needs <math.h> only
     C,
     /// A module for Node.js and browsers
     Javascript,
@@ -125,7 +125,7 @@ pub enum Language {
     Rust,
     /// Formulas for a LaTeX document
     Latex,
-    /// An interactive page: a running simulation, a slider for every coefficient, inputs by the pointer
+    /// An interactive page: a running simulation, a slider for every coefficient, inputs by mouse or touch
     Html,
     /// A Python module of CasADi functions, which can be differentiated
     Casadi,
@@ -168,12 +168,12 @@ impl Language {
     pub fn about(self) -> &'static str {
         match self {
             Self::Python => "A module that needs NumPy only",
-            Self::C => "A C99 file without allocation that needs <math.h> only",
+            Self::C => "A C99 file without dynamic memory that needs <math.h> only",
             Self::Javascript => "A module for Node.js and browsers",
             Self::Rust => "A module that needs std only",
             Self::Latex => "Formulas for a LaTeX document",
             Self::Html => {
-                "An interactive page: a running simulation, a slider for every coefficient, inputs by the pointer"
+                "An interactive page: a running simulation, a slider for every coefficient, inputs by mouse or touch"
             }
             Self::Casadi => "A Python module of CasADi functions, which can be differentiated",
             Self::Onnx => "Graphs for ONNX Runtime: the equations, and the policy in a second file (model.policy.onnx)",

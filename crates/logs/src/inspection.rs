@@ -105,6 +105,16 @@ impl Log {
         count as f64 / self.data.n_steps().max(1) as f64
     }
 
+    /// The rows after which states follow inputs most, where that stands out; each number once.
+    #[must_use]
+    pub fn delays(&self) -> Vec<f64> {
+        let mut rows: Vec<f64> =
+            self.responses().iter().filter_map(|r| Some((r.delay? / self.spec.dt).round())).collect();
+        rows.sort_by(f64::total_cmp);
+        rows.dedup();
+        rows
+    }
+
     fn responses(&self) -> Vec<Response> {
         let state = &self.spec.state;
         let has_rate = |i: usize| state.iter().any(|c| c.kind == Kind::RateOf(i));

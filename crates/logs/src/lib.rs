@@ -39,6 +39,7 @@ mod jumps;
 mod lattice;
 mod layout;
 mod log;
+mod missing_code;
 mod moments;
 mod note;
 mod options;

@@ -9,6 +9,7 @@ use crate::circles::{self, Circle, Reading};
 use crate::column::Column;
 use crate::columns::{named, refuse_unit, same_units, selected, unused};
 use crate::formats;
+use crate::missing_code::Codes;
 use crate::positions::positions;
 use crate::recording::{Cell, Digits, Recording, Source, place, recordings};
 use crate::resolution::Step;
@@ -93,7 +94,14 @@ impl Log {
         let sources = tables.iter().map(source).collect::<Result<Vec<_>, LogError>>()?;
         same_units(&sources)?;
         let declared = positions(options.angles.as_deref().unwrap_or_default(), &options.states, StateOption::Angles)?;
-        let (recordings, digits) = recordings(&sources)?;
+        let codes = Codes::of(&sources, options.missing.as_deref());
+        let coded = |(i, value)| {
+            let columns = sources[0].columns.states.iter().chain(&sources[0].columns.inputs);
+            let column = columns.clone().nth(i).map_or("", |&column| &first.columns()[column].name);
+            Note::MissingCode { column: column.to_owned(), value }
+        };
+        notes.extend(codes.recognised().map(coded));
+        let (recordings, digits) = recordings(&sources, &codes)?;
         notes.extend(unused(&sources[0]));
         let missing = |(rows, cell): &(usize, Cell)| Note::Missing {
             rows: *rows,

@@ -74,6 +74,13 @@ pub enum Note {
     },
     /// The file is not UTF-8 and was read as Latin-1.
     Latin,
+    /// A number stands for missing values.
+    MissingCode {
+        /// The column.
+        column: String,
+        /// The number.
+        value: f64,
+    },
     /// Rows without a value, after which another trajectory begins.
     Missing {
         /// How many.
@@ -268,6 +275,9 @@ impl fmt::Display for Note {
                 write!(f, "cells are separated by {between}{decimals}")
             }
             Self::Latin => f.write_str("the file is not UTF-8; it is read as Latin-1"),
+            Self::MissingCode { column, value } => {
+                write!(f, "{} in {column} stands for a missing value", significant(*value, 9))
+            }
             Self::Missing { rows, column, row } => write!(
                 f,
                 "{} with a missing value (first: {column} in {row}): a new trajectory begins after each",

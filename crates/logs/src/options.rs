@@ -23,6 +23,8 @@ pub struct LogOptions {
     pub time: Option<String>,
     /// Columns and their units, such as (`t`, `ms`) or (`th`, `deg`), whatever the header says of these.
     pub units: Vec<(String, String)>,
+    /// Numbers that stand for missing values, such as −999; `None` for what the values show.
+    pub missing: Option<Vec<f64>>,
     /// Longest step within a trajectory \[s\]: a longer one is a border; `None` for three times as long as 95 of 100.
     pub gap: Option<f64>,
     /// Columns that are states; none for what the names of all columns say.
@@ -64,6 +66,7 @@ impl Default for LogOptions {
             topic: None,
             time: None,
             units: Vec::new(),
+            missing: None,
             gap: None,
             states: Vec::new(),
             inputs: Vec::new(),

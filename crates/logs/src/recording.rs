@@ -5,6 +5,7 @@ use std::path::Path;
 
 use ndarray::{Array2, Axis};
 
+use crate::missing_code::Codes;
 use crate::rounding::Resolution;
 use crate::table::Table;
 use crate::{LogError, Place};
@@ -124,12 +125,14 @@ pub(crate) fn place(sources: &[Source<'_>], table: usize, number: usize) -> Plac
 
 /// The rollouts of `sources`, in order. A row without the value of a state is left out, and ends the rollout; so does one without that
 /// of an input, which is its last row.
-pub(crate) fn recordings(sources: &[Source<'_>]) -> Result<(Vec<Recording>, Digits), LogError> {
+///
+/// `codes` are numbers that stand for missing values.
+pub(crate) fn recordings(sources: &[Source<'_>], codes: &Codes) -> Result<(Vec<Recording>, Digits), LogError> {
     let n_states = sources.first().map_or(0, |s| s.columns.states.len());
     let mut seen = Seen { resolutions: vec![Resolution::default(); n_states], ..Seen::default() };
     let mut all = Vec::new();
     for (number, source) in sources.iter().enumerate() {
-        all.extend(of_source(number, source, &mut seen, &|row| place(sources, number, row))?);
+        all.extend(of_source(number, source, (&mut seen, codes), &|row| place(sources, number, row))?);
     }
     let steps = seen.resolutions.iter().map(Resolution::step).collect();
     let digits = Digits {
@@ -158,11 +161,11 @@ struct Seen {
 }
 
 impl Seen {
-    /// Counts a row in which `failure` says that a value is missing.
-    fn misses(&mut self, row: Place, column: &str, failure: LogError) {
+    /// Counts a row in which a value is missing, as `failure` says of all but codes.
+    fn misses(&mut self, row: Place, column: &str, failure: Option<LogError>) {
         let (rows, _) = self.missing.get_or_insert_with(|| (0, Cell { row, column: column.to_owned() }));
         *rows += 1;
-        self.failure = self.failure.take().or(Some(failure));
+        self.failure = self.failure.take().or(failure);
     }
 }
 
@@ -175,14 +178,14 @@ fn is_missing(cell: &str) -> bool {
 fn of_source(
     number: usize,
     source: &Source<'_>,
-    seen: &mut Seen,
+    (seen, codes): (&mut Seen, &Codes),
     place: &dyn Fn(usize) -> Place,
 ) -> Result<Vec<Recording>, LogError> {
     let Source { table, columns } = source;
     let mut rollouts: Vec<Rollout> = Vec::new();
     let mut origin: Option<Stamp> = None;
     // A missing input counts where another row of the same rollout follows.
-    let mut open: Option<(usize, usize, LogError)> = None;
+    let mut open: Option<(usize, usize, Option<LogError>)> = None;
     let mut ended = true;
     for (line, cells) in table.rows() {
         let label = columns.trajectory.map_or("", |c| &*cells[c]);
@@ -196,10 +199,11 @@ fn of_source(
             seen.misses(place(line), of_column(column), failure);
             ended = true;
         }
-        if let Some(&column) = columns.states.iter().find(|column| is_missing(&cells[**column])) {
-            if let Err(failure) = table.number(line, column, &cells[column]) {
-                seen.misses(place(line), of_column(column), failure);
-            }
+        let is_none =
+            |(i, column): &(usize, &usize)| is_missing(&cells[**column]) || codes.is_state(*i, &cells[**column]);
+        if let Some((_, &column)) = columns.states.iter().enumerate().find(is_none) {
+            let failure = table.number(line, column, &cells[column]).err();
+            seen.misses(place(line), of_column(column), failure);
             ended = true;
             continue;
         }
@@ -222,10 +226,14 @@ fn of_source(
             resolution.see(&cells[column], value);
             rollout.states.push(value);
         }
-        for &column in &columns.inputs {
+        for (i, &column) in columns.inputs.iter().enumerate() {
             let value = match table.number(line, column, &cells[column]) {
                 Err(failure) if is_missing(&cells[column]) => {
-                    open = open.or(Some((line, column, failure)));
+                    open = open.or(Some((line, column, Some(failure))));
+                    0.0
+                }
+                Ok(_) if codes.is_input(i, &cells[column]) => {
+                    open = open.or(Some((line, column, None)));
                     0.0
                 }
                 value => value?,

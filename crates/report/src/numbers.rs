@@ -19,9 +19,16 @@ pub(crate) fn measures(quality: Option<&Quality>) -> [String; 3] {
     let part = |of: &dyn Fn(&Quality) -> Option<String>| or_none(quality.and_then(of));
     [
         part(&|q| Some(significant(q.rmse, 3))),
-        part(&|q| q.r2.map(|r2| fixed(r2, 4))),
-        part(&|q| q.fit_percent.map(|fit| fixed(fit, 1))),
+        part(&|q| q.r2.map(|r2| short(r2, 4))),
+        part(&|q| q.fit_percent.map(|fit| short(fit, 1))),
     ]
+}
+
+/// `value` with `decimals`, or where it would fill a line with two significant digits.
+fn short(value: f64, decimals: usize) -> String {
+    /// Magnitude up to which decimals are shown.
+    const LARGE: f64 = 1e5;
+    if value.abs() < LARGE { fixed(value, decimals) } else { significant(value, 2) }
 }
 
 pub(crate) fn or_none(value: Option<String>) -> String {
@@ -39,6 +46,12 @@ pub(crate) fn with_interval(value: f64, interval: Option<Interval>, shown: impl 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_model_that_leaves_its_data_has_short_numbers() {
+        let far = Quality { samples: 9, rmse: 1e36, r2: Some(-3.2e71), fit_percent: Some(-5e37) };
+        assert_eq!(measures(Some(&far)), ["1e36", "\u{2212}3.2e71", "\u{2212}5e37"]);
+    }
 
     #[test]
     fn intervals_stand_behind_their_value() {

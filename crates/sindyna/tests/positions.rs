@@ -102,7 +102,7 @@ fn what_a_rate_does_not_explain_is_still_an_approximation() {
     assert!(stdout.contains("an approximation"), "{stdout}");
 }
 
-/// An input that acts two rows late, and one that is linear between rows.
+/// Inputs that act two and seven rows late, and one that is linear between rows.
 #[test]
 fn inputs_that_act_at_other_times_are_told_or_named() {
     let temp = tempfile::tempdir().unwrap();
@@ -128,6 +128,7 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
     };
     for (late, smooth, says, otherwise) in [
         (2, false, "delay of the inputs: 2 rows (0.1 s)", "--delay 0 turns this off"),
+        (7, false, "delay of the inputs: 7 rows (0.35 s)", "--delay 0 turns this off"),
         (0, true, "inputs are linear between samples (first-order hold)", "--intersample zoh turns this off"),
     ] {
         fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();

@@ -100,6 +100,7 @@ impl Data {
         let inputs: Vec<String> =
             (0..self.inner.rollouts().next().map_or(0, |r| r.controls.ncols())).map(|i| format!("input {i}")).collect();
         let options = LogOptions {
+            missing: Some(Vec::new()),
             angles: Some(angles),
             rates,
             circles,

@@ -165,9 +165,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Large => {
             "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
         }
-        Doubt::Disturbed => {
-            "in most of the short pieces to which the equation was fitted: the system is disturbed, or a term is missing"
-        }
+        Doubt::Disturbed => "correlated in most segments of the log: the system is disturbed, or a term is missing",
         _ => "above the level of rounding, and no other error was declared",
     }
 }

@@ -172,13 +172,15 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     let mut blocks = vec![Block::Section("Training and evaluation".into())];
     let of = &summary.training;
     blocks.push(Block::text(controller::told(of)));
+    let approximate = summary.identification.as_ref().is_some_and(|i| i.explained == Some(false));
     if let Some(p) = prediction {
         let level = 100.0 * p.level;
         blocks.push(Block::text(format!(
-            "Predicted mean return {}, {level:.0} % interval {} to {}.",
+            "Predicted mean return {}, {level:.0} % interval {} to {}{}.",
             fixed(p.mean, 1),
             fixed(p.low, 1),
-            fixed(p.high, 1)
+            fixed(p.high, 1),
+            if approximate { "; parameter uncertainty only, the equations are an approximation" } else { "" }
         )));
     }
     if let Some(c) = &of.confirmation {

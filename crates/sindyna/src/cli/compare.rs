@@ -51,7 +51,7 @@ pub(crate) struct Args {
     )]
     methods: Vec<String>,
     /// `sindy` with other settings under a name, such as "stlsq: solver=stlsq,threshold=0.1"; it is called `sindy+stlsq` then. Keys are those of
-    /// config.toml; `polyak` stands for `sac.polyak` where no other key ends so. May be repeated
+    /// config.toml; a key may be shortened to its last part, such as `polyak` for `sac.polyak`, if that is unique. May be repeated
     #[arg(long = "variant", value_name = "NAME: KEY=VALUE,…")]
     variants: Vec<Variant>,
     /// Seeds: N for 0 to N−1, or a list of seeds and ranges such as 0-9,100-199
@@ -77,15 +77,15 @@ pub(crate) struct Args {
 const METHODS: &str = "\
 Methods:
   sindy          equations from ten or more real steps, soft actor-critic in them: `sindyna train`
-  least-squares  the same loop with a linear model, fitted by least squares
-  ensemble       the same loop with an ensemble of neural networks (Janner's)
+  least-squares  the loop of `sindyna train` with a linear model, fitted by least squares
+  ensemble       the loop of `sindyna train` with an ensemble of neural networks (Janner's)
   mbpo           soft actor-critic on the system and in an ensemble of networks (Janner 2019)
   mbpo-paper     the same with the ensemble whose size the SINDy paper gives
   sindy-mbpo     mbpo with identified equations instead of the ensemble
   sac            soft actor-critic on the system, one update a step
   sac20          the same with twenty updates a step
   oracle         soft actor-critic in the true equations: an upper bound for learned models
-  lqr            a linear-quadratic regulator of a linear model from 30 real steps (tasks to balance)
+  lqr            a linear-quadratic regulator of a linear model from 30 real steps (balancing tasks)
   sindy-lqr      the same of equations identified from ten real steps
   expert         a controller written by hand with knowledge of the equations
   random         uniformly random actions";
@@ -275,7 +275,7 @@ impl Args {
         jobs.iter().try_for_each(|job| job.settings().map(drop))?;
         if jobs.is_empty() {
             return Err(Failure::new("none of these methods applies to any of these tasks").hint(
-                "`lqr` and `sindy-lqr` are for tasks to balance, `expert` for those with a controller written by hand",
+                "`lqr` and `sindy-lqr` are for balancing tasks, `expert` for those with a controller written by hand",
             ));
         }
         Ok(jobs)

@@ -67,7 +67,8 @@ impl Conclusion<'_> {
             text += &confirmed(confirmation);
         }
         if let Some(prediction) = &training.prediction {
-            text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes));
+            let approximate = identification.as_ref().is_some_and(|i| i.explained == Some(false));
+            text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes), approximate);
             if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
                 text += "not confirmed by a real episode; --imagined-rollouts auto and a larger --max-real-steps allow one\n";
             }
@@ -120,14 +121,15 @@ fn planned(planners: &[PlannerReturn], kept: &str) -> String {
     format!("mean return of trials in the model: {each}{why}\n")
 }
 
-fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>) -> String {
+fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>, approximate: bool) -> String {
     let of = episodes.map_or_else(String::new, |episodes| format!(" of {}", plural(episodes, "episode")));
     format!(
-        "predicted mean return{of} on the system: {} ({:.0} % interval {} to {})\n",
+        "predicted mean return{of} on the system: {} ({:.0} % interval {} to {}{})\n",
         significant(*mean, 4),
         100.0 * level,
         significant(*low, 4),
-        significant(*high, 4)
+        significant(*high, 4),
+        if approximate { "; parameter uncertainty only, the equations are an approximation" } else { "" }
     )
 }
 

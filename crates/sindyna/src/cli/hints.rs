@@ -183,7 +183,7 @@ fn of_log(error: &LogError) -> Option<String> {
             "leave the cell of a missing value empty: it ends a trajectory, and each trajectory needs at least two rows".into()
         }
         LogError::Interleaved { .. } => "the rows of one trajectory must stand together, in order".into(),
-        LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}", call(path, suggestion)),
+        LogError::ColumnsNotNamed { path, suggestion, .. } => format!("for example: {}{}", call(path, suggestion), of_inputs(suggestion)),
         LogError::UnknownColumn { column, known, .. } => return near(column, known),
         LogError::NoTime { .. } => {
             "name it with --time-column, or give the time between two rows in seconds with --dt; for a map without seconds, --dt 1".into()
@@ -193,6 +193,9 @@ fn of_log(error: &LogError) -> Option<String> {
         }
         LogError::TimeUnit { column, .. } => {
             format!("--units {column}=s reads it in seconds, --units {column}=ms in milliseconds, --units {column}=us in microseconds")
+        }
+        LogError::NotANumber { cell, .. } if cell.contains(':') => {
+            "dates are not read: convert them to seconds, or ignore them by --time-column none --dt S".into()
         }
         LogError::TimeNotIncreasing { .. } => {
             "a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
@@ -220,6 +223,11 @@ fn of_declaration(error: &DeclarationError) -> Option<String> {
         DeclarationError::AngleAndRate { .. } => "remove it from --angles, or use --rates none".into(),
         _ => return None,
     })
+}
+
+/// How inputs are named, where none was recognised.
+fn of_inputs(suggestion: &Suggestion) -> &'static str {
+    if suggestion.inputs.is_empty() { "; columns that are set from outside are named by --inputs" } else { "" }
 }
 
 /// The call that names the columns of the log at `path`.
@@ -260,7 +268,7 @@ fn of_record(error: &RecordError) -> Option<String> {
 
 /// Where names of this kind are told.
 fn listed(what: &str) -> Option<String> {
-    (what == "task").then(|| "--task-file names a system of your own (docs/task-files.md)".into())
+    (what == "task").then(|| "a system of your own is a file: `train --task-file my.toml`, `compare --tasks my.toml` (docs/task-files.md)".into())
 }
 
 /// The name among `known` that was meant.

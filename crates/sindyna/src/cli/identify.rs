@@ -78,9 +78,10 @@ pub(crate) struct Args {
 /// What to do about residuals that no term explains.
 const HELP: &str = "\
 what may help: --limits STATE=LOW:HIGH where a state saturates, --term FORMULA for a term that is missing, such as
-               v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for a rate that is no
-               column, --delay ROWS for inputs that act late, --intersample foh for inputs that are linear between rows, --angles
-               for states that turn, --target discrete for a map from row to row, a log in which states and inputs move more; `sindyna inspect` shows it
+               v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for an unmeasured
+               rate, --delay ROWS for inputs that act late, --intersample foh for inputs that are linear between
+               rows, --angles for angles, --target discrete for a map from row to row, a log in which states and
+               inputs move more; `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\

@@ -28,7 +28,7 @@ pub(crate) struct ReadingOptions {
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`, or `none` [default: detected]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
-    /// Measurement noise of the states: `auto` (rounding if it explains the data, else estimated), `none` (rounding only), or standard deviations in
+    /// Measurement noise of the states: `auto` (estimated, unless rounding errors alone explain the residuals), `none` (rounding only), or standard deviations in
     /// their units, such as `th=0.001,w=0.01`, as lower bounds [default: auto]
     #[arg(long, value_name = "auto|none|STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
     noise: Vec<String>,
@@ -58,6 +58,9 @@ pub(crate) struct TableOptions {
     /// from the values]
     #[arg(long, value_name = "COLUMN=UNIT", value_delimiter = ',', help_heading = "Log")]
     units: Vec<String>,
+    /// Numbers that stand for missing values, such as `-999`, or `none` [default: an extreme value that is repeated and far from all others of its column]
+    #[arg(long, value_name = "NUMBER", value_delimiter = ',', allow_hyphen_values = true, help_heading = "Log")]
+    missing: Vec<String>,
     /// Largest interval within a trajectory in seconds, or `inf`; a new trajectory begins after a larger one [default: three times the usual interval]
     #[arg(long, value_name = "S", value_parser = gap, help_heading = "Log")]
     gap: Option<f64>,
@@ -144,6 +147,20 @@ impl ReadingOptions {
     }
 }
 
+/// The numbers that stand for missing values.
+fn missing(given: &[String]) -> Result<Option<Vec<f64>>, Failure> {
+    let number = |text: &String| match text.replace('\u{2212}', "-").parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(Failure::new(format!("--missing: `{text}` is no finite number"))
+            .hint("--missing=-999 reads -999 as a missing value, --missing none reads all numbers as they are")),
+    };
+    match given {
+        [] => Ok(None),
+        [only] if only == "none" => Ok(Some(Vec::new())),
+        codes => codes.iter().map(number).collect::<Result<_, _>>().map(Some),
+    }
+}
+
 impl TableOptions {
     /// What they say, of columns nothing.
     pub(crate) fn options(&self) -> Result<LogOptions, Failure> {
@@ -154,6 +171,7 @@ impl TableOptions {
             topic: self.topic.clone(),
             time: self.time_column.clone(),
             units: pairs("--units", "COLUMN=UNIT", hint, &units)?.unwrap_or_default(),
+            missing: missing(&names(&self.missing))?,
             gap: self.gap,
             clock: match (self.dt, self.resample) {
                 (Some(dt), _) => Clock::Given(dt),
@@ -222,6 +240,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Circle { .. } => "; --circles none turns this off",
         Note::Rate { .. } => "; --rates none turns this off",
         Note::Rounded { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
+        Note::MissingCode { .. } => "; --missing none turns this off",
         Note::Layout { .. } => "; --delimiter changes this",
         Note::Delayed { .. } => "; --delay 0 turns this off",
         Note::FirstOrderHold { given: false } => "; --intersample zoh turns this off",

@@ -17,7 +17,7 @@ use crate::cli::{pages, report_files};
 
 /// Rebuild the report of a run, a model or a comparison
 ///
-/// Runs nothing. DIR is the output directory of `sindyna train`, `sindyna identify` or `sindyna compare` (of any version), or the folder `digest` of a
+/// No simulation or training is run. DIR is the output directory of `sindyna train`, `sindyna identify` or `sindyna compare` (of any version), or the folder `digest` of a
 /// comparison.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {

@@ -53,7 +53,7 @@ pub(crate) struct Settings {
     /// Warm-up trajectories on the system before the first fit (N_e in Algorithm 1) [default: 1]
     #[arg(long, value_name = "N", help_heading = "Real data")]
     warmup_rollouts: Option<usize>,
-    /// Steps of each warm-up trajectory (R in Algorithm 1); a new episode begins where one ends early [default: 10]
+    /// Steps of each warm-up trajectory (R in Algorithm 1); episodes that terminate early are followed by a new one [default: 10]
     #[arg(long, value_name = "STEPS", help_heading = "Real data")]
     rollout_len: Option<usize>,
     /// Policy of the warm-up [default: swings]

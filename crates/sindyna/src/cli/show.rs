@@ -20,7 +20,7 @@ use crate::cli::failure::Failure;
 
 /// Print a record: a run, a model or a comparison
 ///
-/// Runs nothing and writes nothing.
+/// No simulation or training is run, and no file is written.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Args {
     /// Output directory of `sindyna train`, `identify` or `compare`, the digest of a comparison, or a model.json

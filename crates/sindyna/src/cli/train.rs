@@ -38,7 +38,7 @@ use crate::cli::{machine, pages};
 ///
 /// A few steps are collected on the system. Its equations of motion are identified by sparse regression, soft actor-critic is trained
 /// in them, its return is predicted as an interval, and the policy is evaluated on the system. Where the equations are not certain,
-/// more steps are collected, and an episode of the policy is compared with its prediction first. The run directory holds data,
+/// more steps are collected, and before the evaluation one episode is run and its return compared with the prediction. The run directory holds data,
 /// equations, policy, results and report.html.
 #[derive(Debug, clap::Args)]
 #[command(allow_negative_numbers = true)]
@@ -56,7 +56,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Continue the killed or stopped run in this directory from its last checkpoint. The record is then the same, byte for byte, as without the
-    /// interruption. Checkpoints are written about every second, but not during a fit; the system must respond as before
+    /// interruption. Checkpoints are written about every second, but not during a fit; the system must be deterministic
     #[arg(long, value_name = "RUN", conflicts_with_all = ["task", "out"])]
     resume: Option<PathBuf>,
     /// Do not write report.html

@@ -21,7 +21,7 @@ pub(super) struct Reading {
     pub(super) simulated: bool,
 }
 
-/// What is tried.
+/// What is tried of every log.
 const TRIED: [Reading; 6] = [
     Reading { rows: 0.0, linear: false, simulated: false },
     Reading { rows: -1.0, linear: false, simulated: false },
@@ -31,9 +31,6 @@ const TRIED: [Reading; 6] = [
     Reading { rows: 0.0, linear: false, simulated: true },
 ];
 
-/// Steps at either end that no delay of these needs.
-const MARGINS: (usize, usize) = (2, 1);
-
 /// Steps by which they are told apart, at most, and the part of the usual effort for each.
 const STEPS: usize = 300;
 const EFFORT: f64 = 0.1;
@@ -41,8 +38,25 @@ const EFFORT: f64 = 0.1;
 /// Steps after these that are predicted, at most.
 const AHEAD: usize = 900;
 
-/// Difference of scores by which one of them is believed: odds of twenty to one, and one of six.
-const TOLD_APART: f64 = 6.0 + 2.0 * 1.791_759;
+/// Difference of scores at odds of twenty to one.
+const TOLD_APART: f64 = 6.0;
+
+/// Readings of `log`: those that are always tried, and delays near those after which states follow inputs most.
+fn tried(log: &Log) -> Vec<Reading> {
+    let mut all = TRIED.to_vec();
+    for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
+        if !all.iter().any(|reading| !reading.linear && (reading.rows - rows).abs() < 0.5) {
+            all.push(Reading { rows, linear: false, simulated: false });
+        }
+    }
+    all
+}
+
+/// Steps at the beginning and the end of a trajectory that are not used, since delays of some `readings` need them.
+fn margins(readings: &[Reading]) -> (usize, usize) {
+    let most = |sign: f64| readings.iter().map(|reading| sign * reading.rows).fold(0.0, f64::max).ceil() as usize;
+    (most(1.0), most(-1.0))
+}
 
 /// Whether a delay of the inputs of `log` can be told from the samples `kept` of it: there are inputs, and samples at even times.
 pub(super) fn fits(log: &Log, kept: &Samples) -> bool {
@@ -72,8 +86,10 @@ pub(super) fn told_apart<E: From<FitError>>(
         late && linear && (!reading.simulated || matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto)
     };
     let mut all: Vec<Tried> = Vec::new();
-    for reading in TRIED.into_iter().filter(is_open) {
-        let data = shifted(&kept.data, reading.rows, MARGINS, STEPS + AHEAD)?;
+    let readings: Vec<Reading> = tried(log).into_iter().filter(is_open).collect();
+    let margins = margins(&readings);
+    for &reading in &readings {
+        let data = shifted(&kept.data, reading.rows, margins, STEPS + AHEAD)?;
         let data = if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
         let samples = Samples { data: data.first(STEPS), times: None };
         let of =
@@ -105,7 +121,7 @@ pub(super) fn told_apart<E: From<FitError>>(
             break;
         }
     }
-    Ok(best_of(&all))
+    Ok(best_of(&all, readings.len()))
 }
 
 /// What was found with one reading.
@@ -120,9 +136,10 @@ struct Tried {
     missed: Vec<f64>,
 }
 
-/// The best reading, where one is told apart.
-fn best_of(all: &[Tried]) -> Option<Reading> {
+/// The best of `count` readings, where one is told apart from those in `all`.
+fn best_of(all: &[Tried], count: usize) -> Option<Reading> {
     let first = all.first()?;
+    let told_apart = TOLD_APART + 2.0 * (count as f64).ln();
     // One that leaves out more steps is contradicted by them: where an input changes, and nowhere else, its delay shows.
     let mut best = first;
     let mut left_out = first.astray;
@@ -130,7 +147,7 @@ fn best_of(all: &[Tried]) -> Option<Reading> {
         if tried.astray <= left_out {
             left_out = tried.astray;
             // Those tried first are the likelier ones before there are data.
-            best = if tried.score + TOLD_APART < best.score { tried } else { best };
+            best = if tried.score + told_apart < best.score { tried } else { best };
         }
     }
     if !best.spoilt {

@@ -125,7 +125,11 @@ impl LogSource {
         let (log, models) = (self.log.bytes()?, self.models.bytes()?);
         let refused = |why: String| Error::NotIdentified { path: self.models.path().to_owned(), why };
         let identified = identified_of(&models).map_err(refused)?;
-        let options = LogOptions { precision: Some(self.precision), ..columns(spec, LogOptions::default()) };
+        let options = LogOptions {
+            precision: Some(self.precision),
+            missing: Some(Vec::new()),
+            ..columns(spec, LogOptions::default())
+        };
         let read = |clock| {
             let options = LogOptions { clock, ..options.clone() };
             Log::read_from(self.log.path(), &log[..], &options)

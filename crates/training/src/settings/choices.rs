@@ -105,7 +105,7 @@ named! {
 named! {
     /// Candidate terms.
     LibraryName {
-        /// Chosen from the declared channels by one rule
+        /// Chosen from the kinds of the states and inputs (docs/concepts.md)
         Auto = "auto",
         /// The library of the paper
         Paper = "paper",

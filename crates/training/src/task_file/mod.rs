@@ -62,7 +62,7 @@ impl TaskFile {
         Err(wrong(
             path,
             anyhow::anyhow!(
-                "there is neither a `model` nor [equations]: the data are a log, --data LOG, or were one, --model DIR, or a program tells them, --pipe COMMAND"
+                "there is neither a `model` nor [equations], so no simulator: use --data LOG, --model DIR or --pipe COMMAND"
             ),
         ))
     }

@@ -115,8 +115,8 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
         .text(
             "Every run is `sindyna train` of a task file in examples/planning with the given planner and so many real steps, which it may not add to (`--max-real-steps`), all else default, on MuJoCo. *Exact*: from 1,000 \
              states and controls (angles within 3 rad, rates within 3, positions within 0.5 m) what a step changes of each rate differs from MuJoCo's own step by less than \
-             1e-4 of the standard deviation of that, in every rate and at every place. The places of the reachers include targets that move and joints beyond their stops, \
-             which no real step shows. *Real steps* count all before the evaluation. Returns are those on MuJoCo, over \
+             1e-4 of the standard deviation of that, in every rate and at every place. What no step shows is left out: joints at or beyond their stops, and rates \
+             of targets, which stay at rest. *Real steps* count all before the evaluation. Returns are those on MuJoCo, over \
              all episodes of all seeds. Times are medians over the seeds, wall clock, one thread, on a machine that \
              did other work as well.",
         )

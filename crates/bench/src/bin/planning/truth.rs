@@ -7,11 +7,14 @@ use anyhow::Context as _;
 use rand::RngExt as _;
 use sindyna_bench::study::Result;
 use sindyna_core::{Channel, Dynamics as _, Environment as _, Kind, Precision, Rng, Seed, Sensors, Space, Spec, Task};
-use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search};
+use sindyna_mujoco::{Library, MujocoEnvironment, MujocoModel, Search, Tree};
 use sindyna_sindy::Model;
 
 /// States and controls at which steps are compared.
 const PLACES: usize = 1_000;
+
+/// Places from which it is tried what stays at rest.
+const TRIES: usize = 20;
 
 /// How far angles (rad), rates, and positions that have no wider range of start values are from zero, at most.
 const ANGLE: f64 = 3.0;
@@ -85,7 +88,7 @@ impl Truth {
             };
             Ok((low, high))
         };
-        let ranges = states.iter().map(range).collect::<Result<Vec<_>>>()?;
+        let mut ranges = states.iter().map(range).collect::<Result<Vec<_>>>()?;
         let ends = controls.iter().map(ends).collect::<Result<Vec<_>>>()?;
         let model = table.get("model").and_then(toml::Value::as_str).context("no model")?;
         let skip = table.get("frame_skip").and_then(toml::Value::as_integer).context("no frame_skip")? as usize;
@@ -107,8 +110,36 @@ impl Truth {
             dt: model.timestep() * skip as f64,
         };
         let sensors = Sensors::new(&spec).context("states are observed")?;
+        // A joint meets its stops in no step that begins so far from them. Positions are the first states.
+        let apart = RATE * model.timestep() * skip as f64;
+        for joint in Tree::of(&model)?.joints {
+            if let (Some((low, high)), Some(range)) = (joint.range, ranges.get_mut(joint.position)) {
+                *range = (range.0.max(low + apart), range.1.min(high - apart));
+            }
+        }
         let environment = MujocoEnvironment::new(&model, skip, Anywhere(spec), sensors)?;
-        Ok(Self { environment, ranges, rates, controls: ends })
+        Self { environment, ranges, rates, controls: ends }.with_targets_at_rest()
+    }
+
+    /// The same with no rates of what nothing sets in motion: from rest it stays at rest, under any controls.
+    fn with_targets_at_rest(mut self) -> Result<Self> {
+        let mut rng = Seed::new(0).stream("at rest", 0);
+        let mut still = vec![true; self.ranges.len()];
+        for _ in 0..TRIES {
+            let (mut x, u) = self.place(&mut rng);
+            self.rates.iter().for_each(|&i| x[i] = 0.0);
+            self.environment.reset_to(&x, &mut rng)?;
+            self.environment.step(&u, &mut rng)?;
+            self.rates.iter().for_each(|&i| still[i] &= self.environment.state()[i] == 0.0);
+        }
+        self.rates.iter().filter(|&&i| still[i]).for_each(|&i| self.ranges[i] = (0.0, 0.0));
+        Ok(self)
+    }
+
+    /// A state and controls.
+    fn place(&self, rng: &mut Rng) -> (Vec<f64>, Vec<f64>) {
+        let mut draw = |of: &[(f64, f64)]| of.iter().map(|&(low, high)| rng.random_range(low..=high)).collect();
+        (draw(&self.ranges), draw(&self.controls))
     }
 
     /// The largest difference of what a step changes of a rate, as part of the standard deviation of that; `None` where the model diverges.
@@ -116,8 +147,7 @@ impl Truth {
         let mut rng = Seed::new(0).stream("places", 0);
         let mut both: Vec<Vec<(f64, f64)>> = vec![Vec::new(); self.rates.len()];
         for _ in 0..PLACES {
-            let x: Vec<f64> = self.ranges.iter().map(|&(low, high)| rng.random_range(low..=high)).collect();
-            let u: Vec<f64> = self.controls.iter().map(|&(low, high)| rng.random_range(low..=high)).collect();
+            let (x, u) = self.place(&mut rng);
             self.environment.reset_to(&x, &mut rng)?;
             self.environment.step(&u, &mut rng)?;
             let truth = self.environment.state().to_vec();
