@@ -35,12 +35,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         Unmeasured::Given(_) => None,
         _ => Some(as_read(&identifier, &kept, asked.watch)?),
     };
-    // A search that was not finished says nothing of how the log is to be read, unless only positions were measured.
-    let tells = |first: &Identified| {
-        let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
-        is_spoilt(first) && (first.report.search_complete || has_lone)
-    };
-    if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
+    if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
@@ -60,6 +55,14 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         _ => None,
     };
     let (log, kept, first) = otherwise.unwrap_or((log, kept, first));
+    // A search that was not finished says nothing of rates that were not measured, unless only positions were.
+    let tells = |first: &Identified| {
+        let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
+        is_spoilt(first) && (first.report.search_complete || has_lone)
+    };
+    if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
+        return Ok(Looked { found: found.clone(), identifier, log });
+    }
     let simulated = chosen.is_none_or(|reading| reading.simulated);
     let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_simulators(simulated));
     let rates = with_rates(&log, &kept, (first.as_ref(), asked.unmeasured), of, (asked.watch, asked.say))?;
