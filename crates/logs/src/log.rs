@@ -9,9 +9,8 @@ use crate::circles::{self, Circle, Reading};
 use crate::column::Column;
 use crate::columns::{named, refuse_unit, same_units, selected, unused};
 use crate::formats;
-use crate::missing_code::Codes;
 use crate::positions::positions;
-use crate::recording::{Cell, Digits, Recording, Source, place, recordings};
+use crate::recording::{Cell, Digits, Recording, Source, codes, place, recordings};
 use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
@@ -94,7 +93,7 @@ impl Log {
         let sources = tables.iter().map(source).collect::<Result<Vec<_>, LogError>>()?;
         same_units(&sources)?;
         let declared = positions(options.angles.as_deref().unwrap_or_default(), &options.states, StateOption::Angles)?;
-        let codes = Codes::of(&sources, options.missing.as_deref());
+        let codes = codes(&sources, options.missing.as_deref());
         let coded = |(i, value)| {
             let columns = sources[0].columns.states.iter().chain(&sources[0].columns.inputs);
             let column = columns.clone().nth(i).map_or("", |&column| &first.columns()[column].name);

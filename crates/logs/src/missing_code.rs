@@ -1,7 +1,5 @@
 //! Numbers that stand for a missing value, such as −999.
 
-use crate::recording::{Selected, Source};
-
 /// Distance of a code from all other values of its column, as a multiple of their range, that it exceeds.
 const APART: f64 = 3.0;
 
@@ -18,25 +16,14 @@ pub(crate) struct Codes {
 }
 
 impl Codes {
-    /// Those in `sources`, or those that are `given`.
-    pub(crate) fn of(sources: &[Source<'_>], given: Option<&[f64]>) -> Self {
-        if let Some(given) = given {
-            return Self { given: given.to_vec(), ..Self::default() };
-        }
-        let Some(first) = sources.first() else { return Self::default() };
-        let of_column = |of: &dyn Fn(&Selected) -> usize| {
-            let values = sources.iter().flat_map(|source| {
-                let column = of(&source.columns);
-                source.table.rows().filter_map(move |(_, cells)| cells.get(column)?.parse::<f64>().ok())
-            });
-            code(values.filter(|v| v.is_finite()).collect())
-        };
-        let (n, k) = (first.columns.states.len(), first.columns.inputs.len());
-        Self {
-            states: (0..n).map(|i| of_column(&|columns| columns.states[i])).collect(),
-            inputs: (0..k).map(|i| of_column(&|columns| columns.inputs[i])).collect(),
-            given: Vec::new(),
-        }
+    /// Those that are `given`.
+    pub(crate) fn given(given: &[f64]) -> Self {
+        Self { given: given.to_vec(), ..Self::default() }
+    }
+
+    /// Those that the values of states and inputs show, a list for each column.
+    pub(crate) fn shown(states: impl Iterator<Item = Vec<f64>>, inputs: impl Iterator<Item = Vec<f64>>) -> Self {
+        Self { states: states.map(code).collect(), inputs: inputs.map(code).collect(), given: Vec::new() }
     }
 
     /// Whether `cell` of state number `i` is the code of its column.
@@ -68,23 +55,19 @@ fn code(mut values: Vec<f64>) -> Option<f64> {
         return None;
     }
     values.sort_by(f64::total_cmp);
-    let of_end = |ends: &dyn Fn(&[f64]) -> (f64, f64, usize)| {
-        let (end, next, count) = ends(&values);
-        let others = if end < next { &values[count..] } else { &values[..values.len() - count] };
-        let range = others.last()? - others.first()?;
+    let (first, last) = (values[0], values[values.len() - 1]);
+    let firsts = values.iter().take_while(|v| v.to_bits() == first.to_bits()).count();
+    let lasts = values.iter().rev().take_while(|v| v.to_bits() == last.to_bits()).count();
+    let is_code = |end: f64, count: usize, others: &[f64]| {
+        let (Some(low), Some(high)) = (others.first(), others.last()) else { return false };
+        let (range, apart) = (high - low, (low - end).max(end - high));
         let many = others.len() >= FEWEST / 2 && count as f64 <= MOST * values.len() as f64;
-        (count > 1 && many && range > 0.0 && (end - next).abs() > APART * range).then_some(end)
+        count > 1 && many && range > 0.0 && apart > APART * range
     };
-    let low = |v: &[f64]| {
-        let count = v.iter().take_while(|x| **x == v[0]).count();
-        (v[0], v.get(count).copied().unwrap_or(v[0]), count)
-    };
-    let high = |v: &[f64]| {
-        let last = v[v.len() - 1];
-        let count = v.iter().rev().take_while(|x| **x == last).count();
-        (last, v.len().checked_sub(count + 1).map_or(last, |at| v[at]), count)
-    };
-    of_end(&low).or_else(|| of_end(&high))
+    if is_code(first, firsts, &values[firsts..]) {
+        return Some(first);
+    }
+    is_code(last, lasts, &values[..values.len() - lasts]).then_some(last)
 }
 
 #[cfg(test)]

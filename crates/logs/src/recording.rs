@@ -123,6 +123,20 @@ pub(crate) fn place(sources: &[Source<'_>], table: usize, number: usize) -> Plac
     Place { file, row: source.table.row(number) }
 }
 
+/// Numbers that stand for missing values in `sources`, or those that are `given`.
+pub(crate) fn codes(sources: &[Source<'_>], given: Option<&[f64]>) -> Codes {
+    let (Some(first), None) = (sources.first(), given) else { return Codes::given(given.unwrap_or_default()) };
+    let of_column = |column: &dyn Fn(&Selected) -> usize| {
+        let values = sources.iter().flat_map(|source| {
+            let column = column(&source.columns);
+            source.table.rows().filter_map(move |(_, cells)| cells.get(column)?.parse::<f64>().ok())
+        });
+        values.filter(|v| v.is_finite()).collect::<Vec<f64>>()
+    };
+    let states = (0..first.columns.states.len()).map(|i| of_column(&|columns| columns.states[i]));
+    Codes::shown(states, (0..first.columns.inputs.len()).map(|i| of_column(&|columns| columns.inputs[i])))
+}
+
 /// The rollouts of `sources`, in order. A row without the value of a state is left out, and ends the rollout; so does one without that
 /// of an input, which is its last row.
 ///

@@ -85,7 +85,7 @@ pub(crate) fn unit_in_values(recordings: &[Recording], origin: f64) -> Result<(T
     let Some(&step) = steps.get(steps.len() / 2).filter(|_| whole) else {
         return Ok((TimeUnit::Seconds, UnitBy::Default));
     };
-    let even = steps[0] == steps[steps.len() - 1];
+    let even = steps[steps.len() - 1] - steps[0] < 0.5;
     let jitters = steps.iter().any(|s| (s - step).abs() as i64 == 1);
     // Counters of the next smaller unit: a step of a second or more is one of the unit after that.
     match step {

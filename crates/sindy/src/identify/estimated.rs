@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
-use sindyna_core::{FitError, InterSample, number::significant};
+use sindyna_core::{Dataset, FitError, InterSample, Rollout, number::significant};
 
 use super::Identifier;
 use super::NoiseChoice;
@@ -124,6 +124,16 @@ impl Identifier {
             return Err(FitError::Interrupted);
         }
         found.ok_or_else(|| failed("no equations reproduce the data".into()))
+    }
+
+    /// Equations from even data whose inputs are linear between samples.
+    pub(super) fn under_first_order_hold(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
+        self.check(data)?;
+        let of = |rollout: Rollout<'_>| {
+            Recording::even(data.dt(), rollout.observations.to_owned(), Some(rollout.controls.to_owned()))
+                .with_intersample(InterSample::Foh)
+        };
+        self.identify_recordings_watched(&data.rollouts().map(of).collect::<Vec<_>>(), watch)
     }
 
     /// Refuses states whose powers are beyond all numbers.

@@ -300,14 +300,7 @@ impl Identifier {
     pub fn identify_watched(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
         let found = match data.intersample() {
             InterSample::Zoh => self.identified(data, watch),
-            InterSample::Foh => {
-                let of = |rollout: sindyna_core::Rollout<'_>| {
-                    Recording::even(data.dt(), rollout.observations.to_owned(), Some(rollout.controls.to_owned()))
-                        .with_intersample(InterSample::Foh)
-                };
-                self.check(data)?;
-                self.identify_recordings_watched(&data.rollouts().map(of).collect::<Vec<_>>(), watch)
-            }
+            InterSample::Foh => self.under_first_order_hold(data, watch),
         };
         if watch.go_on() { found } else { Err(FitError::Interrupted) }
     }
