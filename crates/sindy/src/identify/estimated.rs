@@ -229,7 +229,8 @@ impl Identifier {
             solver,
             budget: (self.effort * BUDGET as f64) as u64,
             again: false,
-            discrete: self.simulators,
+            // Simulators hold their inputs.
+            discrete: self.simulators && segments.iter().all(|s| s.ramp.is_none()),
             spent: &Cell::new(0),
             watch,
         };
