@@ -102,11 +102,11 @@ fn what_a_rate_does_not_explain_is_still_an_approximation() {
     assert!(stdout.contains("an approximation"), "{stdout}");
 }
 
-/// Inputs that act two and seven rows late, and one that is linear between rows.
+/// Inputs that act two and seven rows late, also under much noise, and one that is linear between rows.
 #[test]
 fn inputs_that_act_at_other_times_are_told_or_named() {
     let temp = tempfile::tempdir().unwrap();
-    let log = |late: i64, smooth: bool| {
+    let log = |late: i64, smooth: bool, noise: f64| {
         let (mut q, mut v) = (0.6_f64, 0.0_f64);
         let at = |i: i64| match smooth {
             true => (0.1 * i as f64).sin() + (0.047 * i as f64).cos(),
@@ -114,7 +114,7 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         };
         let mut text = "t,q,v,u\n".to_owned();
         for i in 0..260_i64 {
-            let noisy = |x: f64, k: usize| x + 0.004 * shaken(2 * i as usize + k);
+            let noisy = |x: f64, k: usize| x + noise * shaken(2 * i as usize + k);
             writeln!(text, "{},{},{},{}", 0.05 * i as f64, noisy(q, 0), noisy(v, 1), at(i)).unwrap();
             let h = 0.05 / 200.0;
             for part in 0..200 {
@@ -126,18 +126,19 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         }
         text
     };
-    for (late, smooth, says, otherwise) in [
-        (2, false, "delay of the inputs: 2 rows (0.1 s)", "--delay 0 turns this off"),
-        (7, false, "delay of the inputs: 7 rows (0.35 s)", "--delay 0 turns this off"),
-        (0, true, "inputs are linear between samples (first-order hold)", "--intersample zoh turns this off"),
+    for (late, smooth, noise, says, otherwise) in [
+        (2, false, 0.004, "delay of the inputs: 2 rows (0.1 s)", "--delay 0 turns this off"),
+        (7, false, 0.004, "delay of the inputs: 7 rows (0.35 s)", "--delay 0 turns this off"),
+        (7, false, 0.02, "delay of the inputs: 7 rows (0.35 s)", "--delay 0 turns this off"),
+        (0, true, 0.004, "inputs are linear between samples (first-order hold)", "--intersample zoh turns this off"),
     ] {
-        fs::write(temp.path().join("log.csv"), log(late, smooth)).unwrap();
+        fs::write(temp.path().join("log.csv"), log(late, smooth, noise)).unwrap();
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report"]));
         assert_eq!(code, 0, "{stdout}{stderr}");
         assert!(stdout.contains(says) && stdout.contains(otherwise), "{says}: {stdout}");
         assert!(stdout.contains("sin q"), "{stdout}");
     }
-    fs::write(temp.path().join("log.csv"), log(2, false)).unwrap();
+    fs::write(temp.path().join("log.csv"), log(2, false, 0.004)).unwrap();
     let (code, stdout, _) =
         parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report", "--strict", "--delay", "2"]));
     assert!(code == 0 && stdout.contains("sin q"), "{stdout}");

@@ -1,7 +1,7 @@
 //! The account of an identification: the JSON of `identify.json`.
 
 use serde::{Deserialize, Serialize};
-use sindyna_core::{Channel, Spec};
+use sindyna_core::{Certainty, Channel, Spec};
 use sindyna_sindy::{Form, Identified, Noise};
 
 use super::{Equation, HeldOut, PredictionTable, StateQuality, Stepping};
@@ -152,6 +152,18 @@ impl Account {
             quality: Vec::new(),
             held_out: None,
         }
+    }
+
+    /// How well all equations together explain the data; `None` where no size of errors is known.
+    #[must_use]
+    pub fn certainty(&self) -> Option<Certainty> {
+        let only_rivals = || self.equations.iter().all(|e| e.reached_floor || e.has_rivals());
+        Some(match (self.explained?, self.noise) {
+            (true, NoiseSource::Rounding) => Certainty::Exact,
+            (true, _) => Certainty::Adequate,
+            (false, _) if only_rivals() => Certainty::Ambiguous,
+            (false, _) => Certainty::Doubted,
+        })
     }
 
     /// The same, with how well the model predicts the samples that `predicted` has, if it has any.

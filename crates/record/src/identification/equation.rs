@@ -145,6 +145,14 @@ impl Equation {
     }
 }
 
+impl Equation {
+    /// Whether nothing speaks against the equation but other terms that explain the data as well, or may do.
+    pub(super) fn has_rivals(&self) -> bool {
+        let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished].map(told);
+        self.is_ambiguous() || self.doubt.as_deref().is_some_and(|doubt| of_rivals.contains(&doubt))
+    }
+}
+
 /// Why an equation is not adequate although the noise is estimated: what to say of its residual.
 fn told(doubt: Doubt) -> &'static str {
     match doubt {

@@ -1,5 +1,6 @@
 //! Whether a model is adequate, and why not.
 
+use sindyna_core::Certainty;
 use sindyna_core::number::significant;
 use sindyna_record::identification::{Account, Equation, FreeRun, HeldOut, NoiseSource};
 
@@ -18,9 +19,16 @@ pub(super) fn blocks(account: &Account) -> Vec<Block> {
         NoiseSource::Declared => "the declared noise",
         _ => "rounding",
     };
-    let verdict = match account.explained {
-        Some(true) => format!("Adequate: the residuals of all equations are at the noise floor ({floor})."),
-        Some(false) => "Approximation: not every equation is adequate.".into(),
+    let verdict = match account.certainty() {
+        Some(Certainty::Exact | Certainty::Adequate) => {
+            format!("Adequate: the residuals of all equations are at the noise floor ({floor}).")
+        }
+        Some(Certainty::Ambiguous) => {
+            format!(
+                "Ambiguous: the residuals of all equations are at the noise floor ({floor}), but other sets of terms fit equally well, or may."
+            )
+        }
+        Some(Certainty::Doubted) => "Approximation: not every equation is adequate.".into(),
         None => "Not assessed: no noise floor is known for this target.".into(),
     };
     let mut blocks = vec![Block::Verdict { good: account.explained, text: verdict }];

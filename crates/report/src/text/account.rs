@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use sindyna_core::Certainty;
 use sindyna_core::number::{fixed, significant};
 use sindyna_record::identification::{
     Account, Equation, FreeRun, HeldOut, NoiseSource, Offset, StateNoise, StateQuality,
@@ -81,9 +82,13 @@ fn quality(account: &Account, width: usize) -> String {
 
 /// What is claimed of all equations together.
 fn claim(account: &Account) -> &'static str {
-    match (account.explained, account.noise) {
-        (Some(false), _) => "an approximation, ",
-        (Some(true), NoiseSource::Estimated) => "adequate among the candidate terms, ",
+    match (account.certainty(), account.noise) {
+        (Some(Certainty::Doubted), _) => "an approximation, ",
+        (Some(Certainty::Ambiguous), _) if !account.search_complete => {
+            "ambiguous (other sets of terms may fit equally well), "
+        }
+        (Some(Certainty::Ambiguous), _) => "ambiguous (other sets of terms fit equally well), ",
+        (Some(_), NoiseSource::Estimated) => "adequate among the candidate terms, ",
         _ => "",
     }
 }

@@ -146,7 +146,10 @@ impl Problem<'_> {
             if !self.leaves_nothing(best) && self.rates[i].is_none() && self.is_noise(best, i) {
                 proposals.extend(self.propose_inside(best, i));
             }
-            for proposal in proposals {
+            // Terms that are the same on all data, and no simpler, were compared above.
+            let is_new =
+                |p: &Proposal| !regression.are_twins(own, &p.support) || self.penalty(&p.support) < self.penalty(own);
+            for proposal in proposals.into_iter().filter(is_new) {
                 let Some(rival) = self.exchange(best, i, &proposal) else { continue };
                 if self.is_rival(&rival, best, i) {
                     rivals[i].push(proposal.support.clone());
@@ -216,7 +219,9 @@ impl Problem<'_> {
     fn unlikely_rival(&self, best: &Hypothesis, i: usize, regression: &Regression) -> Option<Hypothesis> {
         let told = |support: &[usize]| self.penalty(support) - self.prior(support);
         let mut proposals = regression.near_best(NEAR, RIVALS, told);
-        proposals.retain(|p| self.n_parameters(&p.support) <= self.n_parameters(&best.supports[i]));
+        let own = &best.supports[i];
+        proposals.retain(|p| self.n_parameters(&p.support) <= self.n_parameters(own));
+        proposals.retain(|p| !regression.are_twins(own, &p.support));
         proposals.iter().find_map(|p| self.exchange(best, i, p).filter(|rival| self.is_rival(rival, best, i)))
     }
 

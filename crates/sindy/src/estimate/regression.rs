@@ -156,6 +156,15 @@ impl Regression {
         self.found.equal.iter().filter_map(pair).collect()
     }
 
+    /// Whether `other` has terms of `own` and, in the place of the rest, terms that have the same values on all data, up to a factor.
+    pub(super) fn are_twins(&self, own: &[usize], other: &[usize]) -> bool {
+        let twins = self.twins(own);
+        let stands_for = |j: usize, k: usize| j == k || twins.contains(&(j, k));
+        own.len() == other.len()
+            && own.iter().all(|&j| other.iter().any(|&k| stands_for(j, k)))
+            && other.iter().all(|&k| own.iter().any(|&j| stands_for(j, k)))
+    }
+
     /// The best subset of each size, for people to look at; residuals in standard deviations of the noise.
     pub(super) fn path(&self) -> Vec<SizeReport> {
         let rows = self.triangle.n_rows() as f64;

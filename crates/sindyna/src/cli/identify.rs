@@ -65,7 +65,7 @@ pub(crate) struct Args {
     /// Do not write report.html
     #[arg(long)]
     no_report: bool,
-    /// Exit with code 1 where the equations are an approximation
+    /// Exit with code 1 where not every equation is adequate
     #[arg(long)]
     strict: bool,
     /// Output directory, which must not exist [default: models/LOG, numbered if it exists]

@@ -7,7 +7,7 @@ use super::ahead::{clearly_least, missed};
 use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::delay::shifted;
-use super::unmeasured::{Order, Unmeasured, lone, with_rates_of};
+use super::unmeasured::{Order, Unmeasured, is_better, lone, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// How a log may be read.
@@ -31,7 +31,7 @@ const TRIED: [Reading; 6] = [
     Reading { rows: 0.0, linear: false, simulated: true },
 ];
 
-/// Steps by which they are told apart, at most, and the part of the usual effort for each.
+/// Steps by which they are told apart, or four times as many where these are too few, and the part of the usual effort for each.
 const STEPS: usize = 300;
 const EFFORT: f64 = 0.1;
 
@@ -41,15 +41,20 @@ const AHEAD: usize = 900;
 /// Difference of scores at odds of twenty to one.
 const TOLD_APART: f64 = 6.0;
 
-/// Readings of `log`: those that are always tried, and delays near those after which states follow inputs most.
-fn tried(log: &Log) -> Vec<Reading> {
-    let mut all = TRIED.to_vec();
+/// Rows of the longest delay that is always tried.
+const NEAR: f64 = 2.0;
+
+/// Readings of `log`, in groups: as it stands; longer delays, near those after which states follow inputs most; what is tried of every log, and other delays near those.
+fn tried(log: &Log) -> [Vec<Reading>; 3] {
+    let (mut far, mut near) = (Vec::new(), TRIED[1..].to_vec());
     for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
-        if !all.iter().any(|reading| !reading.linear && (reading.rows - rows).abs() < 0.5) {
-            all.push(Reading { rows, linear: false, simulated: false });
+        let is_known = |reading: &Reading| !reading.linear && (reading.rows - rows).abs() < 0.5;
+        if ![&TRIED[..], &far, &near].concat().iter().any(is_known) {
+            let group = if rows > NEAR { &mut far } else { &mut near };
+            group.push(Reading { rows, linear: false, simulated: false });
         }
     }
-    all
+    [vec![TRIED[0]], far, near]
 }
 
 /// Steps at the beginning and the end of a trajectory that are not used, since delays of some `readings` need them.
@@ -85,43 +90,78 @@ pub(super) fn told_apart<E: From<FitError>>(
         let linear = asked.intersample.is_none() || !reading.linear;
         late && linear && (!reading.simulated || matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto)
     };
+    let groups = tried(log).map(|group| group.into_iter().filter(is_open).collect::<Vec<Reading>>());
+    let readings = groups.concat();
+    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&readings) };
+    let available = kept.data.n_steps();
+    let mut steps = STEPS;
     let mut all: Vec<Tried> = Vec::new();
-    let readings: Vec<Reading> = tried(log).into_iter().filter(is_open).collect();
-    let margins = margins(&readings);
-    for &reading in &readings {
-        let data = shifted(&kept.data, reading.rows, margins, STEPS + AHEAD)?;
-        let data = if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
-        let samples = Samples { data: data.first(STEPS), times: None };
-        let of =
-            |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_effort(EFFORT).with_simulators(reading.simulated));
-        // Of a state whose rate was not measured nothing is found without it.
-        let plain = of(&log.spec)?;
-        let first = match &rates {
-            Unmeasured::Given(_) => None,
-            _ => as_read(&plain, &samples, asked.watch).ok(),
-        };
-        let choice = (first.as_ref(), &rates);
-        let with = with_rates_of(log, &samples, choice, of, (asked.watch, &|_| {}), Order::Second);
-        if !asked.watch.go_on() {
-            return Err(FitError::Interrupted.into());
+    for group in groups {
+        for reading in group {
+            let mut tried = trial.of(reading, steps)?;
+            // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
+            while reading == TRIED[0] && steps < available && tried.as_ref().is_some_and(|tried| !tried.spoilt) {
+                steps *= 4;
+                tried = trial.of(reading, steps)?;
+            }
+            all.extend(tried);
         }
-        let with = with.ok().flatten().map(|(found, identifier, _)| (found, identifier));
-        let Some((found, identifier)) = with.or_else(|| Some((first?, plain))) else { continue };
-        let Some(score) = found.report.score else { continue };
-        let tried = Tried {
-            reading,
-            score,
-            spoilt: is_spoilt(&found),
-            astray: found.report.rows_astray,
-            missed: missed(&found.model, &identifier, &data, STEPS),
-        };
-        let settled = all.is_empty() && !tried.spoilt;
-        all.push(tried);
-        if settled {
+        // What leaves nothing to explain is compared with what is much like it, and with nothing else.
+        if all.iter().any(|tried| !tried.spoilt) {
             break;
         }
     }
     Ok(best_of(&all, readings.len()))
+}
+
+/// How readings are tried on the first samples of a log.
+struct Trial<'a, E> {
+    log: &'a Log,
+    kept: &'a Samples,
+    rates: &'a Unmeasured,
+    asked: &'a Asked<'a, E>,
+    /// Steps at the beginning and the end of a trajectory that are not used.
+    margins: (usize, usize),
+}
+
+impl<E: From<FitError>> Trial<'_, E> {
+    /// What is found with `reading` in so many steps; `None` if nothing is.
+    fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
+        let Self { log, kept, rates, asked, margins } = *self;
+        let data = shifted(&kept.data, reading.rows, margins, steps + AHEAD)?;
+        let data = if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
+        let samples = Samples { data: data.first(steps), times: None };
+        let of =
+            |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_effort(EFFORT).with_simulators(reading.simulated));
+        let plain = of(&log.spec)?;
+        let first = match asked.unmeasured {
+            Unmeasured::Given(_) => None,
+            _ => as_read(&plain, &samples, asked.watch).ok(),
+        };
+        let (found, identifier) = match first {
+            Some(first) if !is_spoilt(&first) => (first, plain),
+            first => {
+                // Rates that the whole log speaks for are taken without asking.
+                let before = first.as_ref().filter(|_| !matches!(rates, Unmeasured::Given(_)));
+                let with = with_rates_of(log, &samples, (before, rates), of, (asked.watch, &|_| {}), Order::Second);
+                let with = with.ok().flatten().map(|(found, identifier, _)| (found, identifier));
+                let better = with.filter(|(with, _)| first.as_ref().is_none_or(|first| is_better(with, first)));
+                let Some(best) = better.or_else(|| Some((first?, plain))) else { return Ok(None) };
+                best
+            }
+        };
+        if !asked.watch.go_on() {
+            return Err(FitError::Interrupted.into());
+        }
+        let tried = |score: f64| Tried {
+            reading,
+            score,
+            spoilt: is_spoilt(&found),
+            astray: found.report.rows_astray,
+            missed: missed(&found.model, &identifier, &data, steps),
+        };
+        Ok(found.report.score.map(tried))
+    }
 }
 
 /// What was found with one reading.

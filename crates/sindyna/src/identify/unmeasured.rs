@@ -212,7 +212,7 @@ pub(super) fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -
 }
 
 /// Whether `found`, with rates that were not measured, is better than `first` without: by the score where both have one, as both speak of the same samples.
-fn is_better(found: &Identified, first: &Identified) -> bool {
+pub(super) fn is_better(found: &Identified, first: &Identified) -> bool {
     match (found.report.score, first.report.score) {
         (Some(found), Some(first)) => found < first,
         _ => found.certainty() > first.certainty() || first.certainty() == Certainty::Doubted,
