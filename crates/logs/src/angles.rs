@@ -10,12 +10,6 @@ use crate::{Note, rates, roles, units};
 /// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are. A name is not enough for
 /// what goes beyond a turn: `Th` may be a temperature, and is no angle beside states none of which is its rate.
 pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[&Column]) -> Vec<(usize, Note)> {
-    let torque =
-        inputs.iter().any(|c| roles::is_torque(&c.name) || ["Nm", "N m", "N\u{b7}m", "N*m"].contains(&c.unit.as_str()));
-    let may_be = |c: &Column| match c.unit.as_str() {
-        "" => roles::is_angle(&c.name) || (torque && roles::is_position(&c.name)),
-        unit => units::is_angle(unit),
-    };
     // Without time stamps no state is known to be the rate of another yet.
     let timed = recordings.iter().all(|r| r.times.len() == r.states.nrows());
     let seen = if timed { rates::recognised(recordings) } else { Vec::new() };
@@ -25,9 +19,19 @@ pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[
         let folds = folds(recordings, i, TAU);
         let turns = span(recordings, i) / TAU;
         let note = Note::Angle { state: column.name.clone(), turns: (!folds).then_some(turns) };
-        (may_be(column) && (folds || turns > 1.0 + 1e-6 && moves(i))).then_some((i, note))
+        (may_be(column, inputs) && (folds || turns > 1.0 + 1e-6 && moves(i))).then_some((i, note))
     };
     states.iter().enumerate().filter_map(turning).collect()
+}
+
+/// Whether the name or the unit of a state says that it may be an angle: a position may be one under a torque.
+pub(crate) fn may_be(column: &Column, inputs: &[&Column]) -> bool {
+    let is_torque =
+        |c: &&Column| roles::is_torque(&c.name) || ["Nm", "N m", "N\u{b7}m", "N*m"].contains(&c.unit.as_str());
+    match column.unit.as_str() {
+        "" => roles::is_angle(&column.name) || (roles::is_position(&column.name) && inputs.iter().any(is_torque)),
+        unit => units::is_angle(unit),
+    }
 }
 
 /// What speaks for degrees, of the angle of state `i` without a unit: it jumps by 360, or goes farther than machines turn.

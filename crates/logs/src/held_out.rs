@@ -23,6 +23,16 @@ impl Samples {
         }
     }
 
+    /// The first `steps` of them.
+    #[must_use]
+    pub fn first(&self, steps: usize) -> Self {
+        let data = self.data.first(steps);
+        let cut = |all: &Vec<Vec<f64>>| {
+            data.rollouts().zip(all).map(|(rollout, times)| times[..=rollout.controls.nrows()].to_vec()).collect()
+        };
+        Self { times: self.times.as_ref().map(cut), data }
+    }
+
     /// Appends the steps `from` to `to` of a rollout, that one excluded.
     fn copy(
         &mut self,

@@ -58,6 +58,7 @@ mod table;
 mod text;
 mod time;
 mod time_unit;
+mod turned;
 mod units;
 mod values;
 

@@ -3,7 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use sindyna_core::{Dataset, Precision, Spec};
+use sindyna_core::{Dataset, Kind, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
 use crate::column::Column;
@@ -33,6 +33,8 @@ pub struct Log {
     pub notes: Vec<Note>,
     /// What makes the samples hard to identify anything in, as they were read.
     pub findings: Vec<Finding>,
+    /// States that may be angles, as their names or units say, and have rates, but do not turn far enough to be taken as such.
+    pub may_turn: Vec<String>,
     /// What the columns are, decided and as they were named: options by which another log is read alike.
     pub decided: LogOptions,
 }
@@ -165,6 +167,11 @@ impl Log {
         angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
         let rates = rates_of(&states, &names, options, &mut notes)?;
         let kinds = declare::kinds(&names, &angles, &rates)?;
+        let is_plain = |i: usize| kinds[i] == Kind::Plain && rates.iter().any(|(_, of)| *of == i);
+        let may_turn =
+            options.states.iter().zip(&states_told).filter(|(_, column)| angles::may_be(column, &inputs_told));
+        let may_turn = may_turn.filter(|(name, _)| names.iter().position(|n| n == *name).is_some_and(is_plain));
+        let may_turn = if options.angles.is_some() { Vec::new() } else { may_turn.map(|(n, _)| n.clone()).collect() };
         let precision = precision(&digits, options);
         let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (&states_told, &inputs_told), &recordings) };
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
@@ -189,7 +196,7 @@ impl Log {
             circles: Some(pairs(circles.iter().map(|c| (c.cosine, c.sine)).collect(), &options.states)),
             ..options.clone()
         };
-        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes, findings, decided })
+        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes, findings, may_turn, decided })
     }
 }
 

@@ -125,6 +125,11 @@ pub enum Note {
         /// Whole turns that it spans; `None` for one that is folded into one turn.
         turns: Option<f64>,
     },
+    /// A state was taken as an angle, as its name or unit says, because no equations without angles explain the data.
+    Turned {
+        /// The state.
+        state: String,
+    },
     /// An angle without a unit that may be in degrees.
     Degrees {
         /// The angle.
@@ -301,6 +306,12 @@ impl fmt::Display for Note {
             }
             Self::Angle { state, turns: None } => {
                 write!(f, "{state} is used as an angle that is wrapped to one turn")
+            }
+            Self::Turned { state } => {
+                write!(
+                    f,
+                    "{state} is used as an angle, as its name or unit says: no equations without angles explain the data"
+                )
             }
             Self::Degrees { state, reach } => {
                 write!(f, "{state} reaches {} and is read in radians; it may be in degrees", significant(*reach, 3))

@@ -7,7 +7,10 @@ use crate::{DeclarationError, LogError, Note, StateOption};
 /// Largest RMS difference between a state and what another one changes by, as a share of that change.
 const CLOSE: f64 = 0.05;
 
-/// Steps over which changes are compared: noise of single samples weighs less on longer ones.
+/// Part of that which the noise of single samples may be.
+const NOISE: f64 = 0.5;
+
+/// Steps over which changes are compared, at least: noise of single samples weighs less on longer ones.
 const LAG: usize = 10;
 
 /// A state that was seen to be the rate of another.
@@ -86,25 +89,62 @@ pub(crate) fn doubted(states: &[Recording], names: &[String], rate: usize, of: u
 const NEW: [f64; 3] = [0.5, 1.0, 0.0];
 
 /// RMS of (change of `of` − integral of `rate`), over the RMS of the change, by the sum that fits best; `None` where
-/// nothing changes.
+/// nothing changes. Changes are those over the fewest steps, from ten on, over which noise of single samples is small beside them; or over those over which there is most change.
 pub(crate) fn off_by(recordings: &[Recording], rate: usize, of: usize) -> Option<f64> {
-    let (mut difference, mut change, mut count) = ([0.0; 3], 0.0, 0);
-    for recording in recordings {
-        let (x, v) = (recording.states.column(of), recording.states.column(rate));
-        let lag = LAG.min(x.len() / 4).max(1);
+    let pairs: Vec<Pair> = recordings.iter().map(|recording| Pair::new(recording, rate, of)).collect();
+    let longest = pairs.iter().map(|pair| pair.x.len() / 4).max()?;
+    // Over one step the noise of two samples is all there is of a difference, and nearly nothing of what differs slowly.
+    let noise = compared(&pairs, 1)?.0;
+    let lags = std::iter::successors(Some(LAG), |lag| Some(2 * lag)).take_while(|lag| *lag <= longest.max(LAG));
+    let mut best = (0.0, 0.0);
+    for (difference, change) in lags.filter_map(|lag| compared(&pairs, lag)) {
+        best = if change > best.1 { (difference, change) } else { best };
+        if noise <= (NOISE * CLOSE).powi(2) * change {
+            break;
+        }
+    }
+    (best.1 > 0.0).then(|| (best.0 / best.1).sqrt())
+}
+
+/// A state and what may be its rate in one recording, with the integral of the latter up to every sample, by each of the sums.
+struct Pair {
+    x: Vec<f64>,
+    integrals: [Vec<f64>; 3],
+}
+
+impl Pair {
+    fn new(recording: &Recording, rate: usize, of: usize) -> Self {
+        let v = recording.states.column(rate);
         let steps: Vec<f64> = recording.steps().collect();
+        let integral = |new: f64| {
+            let step = |sum: &mut f64, i: usize| {
+                *sum += steps[i] * ((1.0 - new) * v[i] + new * v[i + 1]);
+                Some(*sum)
+            };
+            std::iter::once(0.0).chain((0..v.len().saturating_sub(1)).scan(0.0, step)).collect()
+        };
+        Self { x: recording.states.column(of).to_vec(), integrals: NEW.map(integral) }
+    }
+}
+
+/// Mean squares of (change − integral), by the sum that fits best, and of the change, over so many steps; fewer in short recordings. `None` with less than
+/// three of them.
+fn compared(pairs: &[Pair], lag: usize) -> Option<(f64, f64)> {
+    let (mut difference, mut change, mut count) = ([0.0; 3], 0.0, 0_u32);
+    for Pair { x, integrals } in pairs {
+        let lag = lag.min(x.len() / 4).max(1);
         for first in 0..x.len().saturating_sub(lag) {
             let moved = x[first + lag] - x[first];
-            for (difference, new) in difference.iter_mut().zip(NEW) {
-                let sum = |i: usize| steps[i] * ((1.0 - new) * v[i] + new * v[i + 1]);
-                *difference += (moved - (first..first + lag).map(sum).sum::<f64>()).powi(2);
+            for (difference, sum) in difference.iter_mut().zip(integrals) {
+                *difference += (moved - (sum[first + lag] - sum[first])).powi(2);
             }
             change += moved * moved;
             count += 1;
         }
     }
     let least = difference.into_iter().fold(f64::INFINITY, f64::min);
-    (count >= 3 && change > 0.0).then(|| (least / change).sqrt())
+    let mean = |sum: f64| sum / f64::from(count);
+    (count >= 3).then(|| (mean(least), mean(change)))
 }
 
 #[cfg(test)]
@@ -143,5 +183,19 @@ mod tests {
         let noise = |t: f64| 1e-3 * (1e4 * t).sin();
         let seen = recognised(&[recording(2, |t, j| [t.sin() + noise(t), t.cos() + noise(t + 1.0)][j])]);
         assert_eq!(seen.iter().map(|s| (s.rate, s.of)).collect::<Vec<_>>(), [(1, 0)]);
+        // A place that moves far beside its noise in a second, but not in ten samples; and one whose rate is shown by a slow sensor.
+        let noise = |t: f64| 0.01 * (1e4 * t).sin();
+        let place = |t: f64, j: usize| [0.4 * t.sin() + noise(t), 0.4 * t.cos() + noise(t + 1.0)][j];
+        let seen = recognised(&[long(place)]);
+        assert_eq!(seen.iter().map(|s| (s.rate, s.of)).collect::<Vec<_>>(), [(1, 0)]);
+        let slow = |t: f64, j: usize| [0.4 * t.sin() + noise(t), 0.4 * (t - 0.15).cos() + noise(t + 1.0)][j];
+        assert!(recognised(&[long(slow)]).is_empty());
+    }
+
+    /// Two states, every 10 ms.
+    fn long(x: impl Fn(f64, usize) -> f64) -> Recording {
+        let states = Array2::from_shape_fn((1500, 2), |(i, j)| x(0.01 * i as f64, j));
+        let times = (0..1500).map(|i| 0.01 * f64::from(i)).collect();
+        Recording { times, states, inputs: Array2::zeros((1500, 0)), ..Recording::default() }
     }
 }

@@ -245,7 +245,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Delayed { .. } => "; --delay 0 turns this off",
         Note::FirstOrderHold { given: false } => "; --intersample zoh turns this off",
         Note::Unmeasured { given: false, .. } => "; --unmeasured none turns this off",
-        Note::Angle { .. } => "; --angles none turns this off",
+        Note::Angle { .. } | Note::Turned { .. } => "; --angles none turns this off",
         Note::Degrees { .. } => "; --units STATE=deg converts it",
         Note::Roles { .. } => "; --states and --inputs change this",
         Note::Time { by: UnitBy::Header, .. } => "",

@@ -1,10 +1,11 @@
 //! Equations compared by what they predict of samples that they were not fitted to.
 
 use ndarray::s;
-use sindyna_core::Dataset;
 use sindyna_sindy::{Identifier, Model, Recording};
 
+use super::as_read::recordings;
 use super::unmeasured::hidden;
+use crate::logs::Samples;
 
 /// Steps of a window, and number of windows at most: these are spread evenly, so that what one misses says little of the next.
 const WINDOW: usize = 10;
@@ -13,14 +14,16 @@ const WINDOWS: usize = 30;
 /// Probability of what is taken for chance: odds of twenty to one, and one of six readings.
 const CHANCE: f64 = 1.0 / (20.0 * 6.0);
 
-/// RMS error of what `model`, found by `identifier`, predicts over each of some windows of `data` after the first `fitted` steps: of each state that was measured, as a part
+/// RMS error of what `model`, found by `identifier`, predicts over each of some windows of `samples` after the first `fitted` steps: of each state that was measured, as a part
 /// of its standard deviation. Infinite where it diverges; nothing if there are no such steps.
-pub(super) fn missed(model: &Model, identifier: &Identifier, data: &Dataset, fitted: usize) -> Vec<f64> {
+pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, fitted: usize) -> Vec<f64> {
+    let Samples { data, times } = samples;
     let measured = data.observation_dim();
     let count = identifier.spec().observation_dim() - measured;
-    let filled = match count {
-        0 => identifier.recordings(data),
-        _ => identifier.filled(model, &hidden(data, None, count)),
+    let filled = match (count, times) {
+        (0, None) => identifier.recordings(data),
+        (0, Some(times)) => Ok(recordings(data, times)),
+        _ => identifier.filled(model, &hidden(data, times.as_deref(), count)),
     };
     let Ok(recordings) = filled else { return Vec::new() };
     let (mut before, mut starts) = (0, Vec::new());

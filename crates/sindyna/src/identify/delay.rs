@@ -2,46 +2,46 @@
 
 use sindyna_core::{Dataset, FitError};
 
-use crate::logs::{Log, Note};
+use crate::logs::{Log, Note, Samples};
 
 /// `log` with inputs that act `rows` rows later than over the step after theirs, and a note of it. A part of a row is interpolated linearly.
 ///
 /// # Errors
-/// [`FitError::Regression`] if samples are not even, or no trajectory is longer than the delay.
+/// [`FitError::Regression`] for a part of a row where samples are not even, or if no trajectory is longer than the delay.
 pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
     let failed = |reason: &str| Err(FitError::Regression { reason: reason.into() });
-    if log.times.is_some() {
-        return failed(
-            "a delay of the inputs is a number of rows, which must be evenly spaced: resample the log first",
-        );
+    if log.times.is_some() && rows.fract() != 0.0 {
+        return failed("a delay of a part of a row requires evenly spaced samples: resample the log first");
     }
     let margins = (rows.ceil().max(0.0) as usize, (-rows).ceil().max(0.0) as usize);
-    let data = shifted(&log.data, rows, margins, usize::MAX)?;
+    let Samples { data, times } = shifted(&log.data, log.times.as_deref(), rows, margins, usize::MAX)?;
     if data.n_steps() == 0 {
         return failed("no trajectory is longer than the delay of the inputs");
     }
     let mut notes = log.notes.clone();
     notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt });
-    Ok(Log { data, notes, ..log.clone() })
+    Ok(Log { data, times, notes, ..log.clone() })
 }
 
-/// `data` whose inputs are those of `rows` rows before, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
+/// `data`, sampled at `times`, whose inputs are those of `rows` rows before, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
 pub(super) fn shifted(
     data: &Dataset,
+    times: Option<&[Vec<f64>]>,
     rows: f64,
     (first, last): (usize, usize),
     most: usize,
-) -> Result<Dataset, FitError> {
+) -> Result<Samples, FitError> {
     let failed = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
     let (m, k) = (data.observation_dim(), data.control_dim());
     let mut all = Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample());
-    for rollout in data.rollouts() {
-        let steps = first..rollout.controls.nrows().saturating_sub(last);
-        if steps.is_empty() || all.n_steps() >= most {
+    let mut moments = Vec::new();
+    for (number, rollout) in data.rollouts().enumerate() {
+        let end = rollout.controls.nrows().saturating_sub(last).min(first.saturating_add(most - all.n_steps()));
+        if end <= first {
             continue;
         }
         all.begin(&rollout.observations.row(first).to_vec()).map_err(failed)?;
-        for t in steps.take(most - all.n_steps()) {
+        for t in first..end {
             let at = t as f64 - rows;
             let (before, share) = (at.floor(), at - at.floor());
             let after = if share > 0.0 { before + 1.0 } else { before };
@@ -49,8 +49,11 @@ pub(super) fn shifted(
             let input: Vec<f64> = one.iter().zip(other).map(|(one, other)| one + share * (other - one)).collect();
             all.push(&input, &input, 0.0, &rollout.observations.row(t + 1).to_vec()).map_err(failed)?;
         }
+        if let Some(times) = times.and_then(|all| all.get(number)) {
+            moments.push(times[first..=end].iter().map(|t| t - times[first]).collect());
+        }
     }
-    Ok(all)
+    Ok(Samples { data: all, times: times.map(|_| moments) })
 }
 
 #[cfg(test)]
@@ -65,8 +68,11 @@ mod tests {
             data.push(&[f64::from(t * t)], &[f64::from(t * t)], 0.0, &[f64::from(t + 1)]).expect("pushed");
         }
         let of = |rows: f64, margins: (usize, usize)| {
-            let moved = shifted(&data, rows, margins, usize::MAX).expect("moved");
-            let rollout = moved.rollouts().next().expect("one rollout");
+            let times = vec![(0..7).map(|t| f64::from(t * t)).collect()];
+            let moved = shifted(&data, Some(&times), rows, margins, usize::MAX).expect("moved");
+            let first = margins.0 as f64;
+            assert_eq!(moved.times.expect("times")[0][1], (first + 1.0).powi(2) - first.powi(2));
+            let rollout = moved.data.rollouts().next().expect("one rollout");
             (rollout.observations.column(0).to_vec(), rollout.controls.column(0).to_vec())
         };
         assert_eq!(of(1.0, (1, 0)), (vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], vec![0.0, 1.0, 4.0, 9.0, 16.0]));

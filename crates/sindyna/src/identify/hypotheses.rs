@@ -7,8 +7,8 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::delayed;
-use super::readings::{fits, told_apart};
-use super::unmeasured::{Rates, Unmeasured, lone, with_rates};
+use super::readings::told_apart;
+use super::unmeasured::{Choice, Rates, Unmeasured, lone, with_rates};
 use crate::logs::Log;
 
 /// What was found in a log.
@@ -39,33 +39,35 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         return Ok(Looked { found: found.clone(), identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
-    let is_open = asked.delay == Delay::Auto || asked.intersample.is_none();
-    let chosen = if is_open && fits(&log, &kept) { told_apart(&log, &kept, first.as_ref(), asked)? } else { None };
-    let otherwise = match chosen {
-        Some(reading) if reading.linear || reading.rows != 0.0 => {
-            let log = if reading.linear { linear(&log, false) } else { delayed(&log, reading.rows)? };
+    let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;
+    let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {
+        Some(log) => {
             let kept = (asked.kept)(&log)?;
+            let identifier = (asked.identifier)(&log.spec)?;
             match first.as_ref().map(|_| as_read(&identifier, &kept, asked.watch)).transpose() {
-                Ok(first) => Some((log, kept, first)),
+                Ok(first) => Some((log, kept, identifier, first)),
                 Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
                 // What was found in a part is none in all.
                 Err(_) => None,
             }
         }
-        _ => None,
+        None => None,
     };
-    let (log, kept, first) = otherwise.unwrap_or((log, kept, first));
-    // A search that was not finished says nothing of rates that were not measured, unless only positions were.
+    let (log, kept, identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
+    // A search that was not finished says nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
+    let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
     let tells = |first: &Identified| {
         let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
-        is_spoilt(first) && (first.report.search_complete || has_lone)
+        is_spoilt(first) && (first.report.search_complete || has_lone || !seen.is_empty())
     };
     if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
-    let simulated = chosen.is_none_or(|reading| reading.simulated);
+    let acts = kept.times.is_none() && log.spec.control_dim() > 0;
+    let simulated = chosen.as_ref().filter(|_| acts).is_none_or(|chosen| chosen.reading.simulated);
     let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_simulators(simulated));
-    let rates = with_rates(&log, &kept, (first.as_ref(), asked.unmeasured), of, (asked.watch, asked.say))?;
+    let choice = Choice { first: first.as_ref(), asked: asked.unmeasured, seen };
+    let rates = with_rates(&log, &kept, choice, of, (asked.watch, asked.say))?;
     match (rates, first) {
         (Some(Rates { found, identifier, log }), _) => Ok(Looked { found, identifier, log }),
         (None, Some(found)) => Ok(Looked { found, identifier, log }),

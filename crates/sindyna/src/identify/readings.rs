@@ -1,34 +1,59 @@
-//! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
+//! How a log may be read besides as it says: states that are angles, inputs that act earlier or later, or change between rows, and steps of a simulator.
 
-use sindyna_core::{FitError, InterSample, Spec};
+use sindyna_core::{Dataset, FitError, InterSample, Spec};
 use sindyna_sindy::Identified;
 
 use super::ahead::{clearly_least, missed};
 use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
-use super::delay::shifted;
-use super::unmeasured::{Order, Unmeasured, is_better, lone, with_rates_of};
+use super::between::linear;
+use super::delay::{delayed, shifted};
+use super::unmeasured::{Choice, Order, Unmeasured, added, is_better, lone, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// How a log may be read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
+    /// Whether states that may be angles are.
+    turned: bool,
     /// Rows by which inputs act later.
-    pub(super) rows: f64,
+    rows: f64,
     /// Whether they are linear between rows.
-    pub(super) linear: bool,
+    linear: bool,
     /// Whether the samples are those of a simulator.
     pub(super) simulated: bool,
 }
 
-/// What is tried of every log.
-const TRIED: [Reading; 6] = [
-    Reading { rows: 0.0, linear: false, simulated: false },
-    Reading { rows: -1.0, linear: false, simulated: false },
-    Reading { rows: 0.0, linear: true, simulated: false },
-    Reading { rows: 1.0, linear: false, simulated: false },
-    Reading { rows: 2.0, linear: false, simulated: false },
-    Reading { rows: 0.0, linear: false, simulated: true },
+impl Reading {
+    /// The log as it stands.
+    const GIVEN: Self = Self { turned: false, rows: 0.0, linear: false, simulated: false };
+
+    /// `log` as it is read so; `None` if that is as it stands.
+    ///
+    /// # Errors
+    /// [`FitError::Regression`] if no trajectory is longer than the delay.
+    pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
+        let turned = if self.turned { log.turned() } else { None };
+        let late = if self.rows == 0.0 { None } else { Some(delayed(turned.as_ref().unwrap_or(log), self.rows)?) };
+        let read = late.or(turned);
+        Ok(if self.linear { Some(linear(read.as_ref().unwrap_or(log), false)) } else { read })
+    }
+}
+
+/// What a part of a log speaks for.
+pub(super) struct Chosen {
+    pub(super) reading: Reading,
+    /// Rates that were not measured, as (name, state), with which equations leave nothing to explain.
+    pub(super) rates: Vec<(String, String)>,
+}
+
+/// What is tried of every log with inputs, besides longer delays.
+const TRIED: [Reading; 5] = [
+    Reading { rows: -1.0, ..Reading::GIVEN },
+    Reading { linear: true, ..Reading::GIVEN },
+    Reading { rows: 1.0, ..Reading::GIVEN },
+    Reading { rows: 2.0, ..Reading::GIVEN },
+    Reading { simulated: true, ..Reading::GIVEN },
 ];
 
 /// Steps by which they are told apart, or four times as many where these are too few, and the part of the usual effort for each.
@@ -44,17 +69,22 @@ const TOLD_APART: f64 = 6.0;
 /// Rows of the longest delay that is always tried.
 const NEAR: f64 = 2.0;
 
-/// Readings of `log`, in groups: as it stands; longer delays, near those after which states follow inputs most; what is tried of every log, and other delays near those.
+/// Readings of `log` besides that as it stands, in groups: with angles; longer delays, near those after which states follow inputs most; what is tried of every log with
+/// inputs, and other delays near those.
 fn tried(log: &Log) -> [Vec<Reading>; 3] {
-    let (mut far, mut near) = (Vec::new(), TRIED[1..].to_vec());
+    let turned = if log.may_turn.is_empty() { Vec::new() } else { vec![Reading { turned: true, ..Reading::GIVEN }] };
+    if log.spec.control_dim() == 0 {
+        return [turned, Vec::new(), Vec::new()];
+    }
+    let (mut far, mut near) = (Vec::new(), TRIED.to_vec());
     for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
         let is_known = |reading: &Reading| !reading.linear && (reading.rows - rows).abs() < 0.5;
-        if ![&TRIED[..], &far, &near].concat().iter().any(is_known) {
+        if ![&[Reading::GIVEN], &far[..], &near].concat().iter().any(is_known) {
             let group = if rows > NEAR { &mut far } else { &mut near };
-            group.push(Reading { rows, linear: false, simulated: false });
+            group.push(Reading { rows, ..Reading::GIVEN });
         }
     }
-    [vec![TRIED[0]], far, near]
+    [turned, far, near]
 }
 
 /// Steps at the beginning and the end of a trajectory that are not used, since delays of some `readings` need them.
@@ -63,12 +93,8 @@ fn margins(readings: &[Reading]) -> (usize, usize) {
     (most(1.0), most(-1.0))
 }
 
-/// Whether a delay of the inputs of `log` can be told from the samples `kept` of it: there are inputs, and samples at even times.
-pub(super) fn fits(log: &Log, kept: &Samples) -> bool {
-    kept.times.is_none() && log.spec.control_dim() > 0
-}
-
-/// The reading of `log` for which the samples `kept` of it speak, of those that were left open: the best of what is tried on a part of them, with rates that were not measured as was asked, or as `first`, found in all of them, leaves open. `None` where a part tells nothing.
+/// The reading of `log` for which the samples `kept` of it speak, of those that were left open: the best of what is tried on a part of them, with rates that were not
+/// measured as was asked, or as `first`, found in all of them, leaves open. `None` if there is no other, or a part tells nothing.
 ///
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
@@ -77,10 +103,7 @@ pub(super) fn told_apart<E: From<FitError>>(
     kept: &Samples,
     first: Option<&Identified>,
     asked: &Asked<'_, E>,
-) -> Result<Option<Reading>, E> {
-    (asked.say)(
-        "no term explains the residuals: trying other delays of the inputs, first-order hold, and steps of a simulator",
-    );
+) -> Result<Option<Chosen>, E> {
     let rates = match first {
         Some(first) => lone(first, &log.spec, asked.unmeasured),
         None => asked.unmeasured.clone(),
@@ -88,35 +111,47 @@ pub(super) fn told_apart<E: From<FitError>>(
     let is_open = |reading: &Reading| {
         let late = asked.delay == Delay::Auto || reading.rows == 0.0;
         let linear = asked.intersample.is_none() || !reading.linear;
-        late && linear && (!reading.simulated || matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto)
+        let steps = kept.times.is_none() && matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto;
+        late && linear && (!reading.simulated || steps)
     };
     let groups = tried(log).map(|group| group.into_iter().filter(is_open).collect::<Vec<Reading>>());
-    let readings = groups.concat();
-    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&readings) };
-    let available = kept.data.n_steps();
+    let others = groups.concat();
+    if others.is_empty() {
+        return Ok(None);
+    }
+    (asked.say)(
+        "no term explains the residuals: trying other readings of the log (angles, delays of the inputs, first-order hold)",
+    );
+    let turned = log.turned();
+    let trial = Trial { log, turned: turned.as_ref(), kept, rates: &rates, asked, margins: margins(&others) };
+    // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
-    let mut all: Vec<Tried> = Vec::new();
+    let mut given = trial.of(Reading::GIVEN, steps)?;
+    while steps < kept.data.n_steps() && given.as_ref().is_some_and(|given| !given.spoilt) {
+        steps *= 4;
+        given = trial.of(Reading::GIVEN, steps)?;
+    }
+    let mut all: Vec<Tried> = given.into_iter().collect();
+    let mut turned = false;
     for group in groups {
-        for reading in group {
-            let mut tried = trial.of(reading, steps)?;
-            // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
-            while reading == TRIED[0] && steps < available && tried.as_ref().is_some_and(|tried| !tried.spoilt) {
-                steps *= 4;
-                tried = trial.of(reading, steps)?;
-            }
-            all.extend(tried);
-        }
         // What leaves nothing to explain is compared with what is much like it, and with nothing else.
         if all.iter().any(|tried| !tried.spoilt) {
             break;
         }
+        for reading in group {
+            all.extend(trial.of(Reading { turned: turned || reading.turned, ..reading }, steps)?);
+        }
+        turned = best_of(&all, others.len() + 1).is_some_and(|best| best.reading.turned);
     }
-    Ok(best_of(&all, readings.len()))
+    let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
+    Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
 }
 
 /// How readings are tried on the first samples of a log.
 struct Trial<'a, E> {
     log: &'a Log,
+    /// The log with angles.
+    turned: Option<&'a Log>,
     kept: &'a Samples,
     rates: &'a Unmeasured,
     asked: &'a Asked<'a, E>,
@@ -127,10 +162,12 @@ struct Trial<'a, E> {
 impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with `reading` in so many steps; `None` if nothing is.
     fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
-        let Self { log, kept, rates, asked, margins } = *self;
-        let data = shifted(&kept.data, reading.rows, margins, steps + AHEAD)?;
-        let data = if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
-        let samples = Samples { data: data.first(steps), times: None };
+        let Self { kept, rates, asked, margins, .. } = *self;
+        let log = self.turned.filter(|_| reading.turned).unwrap_or(self.log);
+        let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, steps + AHEAD)?;
+        let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
+        let shifted = Samples { data: foh(shifted.data), ..shifted };
+        let samples = shifted.first(steps);
         let of =
             |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_effort(EFFORT).with_simulators(reading.simulated));
         let plain = of(&log.spec)?;
@@ -138,15 +175,16 @@ impl<E: From<FitError>> Trial<'_, E> {
             Unmeasured::Given(_) => None,
             _ => as_read(&plain, &samples, asked.watch).ok(),
         };
-        let (found, identifier) = match first {
-            Some(first) if !is_spoilt(&first) => (first, plain),
+        let (found, identifier, rates) = match first {
+            Some(first) if !is_spoilt(&first) => (first, plain, Vec::new()),
             first => {
                 // Rates that the whole log speaks for are taken without asking.
                 let before = first.as_ref().filter(|_| !matches!(rates, Unmeasured::Given(_)));
-                let with = with_rates_of(log, &samples, (before, rates), of, (asked.watch, &|_| {}), Order::Second);
-                let with = with.ok().flatten().map(|(found, identifier, _)| (found, identifier));
-                let better = with.filter(|(with, _)| first.as_ref().is_none_or(|first| is_better(with, first)));
-                let Some(best) = better.or_else(|| Some((first?, plain))) else { return Ok(None) };
+                let choice = Choice { first: before, asked: rates, seen: &[] };
+                let with = with_rates_of(log, &samples, choice, of, (asked.watch, &|_| {}), Order::Second);
+                let with = with.ok().flatten().map(|(found, identifier, spec)| (found, identifier, added(log, &spec)));
+                let better = with.filter(|(with, ..)| first.as_ref().is_none_or(|first| is_better(with, first)));
+                let Some(best) = better.or_else(|| Some((first?, plain, Vec::new()))) else { return Ok(None) };
                 best
             }
         };
@@ -155,10 +193,11 @@ impl<E: From<FitError>> Trial<'_, E> {
         }
         let tried = |score: f64| Tried {
             reading,
+            rates: rates.clone(),
             score,
             spoilt: is_spoilt(&found),
             astray: found.report.rows_astray,
-            missed: missed(&found.model, &identifier, &data, steps),
+            missed: missed(&found.model, &identifier, &shifted, steps),
         };
         Ok(found.report.score.map(tried))
     }
@@ -167,6 +206,8 @@ impl<E: From<FitError>> Trial<'_, E> {
 /// What was found with one reading.
 struct Tried {
     reading: Reading,
+    /// Rates that were not measured, as (name, state).
+    rates: Vec<(String, String)>,
     score: f64,
     /// Whether it leaves what no term explains.
     spoilt: bool,
@@ -177,7 +218,7 @@ struct Tried {
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.
-fn best_of(all: &[Tried], count: usize) -> Option<Reading> {
+fn best_of(all: &[Tried], count: usize) -> Option<&Tried> {
     let first = all.first()?;
     let told_apart = TOLD_APART + 2.0 * (count as f64).ln();
     // One that leaves out more steps is contradicted by them: where an input changes, and nowhere else, its delay shows.
@@ -191,9 +232,15 @@ fn best_of(all: &[Tried], count: usize) -> Option<Reading> {
         }
     }
     if !best.spoilt {
-        return Some(best.reading);
+        return Some(best);
     }
     // Of residuals that are not white the score counts each sample as if it told something of its own. What is predicted of other samples is not misled by that.
     let errors: Vec<&[f64]> = all.iter().map(|tried| &tried.missed[..]).collect();
-    Some(clearly_least(&errors).map_or(first.reading, |best| all[best].reading))
+    if let Some(best) = clearly_least(&errors) {
+        return Some(&all[best]);
+    }
+    // What names and units say counts where the data do not contradict it.
+    let turned = all.iter().find(|tried| tried.reading.turned && tried.reading.rows == 0.0 && !tried.reading.linear);
+    let named = turned.filter(|turned| clearly_least(&[&first.missed, &turned.missed]) != Some(0));
+    Some(named.unwrap_or(first))
 }

@@ -33,13 +33,23 @@ pub(super) enum Order {
     Any,
 }
 
+/// What speaks for rates that were not measured.
+#[derive(Clone, Copy)]
+pub(super) struct Choice<'a> {
+    /// What was found without them.
+    pub(super) first: Option<&'a Identified>,
+    pub(super) asked: &'a Unmeasured,
+    /// Those, as (name of the rate, state), that leave nothing to explain in a part of the log.
+    pub(super) seen: &'a [(String, String)],
+}
+
 /// Part of the effort of the search before.
 const LESS: f64 = 0.6;
 
 /// Who may end a search, and who is told what is tried.
 type Following<'a> = (&'a Watch<'a>, &'a dyn Fn(&str));
 
-/// Equations of the system of `log` with rates that were not measured, found in `kept` of it, if `choice` says so or they are better than `first`, which was found
+/// Equations of the system of `log` with rates that were not measured, found in `kept` of it, if `choice` says so or they are better than what was found
 /// without. `identifier` makes one for a system.
 ///
 /// # Errors
@@ -47,7 +57,7 @@ type Following<'a> = (&'a Watch<'a>, &'a dyn Fn(&str));
 pub(super) fn with_rates<E: From<FitError>>(
     log: &Log,
     kept: &Samples,
-    choice: (Option<&Identified>, &Unmeasured),
+    choice: Choice<'_>,
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     following: Following<'_>,
 ) -> Result<Option<Rates>, E> {
@@ -61,7 +71,7 @@ pub(super) fn with_rates<E: From<FitError>>(
     for state in &spec.state[log.spec.state_dim()..] {
         let Kind::RateOf(of) = state.kind else { continue };
         let (rate, of) = (state.name.clone(), spec.state[of].name.clone());
-        notes.push(Note::Unmeasured { rate, of, given: matches!(choice.1, Unmeasured::Given(_)) });
+        notes.push(Note::Unmeasured { rate, of, given: matches!(choice.asked, Unmeasured::Given(_)) });
     }
     let log = Log { spec, data, notes, ..log.clone() };
     Ok(Some(Rates { found, identifier, log }))
@@ -71,13 +81,14 @@ pub(super) fn with_rates<E: From<FitError>>(
 pub(super) fn with_rates_of<E: From<FitError>>(
     log: &Log,
     kept: &Samples,
-    (first, choice): (Option<&Identified>, &Unmeasured),
+    Choice { first, asked, seen }: Choice<'_>,
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     (watch, say): Following<'_>,
     order: Order,
 ) -> Result<Option<(Identified, Identifier, Spec)>, E> {
-    let mut rates = match (choice, first) {
+    let mut rates = match (asked, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
+        (Unmeasured::Auto, _) if !seen.is_empty() => given(seen, &log.spec)?,
         (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec),
         _ => Vec::new(),
     };
@@ -101,7 +112,7 @@ pub(super) fn with_rates_of<E: From<FitError>>(
             break;
         }
         // What these rates do not explain those of the rates may.
-        let goes_on = *choice == Unmeasured::Auto && order == Order::Any;
+        let goes_on = *asked == Unmeasured::Auto && order == Order::Any;
         let more = if goes_on { suggested(&found, &spec) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
@@ -168,6 +179,16 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
         rates.push((rate.clone(), state));
     }
     Ok(rates)
+}
+
+/// The states of `spec` that `log` does not have, as (name, state whose rate it is).
+pub(super) fn added(log: &Log, spec: &Spec) -> Vec<(String, String)> {
+    let more = spec.state.iter().skip(log.spec.state_dim());
+    let named = |channel: &Channel| match channel.kind {
+        Kind::RateOf(of) => Some((channel.name.clone(), spec.state[of].name.clone())),
+        _ => None,
+    };
+    more.filter_map(named).collect()
 }
 
 /// `spec` with a state for every rate.
