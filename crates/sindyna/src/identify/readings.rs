@@ -132,16 +132,20 @@ pub(super) fn told_apart<E: From<FitError>>(
         given = trial.of(Reading::GIVEN, steps)?;
     }
     let mut all: Vec<Tried> = given.into_iter().collect();
-    let mut turned = false;
     for group in groups {
         // What leaves nothing to explain is compared with what is much like it, and with nothing else.
         if all.iter().any(|tried| !tried.spoilt) {
             break;
         }
         for reading in group {
-            all.extend(trial.of(Reading { turned: turned || reading.turned, ..reading }, steps)?);
+            let tried = trial.of(reading, steps)?;
+            let is_settled = tried.as_ref().is_some_and(|tried| !tried.spoilt);
+            all.extend(tried);
+            // States that may be angles are only where nothing else explains the data: who turns little may as well be on a spring.
+            if turned.is_some() && !reading.turned && !is_settled {
+                all.extend(trial.of(Reading { turned: true, ..reading }, steps)?);
+            }
         }
-        turned = best_of(&all, others.len() + 1).is_some_and(|best| best.reading.turned);
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
     Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
