@@ -138,11 +138,9 @@ pub(super) fn told_apart<E: From<FitError>>(
             break;
         }
         for reading in group {
-            let tried = trial.of(reading, steps)?;
-            let is_settled = tried.as_ref().is_some_and(|tried| !tried.spoilt);
-            all.extend(tried);
-            // States that may be angles are only where nothing else explains the data: who turns little may as well be on a spring.
-            if turned.is_some() && !reading.turned && !is_settled {
+            all.extend(trial.of(reading, steps)?);
+            // States that may be angles are only where that explains the data better: who turns little may as well be on a spring.
+            if turned.is_some() && !reading.turned {
                 all.extend(trial.of(Reading { turned: true, ..reading }, steps)?);
             }
         }
