@@ -125,7 +125,7 @@ pub enum Note {
         /// Whole turns that it spans; `None` for one that is folded into one turn.
         turns: Option<f64>,
     },
-    /// A state was taken as an angle, as its name or unit says, because no equations without angles explain the data.
+    /// A state was taken as an angle, as its name or unit says, because equations without angles explain the data no better.
     Turned {
         /// The state.
         state: String,
@@ -310,7 +310,7 @@ impl fmt::Display for Note {
             Self::Turned { state } => {
                 write!(
                     f,
-                    "{state} is used as an angle, as its name or unit says: no equations without angles explain the data"
+                    "{state} is used as an angle, as its name or unit says: equations without angles explain the data no better"
                 )
             }
             Self::Degrees { state, reach } => {

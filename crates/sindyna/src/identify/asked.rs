@@ -9,7 +9,7 @@ use crate::logs::{Log, Samples};
 /// Delay of the inputs in rows.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Delay {
-    /// None, unless equations leave residuals that no term explains, samples are even, and the data support a delay.
+    /// None, unless equations leave residuals that no term explains, and the data support a delay.
     #[default]
     Auto,
     /// A number of rows; −1 for an input that acted over the step before its row.
@@ -20,7 +20,7 @@ pub enum Delay {
 pub(crate) struct Asked<'a, E> {
     pub(crate) unmeasured: &'a Unmeasured,
     pub(crate) delay: Delay,
-    /// What inputs do between samples; `None`: they are held, unless equations leave residuals that no term explains, samples are even, and the data support
+    /// What inputs do between samples; `None`: they are held, unless equations leave residuals that no term explains, and the data support
     /// first-order hold.
     pub(crate) intersample: Option<InterSample>,
     /// The part of a log that equations are identified from.

@@ -123,6 +123,8 @@ pub(super) fn told_apart<E: From<FitError>>(
         "no term explains the residuals: trying other readings of the log (angles, delays of the inputs, first-order hold)",
     );
     let turned = log.turned();
+    // Each is tried with angles, too.
+    let count = (others.len() + 1) * (1 + usize::from(turned.is_some()));
     let trial = Trial { log, turned: turned.as_ref(), kept, rates: &rates, asked, margins: margins(&others) };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
@@ -146,7 +148,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         }
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
-    Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
+    Ok(best_of(&all, count).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
 }
 
 /// How readings are tried on the first samples of a log.
