@@ -16,7 +16,8 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
     let time = time_of(table, options)?;
     // A second column of times is neither a state nor an input.
     let also_time = |i: usize| time.is_some() && time::is_time(&table.columns()[i]);
-    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i);
+    let derived = |i: usize| roles::is_derivative(&table.columns()[i].name);
+    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i) || derived(i);
     let columns: Vec<String> =
         (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
     if columns.iter().all(String::is_empty) {

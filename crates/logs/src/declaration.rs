@@ -72,6 +72,25 @@ pub enum DeclarationError {
         /// The state whose rate it should be.
         of: String,
     },
+    /// A column was declared the derivative of a state whose rate is a state too.
+    #[error("`{column}` cannot be the derivative of `{state}`, whose rate is the state `{rate}`")]
+    RateIsState {
+        /// The column.
+        column: String,
+        /// The state.
+        state: String,
+        /// The state that is its rate.
+        rate: String,
+    },
+    /// The derivatives of some states were declared and that of another is not known.
+    #[error("no column is the derivative of `{state}`: with derivatives, those of all states are needed")]
+    NoDerivative {
+        /// The state.
+        state: String,
+    },
+    /// Derivatives were declared in a log with cosines and sines of angles.
+    #[error("derivatives cannot be used together with cosine and sine of an angle as states")]
+    DerivativesOfCircles,
     /// A state was declared an angle and is the rate of another.
     #[error("`{state}` cannot be both an angle and the rate of `{of}`")]
     AngleAndRate {
@@ -91,6 +110,8 @@ pub enum StateOption {
     Rates,
     /// [`LogOptions::circles`](crate::LogOptions::circles).
     Circles,
+    /// [`LogOptions::derivatives`](crate::LogOptions::derivatives).
+    Derivatives,
     /// [`LogOptions::noise`](crate::LogOptions::noise).
     Noise,
     /// [`LogOptions::limits`](crate::LogOptions::limits).
@@ -103,6 +124,7 @@ impl fmt::Display for StateOption {
             Self::Angles => "angles",
             Self::Rates => "rates",
             Self::Circles => "circles",
+            Self::Derivatives => "derivatives",
             Self::Noise => "noise",
             Self::Limits => "limits",
         })

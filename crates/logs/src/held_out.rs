@@ -1,5 +1,6 @@
 //! The end of a log, kept apart to judge by.
 
+use ndarray::{Array2, s};
 use sindyna_core::{Dataset, DatasetError, Rollout};
 
 use crate::Log;
@@ -11,6 +12,8 @@ pub struct Samples {
     pub data: Dataset,
     /// As [`Log::times`].
     pub times: Option<Vec<Vec<f64>>>,
+    /// As [`Log::derivatives`].
+    pub derivatives: Option<Vec<Array2<f64>>>,
 }
 
 impl Samples {
@@ -20,6 +23,7 @@ impl Samples {
         Self {
             data: Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample()),
             times: log.times.is_some().then(Vec::new),
+            derivatives: log.derivatives.is_some().then(Vec::new),
         }
     }
 
@@ -30,14 +34,20 @@ impl Samples {
         let cut = |all: &Vec<Vec<f64>>| {
             data.rollouts().zip(all).map(|(rollout, times)| times[..=rollout.controls.nrows()].to_vec()).collect()
         };
-        Self { times: self.times.as_ref().map(cut), data }
+        let rows = |all: &Vec<Array2<f64>>| {
+            data.rollouts()
+                .zip(all)
+                .map(|(rollout, of)| of.slice(s![..=rollout.controls.nrows(), ..]).to_owned())
+                .collect()
+        };
+        Self { times: self.times.as_ref().map(cut), derivatives: self.derivatives.as_ref().map(rows), data }
     }
 
     /// Appends the steps `from` to `to` of a rollout, that one excluded.
     fn copy(
         &mut self,
         rollout: &Rollout<'_>,
-        times: Option<&[f64]>,
+        (times, derivatives): (Option<&[f64]>, Option<&Array2<f64>>),
         from: usize,
         to: usize,
     ) -> Result<(), DatasetError> {
@@ -51,6 +61,9 @@ impl Samples {
         }
         if let Some((all, times)) = self.times.as_mut().zip(times) {
             all.push(times[from..=to].iter().map(|t| t - times[from]).collect());
+        }
+        if let Some((all, of)) = self.derivatives.as_mut().zip(derivatives) {
+            all.push(of.slice(s![from..=to, ..]).to_owned());
         }
         Ok(())
     }
@@ -66,10 +79,11 @@ pub fn held_out(log: &Log, share: f64) -> Result<(Samples, Samples), DatasetErro
     let (mut first, mut last, mut begun) = (Samples::empty(log), Samples::empty(log), 0);
     for (number, rollout) in log.data.rollouts().enumerate() {
         let times = log.times.as_ref().and_then(|all| all.get(number)).map(Vec::as_slice);
+        let derivatives = log.derivatives.as_ref().and_then(|all| all.get(number));
         let steps = rollout.controls.nrows();
         let cut = kept.saturating_sub(begun).min(steps);
-        first.copy(&rollout, times, 0, cut)?;
-        last.copy(&rollout, times, cut, steps)?;
+        first.copy(&rollout, (times, derivatives), 0, cut)?;
+        last.copy(&rollout, (times, derivatives), cut, steps)?;
         begun += steps;
     }
     Ok((first, last))

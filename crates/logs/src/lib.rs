@@ -30,6 +30,7 @@ mod column;
 mod columns;
 mod declaration;
 mod declare;
+mod derivatives;
 mod doubts;
 mod error;
 mod formats;

@@ -3,6 +3,7 @@
 use std::io::Read;
 use std::path::Path;
 
+use ndarray::Array2;
 use sindyna_core::{Dataset, Kind, Precision, Spec};
 
 use crate::circles::{self, Circle, Reading};
@@ -14,8 +15,8 @@ use crate::recording::{Cell, Digits, Recording, Source, codes, place, recordings
 use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
-    Clock, DeclarationError, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, jumps, moments,
-    quality, rates, resolution, states, units,
+    Clock, DeclarationError, Finding, LogError, LogOptions, Note, Samples, StateOption, angles, clock, declare,
+    derivatives, jumps, moments, quality, rates, resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -27,6 +28,8 @@ pub struct Log {
     pub data: Dataset,
     /// When the samples of each trajectory were taken, since its first one \[s\]; `None` if they are evenly spaced.
     pub times: Option<Vec<Vec<f64>>>,
+    /// Measured derivatives of all states at each sample of each trajectory (T + 1, n), those of a state whose rate is a state too by that; `None` if there are none.
+    pub derivatives: Option<Vec<Array2<f64>>>,
     /// Rows of the files.
     pub rows: usize,
     /// What was decided without being asked for.
@@ -86,12 +89,16 @@ impl Log {
         }
         let first = tables.first().ok_or(LogError::NoLog)?;
         let (options, note) = named(first, options)?;
+        let measured = derivatives::candidates(first.columns(), &options);
+        let n_states = options.states.len();
+        // Derivatives are read as states are.
+        let columns = LogOptions { states: [&options.states[..], &measured].concat(), ..options.clone() };
         let options = &options;
         let mut notes: Vec<Note> = note.into_iter().collect();
         for note in tables.iter().flat_map(Table::notes) {
             notes.extend((!notes.contains(&note)).then_some(note));
         }
-        let source = |table| Ok(Source { columns: selected(table, options)?, table });
+        let source = |table| Ok(Source { columns: selected(table, &columns)?, table });
         let sources = tables.iter().map(source).collect::<Result<Vec<_>, LogError>>()?;
         same_units(&sources)?;
         let declared = positions(options.angles.as_deref().unwrap_or_default(), &options.states, StateOption::Angles)?;
@@ -118,11 +125,14 @@ impl Log {
         let (states_told, factors, converted) =
             units::in_radians(&mut recordings, &columns(&sources[0].columns.states));
         notes.extend(converted);
+        let (mut recordings, mut derivatives) = derivatives::apart(recordings, n_states);
+        let states_told = &states_told[..n_states];
+        steps.truncate(n_states);
         steps.iter_mut().zip(factors).for_each(|(step, factor)| step.scale(factor));
         let inputs_told = columns(&sources[0].columns.inputs);
         let mut folded = declared.clone();
         if options.angles.is_none() {
-            for (i, note) in angles::recognised(&recordings, &states_told, &inputs_told) {
+            for (i, note) in angles::recognised(&recordings, states_told, &inputs_told) {
                 folded.push(i);
                 notes.push(note);
             }
@@ -150,6 +160,7 @@ impl Log {
             Clock::Resampled(dt) => {
                 clock::check_resampling(&recordings, dt)?;
                 recordings = recordings.iter().map(|r| clock::resampled(r, dt)).collect();
+                derivatives = derivatives.iter().map(|r| clock::resampled(r, dt)).collect();
                 notes.push(Note::Resampled { dt });
                 (dt, true)
             }
@@ -166,14 +177,19 @@ impl Log {
         let mut angles = positions(&turning, &names, StateOption::Angles)?;
         angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
         let rates = rates_of(&states, &names, options, &mut notes)?;
+        if options.derivatives.as_ref().is_some_and(|given| !given.is_empty()) && !circles.is_empty() {
+            return Err(DeclarationError::DerivativesOfCircles.into());
+        }
+        let columns = (&derivatives[..], if circles.is_empty() { &measured[..] } else { &[] });
+        let derivatives = derivatives::of_states((&states, &names), &rates, columns, options, &mut notes)?;
         let kinds = declare::kinds(&names, &angles, &rates)?;
         let is_plain = |i: usize| kinds[i] == Kind::Plain && rates.iter().any(|(_, of)| *of == i);
         let may_turn =
-            options.states.iter().zip(&states_told).filter(|(_, column)| angles::may_be(column, &inputs_told));
+            options.states.iter().zip(states_told).filter(|(_, column)| angles::may_be(column, &inputs_told));
         let may_turn = may_turn.filter(|(name, _)| names.iter().position(|n| n == *name).is_some_and(is_plain));
         let may_turn = if options.angles.is_some() { Vec::new() } else { may_turn.map(|(n, _)| n.clone()).collect() };
         let precision = precision(&digits, options);
-        let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (&states_told, &inputs_told), &recordings) };
+        let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (states_told, &inputs_told), &recordings) };
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
         declare::show(&mut spec, &readings);
         declare::limit(&mut spec, &options.limits)?;
@@ -187,6 +203,14 @@ impl Log {
         notes.extend((!skipped.is_empty()).then_some(Note::Skipped { trajectories: skipped.len() }));
         let since_start = |r: &&Recording| r.times.iter().map(|t| t - r.times[0]).collect();
         let times = (!is_even).then(|| samples.iter().map(since_start).collect());
+        let is_sample = |i: &usize| recordings[*i].lines.len() > 1;
+        let (derivatives, derived) = match derivatives {
+            Some(all) => {
+                let values = (0..recordings.len()).filter(is_sample).map(|i| all.values[i].clone()).collect();
+                (Some(values), all.pairs)
+            }
+            None => (None, Vec::new()),
+        };
         let pairs = |pairs: Vec<(usize, usize)>, of: &[String]| -> Vec<(String, String)> {
             pairs.into_iter().map(|(a, b)| (of[a].clone(), of[b].clone())).collect()
         };
@@ -194,9 +218,18 @@ impl Log {
             angles: Some(turning),
             rates: Some(pairs(rates, &names)),
             circles: Some(pairs(circles.iter().map(|c| (c.cosine, c.sine)).collect(), &options.states)),
+            derivatives: Some(derived),
             ..options.clone()
         };
-        Ok(Self { data: dataset(&samples, &spec)?, spec, times, rows, notes, findings, may_turn, decided })
+        Ok(Self { data: dataset(&samples, &spec)?, spec, times, derivatives, rows, notes, findings, may_turn, decided })
+    }
+}
+
+impl Log {
+    /// All its samples.
+    #[must_use]
+    pub fn samples(&self) -> Samples {
+        Samples { data: self.data.clone(), times: self.times.clone(), derivatives: self.derivatives.clone() }
     }
 }
 

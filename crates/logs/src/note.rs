@@ -197,6 +197,17 @@ pub enum Note {
         /// RMS deviation of the change of the state from the integral of the rate, as a share of the change, at least 0.1 \[%\].
         percent: f64,
     },
+    /// A column is the measured derivative of a state, by its name and by how that changes.
+    Derivative {
+        /// The column.
+        column: String,
+        /// The state.
+        of: String,
+        /// RMS deviation of the change of the state from the integral of the derivative, as a share of the change, at least 0.1 \[%\].
+        percent: f64,
+    },
+    /// The measured derivatives are not used, since no equations explain them to rounding.
+    DerivativesUnexplained,
     /// A state was declared the rate of another, which changes otherwise.
     DoubtfulRate {
         /// The rate as declared.
@@ -344,6 +355,12 @@ impl fmt::Display for Note {
             }
             Self::Rate { rate, of, percent } => {
                 write!(f, "{rate} is used as the rate of {of} (RMS deviation at most {percent:.1} %)")
+            }
+            Self::Derivative { column, of, percent } => {
+                write!(f, "{column} is used as the measured derivative of {of} (RMS deviation at most {percent:.1} %)")
+            }
+            Self::DerivativesUnexplained => {
+                f.write_str("the measured derivatives are not used: no equations explain them up to rounding errors")
             }
             Self::DoubtfulRate { rate, of, percent } => {
                 write!(

@@ -37,6 +37,9 @@ pub struct LogOptions {
     pub rates: Option<Vec<(String, String)>>,
     /// Pairs of states that are (cosine, sine) of one angle; `None` for what the data show.
     pub circles: Option<Vec<(String, String)>>,
+    /// Columns that hold measured derivatives of states, such as accelerations, as (column, state); `None` for those whose names say so and which the data show to
+    /// be.
+    pub derivatives: Option<Vec<(String, String)>>,
     /// Standard deviations of the measurement noise on states, in their units.
     pub noise: Vec<(String, f64)>,
     /// States with the lowest and highest value they can have: steps that end there are left out of the regression.
@@ -73,6 +76,7 @@ impl Default for LogOptions {
             angles: None,
             rates: None,
             circles: None,
+            derivatives: None,
             noise: Vec::new(),
             limits: Vec::new(),
             clock: Clock::Stamps,

@@ -5,7 +5,7 @@ use crate::recording::Recording;
 use crate::{DeclarationError, LogError, Note, StateOption};
 
 /// Largest RMS difference between a state and what another one changes by, as a share of that change.
-const CLOSE: f64 = 0.05;
+pub(crate) const CLOSE: f64 = 0.05;
 
 /// Part of that which the noise of single samples may be.
 const NOISE: f64 = 0.5;

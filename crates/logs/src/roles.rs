@@ -4,6 +4,26 @@ use std::collections::HashSet;
 
 use crate::Suggestion;
 
+/// Words that tell the derivative of a rate.
+const DERIVATIVES: [&str; 16] = [
+    "ddq",
+    "ddth",
+    "ddtheta",
+    "ddphi",
+    "ddx",
+    "ddy",
+    "ddz",
+    "qdd",
+    "thdd",
+    "xdd",
+    "ddot",
+    "acc",
+    "accel",
+    "acceleration",
+    "accelerations",
+    "wd",
+];
+
 /// What a name says of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Role {
@@ -121,6 +141,11 @@ pub(crate) fn is_position(name: &str) -> bool {
     role(name) == Some(Role::Position)
 }
 
+/// Whether `name` is that of the derivative of a rate.
+pub(crate) fn is_derivative(name: &str) -> bool {
+    words(name).iter().any(|word| DERIVATIVES.contains(&word.as_str()))
+}
+
 /// Whether `name` is that of a torque, which turns what it acts on.
 pub(crate) fn is_torque(name: &str) -> bool {
     words(name).iter().any(|word| ["torque", "tau", "\u{3c4}", "moment"].contains(&word.as_str()))
@@ -174,6 +199,12 @@ mod tests {
         };
         check(&["position", "velocity", "torque"], Some((&["position", "velocity"], &["torque"])));
         check(&["q1", "q2", "dq1", "dq2", "tau1", "tau2"], Some((&["q1", "q2", "dq1", "dq2"], &["tau1", "tau2"])));
+        assert!(
+            is_derivative("ddq1")
+                && is_derivative("theta_ddot")
+                && is_derivative("acc [m/s2]")
+                && !is_derivative("dq1")
+        );
         check(&["u", "y"], Some((&["y"], &["u"])));
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
         check(&["x", "v", "u", "reward"], None);

@@ -13,6 +13,7 @@ fn radians(unit: &str) -> Option<(f64, &'static str)> {
         "deg" | "degs" | "degree" | "degrees" | "\u{b0}" => (DEGREE, "rad"),
         "rev" | "revs" | "turn" | "turns" | "revolutions" => (2.0 * PI, "rad"),
         "deg/s" | "degree/s" | "degrees/s" | "\u{b0}/s" | "dps" => (DEGREE, "rad/s"),
+        "deg/s^2" | "deg/s\u{b2}" | "deg/s2" | "degrees/s^2" => (DEGREE, "rad/s\u{b2}"),
         "rpm" | "rev/min" | "1/min" => (PI / 30.0, "rad/s"),
         "rev/s" | "rps" | "turns/s" => (2.0 * PI, "rad/s"),
         _ => return None,

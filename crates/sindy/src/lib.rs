@@ -48,7 +48,7 @@ pub use error::{InvalidParam, UnknownName};
 pub use estimate::Doubt;
 pub use expr::{Compiled, Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
-    EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, InsideParameter,
+    Derived, EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, InsideParameter,
     LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};

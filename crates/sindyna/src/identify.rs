@@ -8,6 +8,7 @@ mod as_read;
 mod asked;
 mod between;
 mod delay;
+mod derivatives;
 mod elsewhere;
 mod for_task;
 mod hypotheses;
@@ -23,7 +24,7 @@ pub use sindyna_sindy::{
 };
 
 use crate::Error;
-use crate::logs::{Log, Samples};
+use crate::logs::Log;
 
 pub use as_read::recordings;
 pub(crate) use asked::Asked;
@@ -78,7 +79,7 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
 /// # Errors
 /// [`Error::Fit`] if no equations are found.
 pub fn log(log: &Log) -> Result<Found, Error> {
-    let kept = |log: &Log| Ok::<_, Error>(Samples { data: log.data.clone(), times: log.times.clone() });
+    let kept = |log: &Log| Ok::<_, Error>(log.samples());
     let asked = Asked {
         unmeasured: &Unmeasured::Auto,
         delay: Delay::Auto,

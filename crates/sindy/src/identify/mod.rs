@@ -3,6 +3,7 @@
 mod choices;
 mod compare;
 mod constraints;
+mod derivatives;
 mod estimated;
 mod feature;
 mod in_motion;
@@ -23,6 +24,7 @@ use ndarray::Array2;
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, InterSample, Kind, Knowledge, Rng, Spec};
 
 pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
+pub use derivatives::Derived;
 pub use known::{EquationConstraint, EquationConstraintError};
 pub use models::Models;
 pub use recording::Recording;

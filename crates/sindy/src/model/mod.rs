@@ -6,6 +6,7 @@ mod equations;
 mod frame;
 mod friction;
 mod inputs;
+mod inverse;
 mod linearize;
 mod parts;
 mod right_side;
@@ -52,6 +53,11 @@ impl Model {
     #[must_use]
     pub fn form(&self) -> Form {
         self.parts.form
+    }
+
+    /// What it is made of.
+    pub(crate) fn parts(&self) -> &ModelParts {
+        &self.parts
     }
 
     /// Control interval \[s\].

@@ -211,10 +211,10 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         other.as_ref().map(|other| elsewhere(other, &looked)).transpose().map_err(|e| held_out_failed(e, &others))?;
     let Looked { found, identifier, log } = looked;
     let (samples, held_out) = split(&log, share)?;
-    let Samples { data, times } = &samples;
+    let Samples { data, times, .. } = &samples;
     let predicted = predictions(&identifier, &found.model, (data, times.as_deref()), &log.spec);
     let mut account = Account::new(&found, &log.spec).with_predictions(predicted.as_ref());
-    if let Some(Samples { data, times }) = elsewhere.as_ref().or(held_out.as_ref()) {
+    if let Some(Samples { data, times, .. }) = elsewhere.as_ref().or(held_out.as_ref()) {
         let recordings = timed(identifier.recordings(data)?, times.as_deref());
         let names = others.iter().map(|path| path.display().to_string()).collect();
         account.held_out = Some(
@@ -287,7 +287,7 @@ fn split(log: &Log, share: Option<f64>) -> Result<(Samples, Option<Samples>), Fa
             let (samples, held_out) = held_out(log, share)?;
             Ok((samples, Some(held_out).filter(|h| h.data.n_steps() > 0)))
         }
-        None => Ok((Samples { data: log.data.clone(), times: log.times.clone() }, None)),
+        None => Ok((log.samples(), None)),
     }
 }
 

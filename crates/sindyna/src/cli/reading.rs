@@ -28,6 +28,10 @@ pub(crate) struct ReadingOptions {
     /// Pairs of states that are cosine and sine of one angle, such as `c=s`, or `none` [default: detected]
     #[arg(long, value_name = "COS=SIN", value_delimiter = ',', help_heading = "Log")]
     circles: Vec<String>,
+    /// Columns of measured derivatives of states, such as `ddq1=dq1` for accelerations, or `none`; the equations are fitted to them where they explain them up to
+    /// rounding errors [default: detected]
+    #[arg(long, value_name = "COLUMN=STATE", value_delimiter = ',', help_heading = "Log")]
+    derivatives: Vec<String>,
     /// Measurement noise of the states: `auto` (estimated, unless rounding errors alone explain the residuals), `none` (rounding only), or standard deviations in
     /// their units, such as `th=0.001,w=0.01`, as lower bounds [default: auto]
     #[arg(long, value_name = "auto|none|STATE=SIGMA", value_delimiter = ',', help_heading = "Log")]
@@ -125,6 +129,8 @@ impl ReadingOptions {
         let rates = pairs("--rates", "RATE=OF", "--rates w=th declares w as the rate of th", &names(&self.rates))?;
         let hint = "--circles c=s declares c and s as cosine and sine of one angle";
         let circles = pairs("--circles", "COS=SIN", hint, &names(&self.circles))?;
+        let hint = "--derivatives ddq=dq declares ddq as the measured derivative of dq";
+        let derivatives = pairs("--derivatives", "COLUMN=STATE", hint, &names(&self.derivatives))?;
         let given = names(&self.noise);
         let alone = given.len() == 1 && matches!(given[0].as_str(), "auto" | "none");
         let deviations = if alone { &[][..] } else { &given[..] };
@@ -140,6 +146,7 @@ impl ReadingOptions {
             },
             rates,
             circles,
+            derivatives,
             noise,
             limits,
             ..self.table.options()?
@@ -238,6 +245,7 @@ pub(crate) fn heading(paths: &[&Path], log: &Log) -> String {
 fn instead(note: &Note) -> &'static str {
     match note {
         Note::Circle { .. } => "; --circles none turns this off",
+        Note::Derivative { .. } => "; --derivatives none turns this off",
         Note::Rate { .. } => "; --rates none turns this off",
         Note::Rounded { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::MissingCode { .. } => "; --missing none turns this off",

@@ -17,7 +17,7 @@ const CHANCE: f64 = 1.0 / (20.0 * 6.0);
 /// RMS error of what `model`, found by `identifier`, predicts over each of some windows of `samples` after the first `fitted` steps: of each state that was measured, as a part
 /// of its standard deviation. Infinite where it diverges; nothing if there are no such steps.
 pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, fitted: usize) -> Vec<f64> {
-    let Samples { data, times } = samples;
+    let Samples { data, times, .. } = samples;
     let measured = data.observation_dim();
     let count = identifier.spec().observation_dim() - measured;
     let filled = match (count, times) {

@@ -14,13 +14,13 @@ pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
         return failed("a delay of a part of a row requires evenly spaced samples: resample the log first");
     }
     let margins = (rows.ceil().max(0.0) as usize, (-rows).ceil().max(0.0) as usize);
-    let Samples { data, times } = shifted(&log.data, log.times.as_deref(), rows, margins, usize::MAX)?;
+    let Samples { data, times, .. } = shifted(&log.data, log.times.as_deref(), rows, margins, usize::MAX)?;
     if data.n_steps() == 0 {
         return failed("no trajectory is longer than the delay of the inputs");
     }
     let mut notes = log.notes.clone();
     notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt });
-    Ok(Log { data, times, notes, ..log.clone() })
+    Ok(Log { data, times, derivatives: None, notes, ..log.clone() })
 }
 
 /// `data`, sampled at `times`, whose inputs are those of `rows` rows before, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
@@ -53,7 +53,7 @@ pub(super) fn shifted(
             moments.push(times[first..=end].iter().map(|t| t - times[first]).collect());
         }
     }
-    Ok(Samples { data: all, times: times.map(|_| moments) })
+    Ok(Samples { data: all, times: times.map(|_| moments), derivatives: None })
 }
 
 #[cfg(test)]

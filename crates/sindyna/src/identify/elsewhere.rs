@@ -26,8 +26,8 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
     };
     let count = looked.log.spec.observation_dim().saturating_sub(data.observation_dim());
     if count == 0 {
-        return Ok(Samples { data, times });
+        return Ok(Samples { data, times, derivatives: None });
     }
     let filled = looked.identifier.filled(&looked.found.model, &hidden(&data, times.as_deref(), count))?;
-    Ok(Samples { data: Recording::dataset(&filled, &looked.log.spec)?, times })
+    Ok(Samples { data: Recording::dataset(&filled, &looked.log.spec)?, times, derivatives: None })
 }

@@ -12,7 +12,7 @@ use super::asked::{Asked, Delay};
 use super::hypotheses::{Looked, looked};
 use super::unmeasured::Unmeasured;
 use crate::Error;
-use crate::logs::{Log, LogOptions, Samples};
+use crate::logs::{Log, LogOptions};
 
 /// How equations for a task are looked for, and who is told.
 pub(crate) struct ForTask<'a> {
@@ -44,7 +44,7 @@ pub(crate) fn for_task<P: AsRef<Path>>(task_file: &Path, paths: &[P], how: &ForT
         unmeasured: &unmeasured,
         delay: how.delay,
         intersample: how.intersample,
-        kept: &|log: &Log| Ok(Samples { data: log.data.clone(), times: log.times.clone() }),
+        kept: &|log: &Log| Ok(log.samples()),
         identifier: how.identifier,
         watch: how.watch,
         say: how.say,

@@ -7,9 +7,10 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::delayed;
+use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::readings::told_apart;
 use super::unmeasured::{Choice, Rates, Unmeasured, lone, with_rates};
-use crate::logs::Log;
+use crate::logs::{Log, Note};
 
 /// What was found in a log.
 pub(crate) struct Looked {
@@ -31,6 +32,15 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
     let kept = (asked.kept)(&log)?;
     let identifier = (asked.identifier)(&log.spec)?;
+    let mut log = log;
+    if kept.derivatives.is_some() {
+        if let Some(found) = of_derivatives(&identifier, &kept, asked.watch)? {
+            let is_linear = asked.intersample.is_none() && predicts_better_if_linear(&found.model, &identifier, &kept);
+            let log = if is_linear { linear(&log, false) } else { log };
+            return Ok(Looked { found, identifier, log });
+        }
+        log.notes.push(Note::DerivativesUnexplained);
+    }
     let first = match asked.unmeasured {
         Unmeasured::Given(_) => None,
         _ => Some(as_read(&identifier, &kept, asked.watch)?),

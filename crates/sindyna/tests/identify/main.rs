@@ -4,6 +4,7 @@
 
 #[path = "../common/mod.rs"]
 mod common;
+mod derivatives;
 mod machines;
 mod other_logs;
 mod reading;
