@@ -1,0 +1,157 @@
+//! Parameters of a tree of bodies from motions.
+
+use crate::base::Base;
+use crate::consistent::consistent;
+use crate::regression::{Regression, regression};
+use crate::rows::{Form, Motion, Rows, rows};
+use crate::simulate::simulated;
+use crate::{BodiesError, Tree};
+
+/// Share of each motion, its end, by which forms of rows are compared.
+const KEPT: f64 = 0.3;
+
+/// Length of windows that are predicted \[s\], in steps at least, and their number at most.
+const AHEAD: f64 = 0.5;
+const STEPS: usize = 10;
+const WINDOWS: usize = 60;
+
+/// Steps of a window of the weak form.
+const LENGTHS: [usize; 4] = [8, 16, 32, 64];
+
+/// Identified parameters of a tree of bodies.
+#[derive(Debug, Clone)]
+pub struct Calibration {
+    /// What motions can tell.
+    pub base: Base,
+    /// The values of the base parameters (b), by linear regression.
+    pub values: Vec<f64>,
+    /// Their standard errors (b), from blocks of the data; infinite where these do not determine a value.
+    pub errors: Vec<f64>,
+    /// All parameters (13 n): of bodies that there can be, whose base parameters are nearest to these, and else nearest to those of the file.
+    pub parameters: Vec<f64>,
+    /// Condition number of the regression, its columns scaled to length 1.
+    pub condition: f64,
+    /// Base parameters that no motion in the data tells apart from others.
+    pub undetermined: usize,
+    /// The rows of the regression, in words.
+    pub form: String,
+    /// What parameters from the first part of each motion predict of its end.
+    pub prediction: Option<Prediction>,
+}
+
+/// Predictions over windows that were not fitted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// Length of a window \[s\].
+    pub seconds: f64,
+    /// Number of windows.
+    pub windows: usize,
+    /// Windows in which the simulation diverges.
+    pub diverged: usize,
+    /// Median over windows of the RMS error of each position (n).
+    pub errors: Vec<f64>,
+    /// The same with the parameters of the file; `None` where these cannot be simulated.
+    pub before: Option<Vec<f64>>,
+}
+
+/// Identifies the parameters of `tree` from `motions`: base parameters by a linear regression, which needs no start values, then parameters of bodies that there can be.
+///
+/// Rows are measured accelerations where there are any; else momenta over single steps or the weak form over windows, whichever predicts the end of the motions best from what came before.
+///
+/// # Errors
+/// [`BodiesError`] if motions do not fit the tree or are too few.
+pub fn calibrate(tree: &Tree, motions: &[Motion]) -> Result<Calibration, BodiesError> {
+    if tree.is_empty() {
+        return Err(BodiesError::NoJoint);
+    }
+    motions.iter().try_for_each(|m| m.check(tree.len()))?;
+    let base = Base::of(tree);
+    let measured = !motions.is_empty() && motions.iter().all(|m| m.accelerations.is_some());
+    let all = |motions: &[Motion], form: Form| motions.iter().flat_map(|m| rows(tree, m, form)).collect::<Vec<Rows>>();
+    let (first, last): (Vec<Motion>, Vec<Motion>) = motions.iter().map(split).unzip();
+    let forms = if measured {
+        vec![Form::Accelerations]
+    } else {
+        std::iter::once(Form::Steps).chain(LENGTHS.map(Form::Windows)).collect()
+    };
+    let mut best: Option<(Form, Option<Prediction>)> = None;
+    let mut failure = None;
+    for form in forms {
+        let found = match regression(&base, &all(&first, form)) {
+            Ok(found) => found,
+            Err(error) => {
+                failure.get_or_insert(error);
+                continue;
+            }
+        };
+        let prediction = if measured { None } else { predicted(tree, &base.as_parameters(&found.values), &last) };
+        let is_better =
+            best.as_ref().is_none_or(|(_, before)| worst(tree, &prediction, motions) < worst(tree, before, motions));
+        if is_better {
+            best = Some((form, prediction));
+        }
+    }
+    let Some((form, prediction)) = best else {
+        return Err(failure.unwrap_or(BodiesError::TooFew { got: 0, needed: base.len() }));
+    };
+    let Regression { values, errors, information, condition, undetermined } = regression(&base, &all(motions, form))?;
+    let before = predicted(tree, &tree.parameters(), &last).filter(|p| p.diverged == 0).map(|p| p.errors);
+    let parameters = consistent(tree, &base, &values, &information);
+    let prediction = prediction.map(|p| Prediction { before, ..p });
+    Ok(Calibration { base, values, errors, parameters, condition, undetermined, form: form.name(), prediction })
+}
+
+/// A motion but for its end, and that.
+fn split(motion: &Motion) -> (Motion, Motion) {
+    let cut = motion.steps() - (KEPT * motion.steps() as f64) as usize;
+    (motion.part(0, cut), motion.part(cut, motion.steps()))
+}
+
+/// What `parameters` (13 n) predict of `motions`; `None` if no window fits into them.
+fn predicted(tree: &Tree, parameters: &[f64], motions: &[Motion]) -> Option<Prediction> {
+    let n = tree.len();
+    let dt = motions.iter().find(|m| m.steps() > 0).map(|m| (m.times[m.steps()] - m.times[0]) / m.steps() as f64)?;
+    let length = ((AHEAD / dt).round() as usize).max(STEPS);
+    let starts = |m: &Motion| {
+        (0..=m.steps().saturating_sub(length))
+            .step_by(length)
+            .filter(|from| from + length <= m.steps())
+            .collect::<Vec<_>>()
+    };
+    let all: Vec<(&Motion, usize)> =
+        motions.iter().flat_map(|m| starts(m).into_iter().map(move |from| (m, from))).collect();
+    let hop = all.len().div_ceil(WINDOWS).max(1);
+    let (mut errors, mut diverged) = (vec![Vec::new(); n], 0);
+    for (motion, from) in all.iter().step_by(hop) {
+        let window = motion.part(*from, from + length);
+        let simulated = simulated(tree, parameters, &window);
+        diverged += usize::from(simulated.is_none());
+        for (i, errors) in errors.iter_mut().enumerate() {
+            errors.push(simulated.as_ref().map_or(f64::INFINITY, |x| {
+                let difference = x.column(i) - window.positions.column(i);
+                (difference.norm_squared() / length as f64).sqrt()
+            }));
+        }
+    }
+    let windows = errors.first().map_or(0, Vec::len);
+    let median = |mut of: Vec<f64>| {
+        of.sort_by(f64::total_cmp);
+        of.get(of.len() / 2).copied()
+    };
+    let errors = errors.into_iter().map(median).collect::<Option<Vec<f64>>>()?;
+    Some(Prediction { seconds: length as f64 * dt, windows, diverged, errors, before: None })
+}
+
+/// The error of a prediction, as part of the spread of each position; infinite without one.
+fn worst(tree: &Tree, prediction: &Option<Prediction>, motions: &[Motion]) -> f64 {
+    let Some(prediction) = prediction else { return f64::MAX };
+    let spread = |i: usize| {
+        let values: Vec<f64> =
+            motions.iter().flat_map(|m| m.positions.column(i).iter().copied().collect::<Vec<_>>()).collect();
+        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64)
+            .sqrt()
+            .max(f64::MIN_POSITIVE)
+    };
+    (0..tree.len()).map(|i| (prediction.errors[i] / spread(i)).powi(2)).sum::<f64>().sqrt()
+}
