@@ -2,9 +2,10 @@
 
 use crate::base::Base;
 use crate::consistent::consistent;
+use crate::output_error::output_error;
 use crate::regression::{Regression, regression};
 use crate::rows::{Form, Motion, Rows, rows};
-use crate::simulate::simulated;
+use crate::simulate::{simulated_from, start_of};
 use crate::{BodiesError, Tree};
 
 /// Share of each motion, its end, by which forms of rows are compared.
@@ -13,7 +14,13 @@ const KEPT: f64 = 0.3;
 /// Length of windows that are predicted \[s\], in steps at least, and their number at most.
 const AHEAD: f64 = 0.5;
 const STEPS: usize = 10;
-const WINDOWS: usize = 60;
+const WINDOWS: usize = 40;
+
+/// Steps at the beginning of a window to which its start is fitted.
+const BEGUN: usize = 10;
+
+/// Part of the error of a prediction by least squares that another one's must be below: without noise both are as good.
+const BETTER: f64 = 0.98;
 
 /// Steps of a window of the weak form.
 const LENGTHS: [usize; 4] = [8, 16, 32, 64];
@@ -58,16 +65,20 @@ pub struct Prediction {
 ///
 /// Rows are measured accelerations where there are any; else momenta over single steps or the weak form over windows, whichever predicts the end of the motions best from what came before.
 ///
+/// `go_on` is asked now and then.
+///
 /// # Errors
-/// [`BodiesError`] if motions do not fit the tree or are too few.
-pub fn calibrate(tree: &Tree, motions: &[Motion]) -> Result<Calibration, BodiesError> {
+/// [`BodiesError`] if motions do not fit the tree or are too few; [`BodiesError::Interrupted`] if `go_on` said no.
+pub fn calibrate(tree: &Tree, motions: &[Motion], go_on: &dyn Fn() -> bool) -> Result<Calibration, BodiesError> {
     if tree.is_empty() {
         return Err(BodiesError::NoJoint);
     }
     motions.iter().try_for_each(|m| m.check(tree.len()))?;
     let base = Base::of(tree);
+    let sizes = spreads(tree.len(), motions);
     let measured = !motions.is_empty() && motions.iter().all(|m| m.accelerations.is_some());
-    let all = |motions: &[Motion], form: Form| motions.iter().flat_map(|m| rows(tree, m, form)).collect::<Vec<Rows>>();
+    let all =
+        |motions: &[Motion], form: Form| motions.iter().flat_map(|m| rows(tree, m, form, go_on)).collect::<Vec<Rows>>();
     let (first, last): (Vec<Motion>, Vec<Motion>) = motions.iter().map(split).unzip();
     let forms = if measured {
         vec![Form::Accelerations]
@@ -84,21 +95,45 @@ pub fn calibrate(tree: &Tree, motions: &[Motion]) -> Result<Calibration, BodiesE
                 continue;
             }
         };
-        let prediction = if measured { None } else { predicted(tree, &base.as_parameters(&found.values), &last) };
-        let is_better =
-            best.as_ref().is_none_or(|(_, before)| worst(tree, &prediction, motions) < worst(tree, before, motions));
+        let prediction =
+            if measured { None } else { predicted(tree, &base.as_parameters(&found.values), (&last, &sizes), go_on) };
+        let is_better = best.as_ref().is_none_or(|(_, before)| worst(&prediction, &sizes) < worst(before, &sizes));
         if is_better {
             best = Some((form, prediction));
         }
     }
+    if !go_on() {
+        return Err(BodiesError::Interrupted);
+    }
     let Some((form, prediction)) = best else {
         return Err(failure.unwrap_or(BodiesError::TooFew { got: 0, needed: base.len() }));
     };
-    let Regression { values, errors, information, condition, undetermined } = regression(&base, &all(motions, form))?;
-    let before = predicted(tree, &tree.parameters(), &last).filter(|p| p.diverged == 0).map(|p| p.errors);
+    // Noise draws least squares towards zero where forces are small beside what masses and gravity do; errors of simulated motions do not.
+    let least_squares = |motions: &[Motion]| regression(&base, &all(motions, form));
+    let polished = |motions: &[Motion], found: &Regression| {
+        let steps = length(motions)?;
+        let near = output_error((tree, &base), &found.values, (motions, steps), go_on)?;
+        Some(Regression { condition: found.condition, ..near })
+    };
+    let of_first = if measured { None } else { Some(least_squares(&first)?).filter(|found| found.undetermined == 0) };
+    let near = of_first.and_then(|found| polished(&first, &found));
+    let ahead = near.and_then(|found| predicted(tree, &base.as_parameters(&found.values), (&last, &sizes), go_on));
+    let is_better = ahead.is_some() && worst(&ahead, &sizes) < BETTER * worst(&prediction, &sizes);
+    let found = least_squares(motions)?;
+    let near = if is_better { polished(motions, &found) } else { None };
+    let (found, form, prediction) = match near {
+        Some(near) => (near, format!("output error of simulated motions, begun with the {}", form.name()), ahead),
+        None => (found, format!("linear regression, {}", form.name()), prediction),
+    };
+    let Regression { values, errors, information, condition, undetermined } = found;
+    let before =
+        predicted(tree, &tree.parameters(), (&last, &sizes), go_on).filter(|p| p.diverged == 0).map(|p| p.errors);
     let parameters = consistent(tree, &base, &values, &information);
     let prediction = prediction.map(|p| Prediction { before, ..p });
-    Ok(Calibration { base, values, errors, parameters, condition, undetermined, form: form.name(), prediction })
+    if !go_on() {
+        return Err(BodiesError::Interrupted);
+    }
+    Ok(Calibration { base, values, errors, parameters, condition, undetermined, form, prediction })
 }
 
 /// A motion but for its end, and that.
@@ -107,11 +142,22 @@ fn split(motion: &Motion) -> (Motion, Motion) {
     (motion.part(0, cut), motion.part(cut, motion.steps()))
 }
 
-/// What `parameters` (13 n) predict of `motions`; `None` if no window fits into them.
-fn predicted(tree: &Tree, parameters: &[f64], motions: &[Motion]) -> Option<Prediction> {
-    let n = tree.len();
+/// Steps of a window; `None` without any.
+fn length(motions: &[Motion]) -> Option<usize> {
     let dt = motions.iter().find(|m| m.steps() > 0).map(|m| (m.times[m.steps()] - m.times[0]) / m.steps() as f64)?;
-    let length = ((AHEAD / dt).round() as usize).max(STEPS);
+    Some(((AHEAD / dt).round() as usize).max(STEPS))
+}
+
+/// What `parameters` (13 n) predict of `motions`; `None` if no window fits into them.
+fn predicted(
+    tree: &Tree,
+    parameters: &[f64],
+    (motions, sizes): (&[Motion], &[f64]),
+    go_on: &dyn Fn() -> bool,
+) -> Option<Prediction> {
+    let n = tree.len();
+    let length = length(motions)?;
+    let seconds = motions.iter().find(|m| m.steps() >= length).map(|m| m.times[length] - m.times[0])?;
     let starts = |m: &Motion| {
         (0..=m.steps().saturating_sub(length))
             .step_by(length)
@@ -122,9 +168,10 @@ fn predicted(tree: &Tree, parameters: &[f64], motions: &[Motion]) -> Option<Pred
         motions.iter().flat_map(|m| starts(m).into_iter().map(move |from| (m, from))).collect();
     let hop = all.len().div_ceil(WINDOWS).max(1);
     let (mut errors, mut diverged) = (vec![Vec::new(); n], 0);
-    for (motion, from) in all.iter().step_by(hop) {
+    for (motion, from) in all.iter().step_by(hop).take_while(|_| go_on()) {
         let window = motion.part(*from, from + length);
-        let simulated = simulated(tree, parameters, &window);
+        let start = start_of(tree, parameters, &window.part(0, BEGUN.min(length)), sizes);
+        let simulated = start.and_then(|start| simulated_from(tree, parameters, &window, &start));
         diverged += usize::from(simulated.is_none());
         for (i, errors) in errors.iter_mut().enumerate() {
             errors.push(simulated.as_ref().map_or(f64::INFINITY, |x| {
@@ -139,19 +186,26 @@ fn predicted(tree: &Tree, parameters: &[f64], motions: &[Motion]) -> Option<Pred
         of.get(of.len() / 2).copied()
     };
     let errors = errors.into_iter().map(median).collect::<Option<Vec<f64>>>()?;
-    Some(Prediction { seconds: length as f64 * dt, windows, diverged, errors, before: None })
+    Some(Prediction { seconds, windows, diverged, errors, before: None })
 }
 
-/// The error of a prediction, as part of the spread of each position; infinite without one.
-fn worst(tree: &Tree, prediction: &Option<Prediction>, motions: &[Motion]) -> f64 {
-    let Some(prediction) = prediction else { return f64::MAX };
+/// The error of a prediction, as part of the spread of each position; without one it is larger than any.
+fn worst(prediction: &Option<Prediction>, sizes: &[f64]) -> f64 {
+    let of =
+        |p: &Prediction| p.errors.iter().zip(sizes).map(|(error, size)| (error / size).powi(2)).sum::<f64>().sqrt();
+    prediction.as_ref().map_or(f64::MAX, of)
+}
+
+/// Standard deviations of positions and rates (2 n).
+fn spreads(n: usize, motions: &[Motion]) -> Vec<f64> {
     let spread = |i: usize| {
-        let values: Vec<f64> =
-            motions.iter().flat_map(|m| m.positions.column(i).iter().copied().collect::<Vec<_>>()).collect();
-        let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-        (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / values.len().max(1) as f64)
-            .sqrt()
-            .max(f64::MIN_POSITIVE)
+        let column =
+            |m: &Motion| if i < n { m.positions.column(i).into_owned() } else { m.rates.column(i - n).into_owned() };
+        let values: Vec<f64> = motions.iter().flat_map(|m| column(m).iter().copied().collect::<Vec<_>>()).collect();
+        let count = values.len().max(1) as f64;
+        let mean = values.iter().sum::<f64>() / count;
+        let spread = (values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / count).sqrt();
+        if spread > 0.0 { spread } else { 1.0 }
     };
-    (0..tree.len()).map(|i| (prediction.errors[i] / spread(i)).powi(2)).sum::<f64>().sqrt()
+    (0..2 * n).map(spread).collect()
 }

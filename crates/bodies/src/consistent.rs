@@ -53,6 +53,9 @@ pub(crate) fn consistent(tree: &Tree, base: &Base, values: &[f64], information: 
         }
         weight *= LESS;
     }
+    for (b, _) in tree.joints.iter().enumerate().filter(|(_, joint)| joint.is_massless) {
+        own.rows_mut(10 * b, 10).fill(0.0);
+    }
     (&own + &problem.attached).iter().copied().collect()
 }
 

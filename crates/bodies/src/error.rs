@@ -38,12 +38,18 @@ pub enum BodiesError {
         expected: usize,
     },
     /// A joint that is neither hinge nor slide, or depends on another.
-    #[error("the joint `{name}` is {kind}: revolute, continuous, prismatic and fixed joints are supported")]
+    #[error("the joint `{name}` is {kind}: hinges and slides are supported")]
     Joint {
         /// The joint.
         name: String,
         /// What it is.
         kind: String,
+    },
+    /// Something that the equations do not have.
+    #[error("{what} is not supported")]
+    Unsupported {
+        /// What.
+        what: String,
     },
     /// Links and joints are no tree.
     #[error("links and joints are no tree: {reason}")]
@@ -76,6 +82,9 @@ pub enum BodiesError {
     /// Times do not increase.
     #[error("the times of the samples do not increase")]
     Times,
+    /// Whoever watched said so.
+    #[error("interrupted")]
+    Interrupted,
     /// No joint is driven.
     #[error("all forces are zero: without forces parameters are known up to a common factor only")]
     NoForce,

@@ -6,8 +6,8 @@ use crate::BodiesError;
 use crate::base::Base;
 use crate::rows::Rows;
 
-/// Rounds of weights of the joints.
-const WEIGHINGS: usize = 4;
+/// Part of the largest residual that residuals of other joints are taken to be at least.
+const LEAST: f64 = 1e-6;
 
 /// Blocks of consecutive rows whose errors are taken as independent of each other.
 const BLOCKS: usize = 40;
@@ -29,7 +29,7 @@ pub(crate) struct Regression {
     pub(crate) undetermined: usize,
 }
 
-/// Least squares over `rows`, those of each joint weighed by what is left of them.
+/// Least squares over `rows`, those of each joint weighed by what unweighted ones leave of them.
 pub(crate) fn regression(base: &Base, rows: &[Rows]) -> Result<Regression, BodiesError> {
     let (n, b) = (rows.first().map_or(0, |r| r.forces.len()), base.len());
     if rows.len() * n < 2 * b {
@@ -45,22 +45,18 @@ pub(crate) fn regression(base: &Base, rows: &[Rows]) -> Result<Regression, Bodie
         return Err(BodiesError::NoForce);
     }
     let scales: Vec<f64> = x.column_iter().map(|c| if c.norm() > 0.0 { c.norm() } else { 1.0 }).collect();
-    for (mut column, scale) in x.column_iter_mut().zip(&scales) {
-        column /= *scale;
-    }
+    x.column_iter_mut().zip(&scales).for_each(|(mut column, scale)| column /= *scale);
     let mut weights = vec![1.0; n];
-    let mut solved = weighed(&x, &y, &weights);
-    for _ in 1..WEIGHINGS {
-        let left = &y - &x * &solved.values;
-        let sums = (0..n).map(|j| left.iter().skip(j).step_by(n).map(|r| r * r).sum::<f64>());
-        let sizes: Vec<f64> = sums.map(|sum| (sum / rows.len() as f64).sqrt()).collect();
-        let largest = sizes.iter().copied().fold(0.0, f64::max);
-        if largest == 0.0 {
-            break;
-        }
-        weights = sizes.iter().map(|size| 1.0 / size.max(1e-6 * largest)).collect();
-        solved = weighed(&x, &y, &weights);
+    let first = weighed(&x, &y, &weights);
+    // Not again and again: a joint without forces would be explained better and better by parameters that vanish.
+    let left = &y - &x * &first.values;
+    let sums = (0..n).map(|j| left.iter().skip(j).step_by(n).map(|r| r * r).sum::<f64>());
+    let sizes: Vec<f64> = sums.map(|sum| (sum / rows.len() as f64).sqrt()).collect();
+    let largest = sizes.iter().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        weights = sizes.iter().map(|size| 1.0 / size.max(LEAST * largest)).collect();
     }
+    let solved = weighed(&x, &y, &weights);
     let left = &y - &x * &solved.values;
     let mut spread = DMatrix::zeros(b, b);
     let blocks = BLOCKS.min(rows.len());
@@ -72,7 +68,8 @@ pub(crate) fn regression(base: &Base, rows: &[Rows]) -> Result<Regression, Bodie
         }
         spread += &slope * slope.transpose();
     }
-    let covariance = &solved.inverse * (spread * (blocks as f64 / (blocks as f64 - 1.0).max(1.0))) * &solved.inverse;
+    let few = blocks as f64 / (blocks as f64 - 1.0).max(1.0);
+    let covariance = &solved.inverse * (spread * few) * &solved.inverse;
     let error =
         |i: usize| if solved.is_determined[i] { covariance[(i, i)].max(0.0).sqrt() / scales[i] } else { f64::INFINITY };
     let unscaled = DMatrix::from_diagonal(&DVector::from_vec(scales.clone()));
@@ -111,12 +108,11 @@ fn weighed(x: &DMatrix<f64>, y: &DVector<f64>, weights: &[f64]) -> Solved {
     let kept = |i: usize| svd.singular_values[i] > SINGULAR * largest;
     let (Some(u), Some(v_t)) = (&svd.u, &svd.v_t) else {
         let none = DMatrix::zeros(b, b);
-        let is_determined = vec![false; b];
         return Solved {
             values: DVector::zeros(b),
             information: none.clone(),
             inverse: none,
-            is_determined,
+            is_determined: vec![false; b],
             condition: f64::INFINITY,
             undetermined: b,
         };

@@ -66,15 +66,14 @@ fn motions(tree: &Tree, (q, v, a): (&[f64], &[f64], &[f64]), is_heavy: bool) -> 
     let mut all: Vec<Moving> = Vec::with_capacity(tree.len());
     for (i, joint) in tree.joints.iter().enumerate() {
         let axis = joint.axis.into_inner();
+        let q = q[i] - joint.reference;
         let fixed: Matrix3<f64> = joint.place.rotation.to_rotation_matrix().into_inner();
         let (own, turn, place) = match joint.kind {
             Kind::Hinge => {
-                let turned = fixed * Rotation3::from_axis_angle(&joint.axis, q[i]).into_inner();
+                let turned = fixed * Rotation3::from_axis_angle(&joint.axis, q).into_inner();
                 (spatial(axis, Vector3::zeros()), turned, joint.place.translation.vector)
             }
-            Kind::Slide => {
-                (spatial(Vector3::zeros(), axis), fixed, joint.place.translation.vector + fixed * axis * q[i])
-            }
+            Kind::Slide => (spatial(Vector3::zeros(), axis), fixed, joint.place.translation.vector + fixed * axis * q),
         };
         let back = turn.transpose();
         let moved = |m: &Spatial| spatial(back * angular(m), back * (linear(m) + angular(m).cross(&place)));
@@ -99,7 +98,7 @@ fn motions(tree: &Tree, (q, v, a): (&[f64], &[f64], &[f64]), is_heavy: bool) -> 
 pub fn inverse_dynamics(tree: &Tree, q: &[f64], v: &[f64], a: &[f64]) -> DMatrix<f64> {
     let n = tree.len();
     let mut all = DMatrix::zeros(n, PER_JOINT * n);
-    for (b, body) in motions(tree, (q, v, a), true).iter().enumerate() {
+    for (b, body) in motions(tree, (q, v, a), true).iter().enumerate().filter(|(b, _)| !tree.joints[*b].is_massless) {
         let force = momentum(&body.acceleration) + cross_force(&body.twist, &momentum(&body.twist));
         for (j, axis, _) in &body.axes {
             all.view_mut((*j, 10 * b), (1, 10)).copy_from(&(axis.transpose() * force));
@@ -120,7 +119,9 @@ pub fn inverse_dynamics(tree: &Tree, q: &[f64], v: &[f64], a: &[f64]) -> DMatrix
 pub fn momenta(tree: &Tree, q: &[f64], v: &[f64]) -> (DMatrix<f64>, DMatrix<f64>) {
     let n = tree.len();
     let (mut momenta, mut forces) = (DMatrix::zeros(n, PER_JOINT * n), DMatrix::zeros(n, PER_JOINT * n));
-    for (b, body) in motions(tree, (q, v, &vec![0.0; n]), false).iter().enumerate() {
+    for (b, body) in
+        motions(tree, (q, v, &vec![0.0; n]), false).iter().enumerate().filter(|(b, _)| !tree.joints[*b].is_massless)
+    {
         let own = momentum(&body.twist);
         let heavy = momentum(&spatial(Vector3::zeros(), body.turn * tree.gravity));
         for (j, axis, turned) in &body.axes {
@@ -145,7 +146,8 @@ pub fn forces(tree: &Tree, parameters: &[f64], (q, v, a): (&[f64], &[f64], &[f64
         parameters[10 * n + i] * a[i] + parameters[11 * n + i] * v[i] + parameters[12 * n + i] * sign
     };
     let mut all: Vec<f64> = (0..n).map(friction).collect();
-    for (b, body) in motions(tree, (q, v, a), is_heavy).iter().enumerate() {
+    for (b, body) in motions(tree, (q, v, a), is_heavy).iter().enumerate().filter(|(b, _)| !tree.joints[*b].is_massless)
+    {
         let own = SVector::<f64, 10>::from_column_slice(&parameters[10 * b..10 * b + 10]);
         let of = momentum(&body.twist) * own;
         let (w, v) = (angular(&body.twist), linear(&body.twist));

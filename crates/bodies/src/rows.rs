@@ -95,12 +95,12 @@ impl Form {
     }
 }
 
-/// The rows of `motion`.
-pub(crate) fn rows(tree: &Tree, motion: &Motion, form: Form) -> Vec<Rows> {
+/// The rows of `motion`; fewer if `go_on` says no.
+pub(crate) fn rows(tree: &Tree, motion: &Motion, form: Form, go_on: &dyn Fn() -> bool) -> Vec<Rows> {
     match form {
-        Form::Accelerations => of_accelerations(tree, motion),
-        Form::Steps => of_steps(tree, motion),
-        Form::Windows(steps) => of_windows(tree, motion, steps),
+        Form::Accelerations => of_accelerations(tree, motion, go_on),
+        Form::Steps => of_steps(tree, motion, go_on),
+        Form::Windows(steps) => of_windows(tree, motion, steps, go_on),
     }
 }
 
@@ -108,13 +108,13 @@ fn row(of: &DMatrix<f64>, t: usize) -> Vec<f64> {
     of.row(t).iter().copied().collect()
 }
 
-fn of_accelerations(tree: &Tree, motion: &Motion) -> Vec<Rows> {
+fn of_accelerations(tree: &Tree, motion: &Motion, go_on: &dyn Fn() -> bool) -> Vec<Rows> {
     let Some(a) = &motion.accelerations else { return Vec::new() };
     let at = |t: usize| Rows {
         parameters: inverse_dynamics(tree, &row(&motion.positions, t), &row(&motion.rates, t), &row(a, t)),
         forces: motion.forces.row(t).transpose(),
     };
-    (0..motion.steps()).map(at).collect()
+    (0..motion.steps()).take_while(|_| go_on()).map(at).collect()
 }
 
 /// Parts of a step at which forces are averaged, with their weights: Gauss–Lobatto of fifth order.
@@ -125,7 +125,7 @@ const LOBATTO: [(f64, f64); 4] = [
     (1.0, 1.0 / 12.0),
 ];
 
-fn of_steps(tree: &Tree, motion: &Motion) -> Vec<Rows> {
+fn of_steps(tree: &Tree, motion: &Motion, go_on: &dyn Fn() -> bool) -> Vec<Rows> {
     let n = tree.len();
     let at = |t: usize| momenta(tree, &row(&motion.positions, t), &row(&motion.rates, t)).0;
     let mut before = at(0);
@@ -148,7 +148,7 @@ fn of_steps(tree: &Tree, motion: &Motion) -> Vec<Rows> {
         }
         Rows { parameters, forces: dt * motion.forces.row(t).transpose() }
     };
-    (0..motion.steps()).map(step).collect()
+    (0..motion.steps()).take_while(|_| go_on()).map(step).collect()
 }
 
 /// Position and rate at the part `at` of a step of `dt` seconds on the cubic through both at its ends.
@@ -158,8 +158,8 @@ fn between([q, v, q_next, v_next]: [f64; 4], dt: f64, at: f64) -> (f64, f64) {
 }
 
 /// ∫ φ ∂L/∂q + φ̇ p dt π = −∫ φ u dt, by the trapezoidal rule over samples, with what is held integrated over each step.
-fn of_windows(tree: &Tree, motion: &Motion, steps: usize) -> Vec<Rows> {
-    if motion.steps() < steps {
+fn of_windows(tree: &Tree, motion: &Motion, steps: usize, go_on: &dyn Fn() -> bool) -> Vec<Rows> {
+    if motion.steps() < steps || !go_on() {
         return Vec::new();
     }
     let all: Vec<(DMatrix<f64>, DMatrix<f64>)> =
@@ -186,7 +186,7 @@ fn of_windows(tree: &Tree, motion: &Motion, steps: usize) -> Vec<Rows> {
         }
         Rows { parameters, forces }
     };
-    (0..=motion.steps() - steps).step_by(hop).map(window).collect()
+    (0..=motion.steps() - steps).step_by(hop).take_while(|_| go_on()).map(window).collect()
 }
 
 /// ∫ (1 − s²)³ ds.

@@ -26,6 +26,10 @@ pub struct Joint {
     pub parent: Option<usize>,
     /// The frame of the joint in that of the body on which it sits.
     pub place: Isometry3<f64>,
+    /// Its position where the body stands as `place` says.
+    pub reference: f64,
+    /// Whether another joint of the same body follows, and this one moves no mass of its own.
+    pub is_massless: bool,
     /// Its axis.
     pub axis: Unit<Vector3<f64>>,
     /// Inertial parameters of the body as the file has them.
@@ -34,6 +38,17 @@ pub struct Joint {
     pub attached: Inertia,
     /// Armature, damping and dry friction as the file has them.
     pub own: JointParameters,
+}
+
+/// What an input acts on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Drive {
+    /// Name of the drive.
+    pub name: String,
+    /// The joint.
+    pub joint: usize,
+    /// Force on the joint for an input of 1 \[N m; N\].
+    pub gear: f64,
 }
 
 /// Parameters of a joint.

@@ -1,12 +1,11 @@
 //! URDF files: the arrangement of joints, and parameters written back.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
-use std::ops::Range;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
+use crate::xml::{Change, changed, child, digits, numbers, replaced, vector};
 use crate::{BodiesError, Inertia, Joint, JointParameters, Kind, Tree};
 
 /// A robot as a URDF file describes it.
@@ -73,7 +72,7 @@ impl Urdf {
         let document = Document::parse(&self.text).map_err(BodiesError::Xml)?;
         let robot = document.root_element();
         let (links, joints) = (named(robot, "link")?, named(robot, "joint")?);
-        let mut changes: Vec<(Range<usize>, String)> = Vec::new();
+        let mut changes: Vec<Change> = Vec::new();
         for (i, joint) in self.tree.joints.iter().enumerate() {
             let mut all = Inertia::default();
             all.0.copy_from_slice(&parameters[10 * i..10 * i + 10]);
@@ -89,12 +88,7 @@ impl Urdf {
                 changes.push(replaced(*node, "dynamics", &text));
             }
         }
-        changes.sort_by_key(|(range, _)| std::cmp::Reverse(range.start));
-        let mut text = self.text.clone();
-        for (range, new) in changes {
-            text.replace_range(range, &new);
-        }
-        Ok(text)
+        Ok(changed(&self.text, changes))
     }
 }
 
@@ -164,27 +158,6 @@ impl Connection {
     }
 }
 
-fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {
-    node.children().find(|n| n.has_tag_name(tag))
-}
-
-/// The numbers in an attribute; `None` without it.
-fn numbers<const N: usize>(
-    node: Node<'_, '_>,
-    what: &'static str,
-    name: &str,
-) -> Result<Option<[f64; N]>, BodiesError> {
-    let Some(text) = node.attribute(what) else { return Ok(None) };
-    let failed = || BodiesError::Number { what, name: name.to_owned(), text: text.to_owned(), expected: N };
-    let all = text.split_whitespace().map(str::parse::<f64>).collect::<Result<Vec<_>, _>>().map_err(|_| failed())?;
-    let all: [f64; N] = all.try_into().map_err(|_| failed())?;
-    if all.iter().all(|v| v.is_finite()) { Ok(Some(all)) } else { Err(failed()) }
-}
-
-fn vector(node: Node<'_, '_>, what: &'static str, name: &str) -> Result<Option<Vector3<f64>>, BodiesError> {
-    Ok(numbers::<3>(node, what, name)?.map(Vector3::from))
-}
-
 /// The pose in the `origin` of a node.
 fn place(node: Node<'_, '_>, name: &str) -> Result<Isometry3<f64>, BodiesError> {
     let Some(origin) = child(node, "origin") else { return Ok(Isometry3::identity()) };
@@ -231,6 +204,8 @@ fn grow(
                     kind: *kind,
                     parent: on,
                     place: here,
+                    reference: 0.0,
+                    is_massless: false,
                     axis: *axis,
                     inertia: own,
                     attached: Inertia::default(),
@@ -244,42 +219,12 @@ fn grow(
     Ok(())
 }
 
-/// Where the child `tag` of `node` stands, or where one may be put, and what to write there.
-fn replaced(node: Node<'_, '_>, tag: &str, text: &str) -> (Range<usize>, String) {
-    if let Some(old) = child(node, tag) {
-        return (old.range(), text.to_owned());
-    }
-    let source = &node.document().input_text()[node.range()];
-    let range = node.range();
-    match source.strip_suffix("/>") {
-        // <link name="a"/> has no content yet.
-        Some(_) if node.first_child().is_none() => {
-            (range.end - 2..range.end, format!(">\n    {text}\n  </{}>", node.tag_name().name()))
-        }
-        _ => {
-            let close = range.start + source.rfind("</").unwrap_or(source.len());
-            (close..close, format!("  {text}\n  "))
-        }
-    }
-}
-
 fn inertial(of: &Inertia) -> String {
     let (c, i) = (of.com(), of.about_com());
-    let mut text = String::new();
-    let _ = write!(
-        text,
-        "<inertial>\n      <origin xyz=\"{} {} {}\" rpy=\"0 0 0\"/>\n      <mass value=\"{}\"/>\n      \
-         <inertia ixx=\"{}\" ixy=\"{}\" ixz=\"{}\" iyy=\"{}\" iyz=\"{}\" izz=\"{}\"/>\n    </inertial>",
-        c.x,
-        c.y,
-        c.z,
-        of.mass(),
-        i.m11,
-        i.m12,
-        i.m13,
-        i.m22,
-        i.m23,
-        i.m33
-    );
-    text
+    let [x, y, z, mass] = [c.x, c.y, c.z, of.mass()].map(digits);
+    let [xx, xy, xz, yy, yz, zz] = [i.m11, i.m12, i.m13, i.m22, i.m23, i.m33].map(digits);
+    format!(
+        "<inertial>\n      <origin xyz=\"{x} {y} {z}\" rpy=\"0 0 0\"/>\n      <mass value=\"{mass}\"/>\n      \
+         <inertia ixx=\"{xx}\" ixy=\"{xy}\" ixz=\"{xz}\" iyy=\"{yy}\" iyz=\"{yz}\" izz=\"{zz}\"/>\n    </inertial>"
+    )
 }

@@ -13,6 +13,7 @@ mod elsewhere;
 mod for_task;
 mod hypotheses;
 mod readings;
+mod robot;
 mod unmeasured;
 
 use sindyna_core::Spec;
@@ -33,6 +34,7 @@ pub(crate) use elsewhere::elsewhere;
 pub use for_task::of_log;
 pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};
+pub use robot::{Matched, RobotError, RobotFound, robot};
 pub use unmeasured::Unmeasured;
 
 /// Identified equations.

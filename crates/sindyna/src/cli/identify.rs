@@ -1,6 +1,7 @@
 //! `sindyna identify`: equations from logged data.
 
 mod record;
+mod robot;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -62,6 +63,13 @@ pub(crate) struct Args {
     /// Hold-out data for validation: the last share of the log, such as 0.2, or another log of the same system; may be repeated for several logs
     #[arg(long, value_name = "SHARE|LOG", value_parser = holdout, help_heading = "Log")]
     holdout: Vec<Holdout>,
+    /// URDF file of the robot: the parameters of its links and joints (masses, inertias, damping, friction, armature) are identified instead of equations, and written into a copy of the
+    /// file. Columns are those of joints with their names, else in the order of the joints; forces in N m and N
+    #[arg(long, value_name = "FILE", help_heading = "Robot", conflicts_with_all = NOT_OF_ROBOTS)]
+    urdf: Option<PathBuf>,
+    /// MJCF file of the robot, as with --urdf; inputs are those of its motors, with their gears
+    #[arg(long, value_name = "FILE", help_heading = "Robot", conflicts_with = "urdf", conflicts_with_all = NOT_OF_ROBOTS)]
+    mjcf: Option<PathBuf>,
     /// Do not write report.html
     #[arg(long)]
     no_report: bool,
@@ -74,6 +82,25 @@ pub(crate) struct Args {
     #[command(flatten)]
     common: Common,
 }
+
+/// Options about equations, which are not looked for where a robot is given.
+const NOT_OF_ROBOTS: [&str; 15] = [
+    "unmeasured",
+    "delay",
+    "intersample",
+    "holdout",
+    "strict",
+    "library",
+    "terms",
+    "known",
+    "required",
+    "forbidden",
+    "signs",
+    "solver",
+    "threshold",
+    "ridge",
+    "target",
+];
 
 /// What to do about residuals that no term explains.
 const HELP: &str = "\
@@ -159,6 +186,12 @@ struct Told<'a> {
 pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     if let Some(out) = &args.out {
         RunDir::refuse_existing(out, &FILES)?;
+    }
+    let urdf = args.urdf.as_deref().map(robot::File::Urdf);
+    if let Some(robot) = urdf.or(args.mjcf.as_deref().map(robot::File::Mjcf)) {
+        let log = args.reading.read(&args.logs)?;
+        let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
+        return robot::run(robot, (&log, &logs), args.out.as_deref());
     }
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);

@@ -68,10 +68,12 @@ fn measure(options: &Options) -> Result<Figures> {
     let (train, test) = (Table::read(&data.join("train.csv"))?, Table::read(&data.join("test.csv"))?);
     let truth = samples(&test)?;
     let folder = tempfile::tempdir()?;
+    let rows = |letter: &str| train.rows.iter().filter(|(of, _)| of == letter).count();
     let cases: Vec<(String, usize)> = train
         .letters()
         .iter()
         .flat_map(|letter| options.beginnings.iter().map(|from| (letter.clone(), *from)))
+        .filter(|(letter, from)| from + options.samples <= rows(letter))
         .collect();
     let mut runs = each(1, &cases, |(letter, from)| {
         let rows = train.rows.iter().filter(|(of, _)| of == letter).skip(*from).take(options.samples);
