@@ -188,21 +188,9 @@ fn an_arm_in_space_is_found_from_clean_and_from_noisy_motions() {
         .iter()
         .fold(ARM.to_owned(), |text, mass| text.replace(&format!("mass value=\"{mass}\""), "mass value=\"1\""));
     let given = Urdf::parse(&given.replace("damping=\"0.3\" friction=\"0.2\"", "damping=\"0\"")).unwrap();
-    for (noise, steps, bound) in [(0.0, 1500, 2e-4), (0.002, 3000, 0.1), (0.01, 3000, 0.3)] {
+    for (noise, steps, bound) in [(0.0, 1000, 2e-4), (0.01, 1600, 0.1)] {
         let found = calibrate(&given.tree, &[motion(tree, &truth, (steps, 0.005, noise), 7)], &|| true).unwrap();
         let expected = found.base.values(&truth);
-        let near = found.base.values(&found.parameters);
-        eprintln!("{} condition {:.1e} {:?}", found.form, found.condition, found.prediction);
-        for i in 0..expected.len() {
-            eprintln!(
-                "{:60} {:12.6} {:12.6} ± {:9.2e} {:12.6}",
-                found.base.told(i, &tree.names()),
-                expected[i],
-                found.values[i],
-                found.errors[i],
-                near[i]
-            );
-        }
         let of = |values: &[f64]| {
             let (q, v, a) = ([0.5, 0.8, -0.1, -1.0], [1.0, -1.0, 0.2, 2.0], [3.0, 2.0, -1.0, 5.0]);
             forces(tree, values, (&q, &v, &a), true)
