@@ -40,7 +40,7 @@ pub(crate) fn consistent(tree: &Tree, base: &Base, values: &[f64], information: 
             let Some(step) = scaled.lu().solve(&-slope.component_mul(&scale)) else { break };
             let step = step.component_mul(&scale);
             let decrement = -slope.dot(&step);
-            if !(decrement > CLOSE * weight) {
+            if decrement.is_nan() || decrement <= CLOSE * weight {
                 break;
             }
             let here = problem.value(&own, weight);

@@ -138,13 +138,9 @@ impl Mjcf {
                 offset = Isometry3::identity();
                 frame = back;
             }
-            if joints.is_empty() {
-                if let Some(joint) = on.and_then(|on| self.tree.joints.get_mut(on)) {
-                    if child(body, "inertial").is_none() {
-                        self.absorbed.push(body.range().start);
-                    }
-                    joint.attached = joint.attached + own.seen_from(&here);
-                }
+            if let (true, Some(joint)) = (joints.is_empty(), on.and_then(|on| self.tree.joints.get_mut(on))) {
+                joint.attached = joint.attached + own.seen_from(&here);
+                self.absorbed.extend(child(body, "inertial").is_none().then(|| body.range().start));
             }
             self.grow(body, (on, frame, class), settings)?;
         }

@@ -118,12 +118,8 @@ fn of_accelerations(tree: &Tree, motion: &Motion, go_on: &dyn Fn() -> bool) -> V
 }
 
 /// Parts of a step at which forces are averaged, with their weights: Gauss–Lobatto of fifth order.
-const LOBATTO: [(f64, f64); 4] = [
-    (0.0, 1.0 / 12.0),
-    (0.276_393_202_250_021_03, 5.0 / 12.0),
-    (0.723_606_797_749_978_9, 5.0 / 12.0),
-    (1.0, 1.0 / 12.0),
-];
+const LOBATTO: [(f64, f64); 4] =
+    [(0.0, 1.0 / 12.0), (0.276_393_202_250_021, 5.0 / 12.0), (0.723_606_797_749_979, 5.0 / 12.0), (1.0, 1.0 / 12.0)];
 
 fn of_steps(tree: &Tree, motion: &Motion, go_on: &dyn Fn() -> bool) -> Vec<Rows> {
     let n = tree.len();
@@ -172,13 +168,13 @@ fn of_windows(tree: &Tree, motion: &Motion, steps: usize, go_on: &dyn Fn() -> bo
         let at = |t: f64| (t - begin) / half - 1.0;
         let (n, width) = all[from].0.shape();
         let (mut parameters, mut forces) = (DMatrix::zeros(n, width), DVector::zeros(n));
-        for t in from..=to {
+        for (t, (momenta, others)) in all.iter().enumerate().take(to + 1).skip(from) {
             let s = at(motion.times[t]);
             let (value, slope) = ((1.0 - s * s).powi(3), -6.0 * s * (1.0 - s * s).powi(2) / half);
             let before = if t > from { motion.times[t] - motion.times[t - 1] } else { 0.0 };
             let after = if t < to { motion.times[t + 1] - motion.times[t] } else { 0.0 };
             let weight = 0.5 * (before + after);
-            parameters -= weight * (slope * &all[t].0 + value * &all[t].1);
+            parameters -= weight * (slope * momenta + value * others);
             if t < to {
                 let integral = half * (cubed(at(motion.times[t + 1])) - cubed(s));
                 forces += integral * motion.forces.row(t).transpose();

@@ -97,7 +97,7 @@ pub(crate) fn simulated_from(tree: &Tree, parameters: &[f64], motion: &Motion, s
             let k4 = rates(&moved(h, &k3))?;
             x = (0..2 * n).map(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])).collect();
         }
-        if x.iter().any(|v| !(v.abs() < 1e6)) {
+        if !x.iter().all(|v| v.abs() < 1e6) {
             return None;
         }
         all.row_mut(t + 1).copy_from_slice(&x);

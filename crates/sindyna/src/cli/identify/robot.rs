@@ -20,9 +20,13 @@ use crate::logs::Log;
 /// The file of all results.
 const RESULTS: &str = "parameters.json";
 
+/// The version of its format.
+const FORMAT: u32 = 1;
+
 /// What `parameters.json` holds.
 #[derive(Serialize)]
 struct Results<'a> {
+    format: u32,
     robot: &'a Path,
     joints: Vec<Joint<'a>>,
     method: &'a str,
@@ -158,6 +162,7 @@ pub(super) fn run(file: File<'_>, (log, logs): (&Log, &[&Path]), out: Option<&Pa
     });
     let all = names.iter().zip(&calibration.parameters).zip(&before);
     let results = Results {
+        format: FORMAT,
         robot: path,
         joints: joints
             .iter()
