@@ -69,6 +69,14 @@ impl Samples {
     }
 }
 
+impl Log {
+    /// All its samples.
+    #[must_use]
+    pub fn samples(&self) -> Samples {
+        Samples { data: self.data.clone(), times: self.times.clone(), derivatives: self.derivatives.clone() }
+    }
+}
+
 /// Splits `log` in time: all but the last `share` (0 to 1) of its steps, and these.
 ///
 /// # Errors

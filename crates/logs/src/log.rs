@@ -15,8 +15,8 @@ use crate::recording::{Cell, Digits, Recording, Source, codes, place, recordings
 use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
-    Clock, DeclarationError, Finding, LogError, LogOptions, Note, Samples, StateOption, angles, clock, declare,
-    derivatives, jumps, moments, quality, rates, resolution, states, units,
+    Clock, DeclarationError, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, derivatives,
+    jumps, moments, quality, rates, resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -222,14 +222,6 @@ impl Log {
             ..options.clone()
         };
         Ok(Self { data: dataset(&samples, &spec)?, spec, times, derivatives, rows, notes, findings, may_turn, decided })
-    }
-}
-
-impl Log {
-    /// All its samples.
-    #[must_use]
-    pub fn samples(&self) -> Samples {
-        Samples { data: self.data.clone(), times: self.times.clone(), derivatives: self.derivatives.clone() }
     }
 }
 

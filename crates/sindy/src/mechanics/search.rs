@@ -11,8 +11,9 @@ use crate::motion::{Run, Stepping, shown, simulators};
 use crate::solve::FLOOR_FACTOR;
 use crate::{Triangle, Watch};
 
-/// Sets of parameters that are followed step by step.
+/// Sets of parameters that are followed step by step, and of how many at most: from others no steps can be fitted.
 const ELBOWS: usize = 4;
+const TRIED: usize = 32;
 
 /// Part of the momentum that is left unexplained, beyond which a set of parameters is none.
 const EXPLAINED: f64 = 0.2;
@@ -100,12 +101,12 @@ fn likeliest(
         }
     }
     elbows.sort_by(|a, b| b.jump.total_cmp(&a.jump));
-    elbows.truncate(ELBOWS);
+    elbows.truncate(TRIED);
     let data = |elbow: &Elbow| Data { lagrangian: &lagrangians[elbow.of], runs, dt };
     // The steps of a simulator, and what is left of them, show where nothing else is missing.
     let finest = *steppings.get(FINEST - 1).or(steppings.last())?;
     let all = elbows.iter().filter_map(|elbow| Some((elbow, data(elbow).with_all(elbow, finest)?)));
-    let (elbow, _) = all.min_by(|(_, a), (_, b)| a.rms.total_cmp(&b.rms))?;
+    let (elbow, _) = all.take(ELBOWS).min_by(|(_, a), (_, b)| a.rms.total_cmp(&b.rms))?;
     let data = data(elbow);
     let all = steppings.iter().filter_map(|&stepping| data.with_all(elbow, stepping));
     let found = data.with_fewest(&all.min_by(|a, b| a.rms.total_cmp(&b.rms))?)?;
