@@ -148,7 +148,14 @@ fn length(motions: &[Motion]) -> Option<usize> {
     Some(((AHEAD / dt).round() as usize).max(STEPS))
 }
 
-/// What `parameters` (13 n) predict of `motions`; `None` if no window fits into them.
+/// What `parameters` (13 n) of `tree` predict of `motions`: positions over windows of half a second, begun at the state nearest to their first samples. `None` if no window fits into them.
+#[must_use]
+pub fn predict(tree: &Tree, parameters: &[f64], motions: &[Motion], go_on: &dyn Fn() -> bool) -> Option<Prediction> {
+    motions.iter().try_for_each(|m| m.check(tree.len())).ok()?;
+    predicted(tree, parameters, (motions, &spreads(tree.len(), motions)), go_on)
+}
+
+/// The same for channels of the spread `sizes` (2 n).
 fn predicted(
     tree: &Tree,
     parameters: &[f64],

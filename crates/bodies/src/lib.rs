@@ -20,7 +20,7 @@ mod urdf;
 mod xml;
 
 pub use base::Base;
-pub use calibrate::{Calibration, Prediction, calibrate};
+pub use calibrate::{Calibration, Prediction, calibrate, predict};
 pub use error::BodiesError;
 pub use inertia::Inertia;
 pub use mjcf::Mjcf;

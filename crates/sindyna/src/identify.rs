@@ -34,7 +34,7 @@ pub(crate) use elsewhere::elsewhere;
 pub use for_task::of_log;
 pub(crate) use for_task::{ForTask, for_task};
 pub(crate) use hypotheses::{Looked, looked};
-pub use robot::{Matched, RobotError, RobotFound, robot};
+pub use robot::{Matched, RobotError, RobotFound, motions, robot};
 pub use unmeasured::Unmeasured;
 
 /// Identified equations.

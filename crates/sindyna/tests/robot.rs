@@ -88,6 +88,30 @@ fn columns_that_fit_no_joint_are_told_with_what_helps() {
 }
 
 #[test]
+fn another_log_of_the_robot_is_predicted() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("arm.urdf"), example("arm.urdf")).unwrap();
+    let text = example("arm.csv");
+    let lines: Vec<&str> = text.lines().collect();
+    let part = |rows: &[&str]| [&lines[..1], rows].concat().join("\n") + "\n";
+    fs::write(folder.path().join("first.csv"), part(&lines[1..400])).unwrap();
+    fs::write(folder.path().join("last.csv"), part(&lines[400..])).unwrap();
+    let arguments = ["identify", "first.csv", "--urdf", "arm.urdf", "--holdout", "last.csv", "--out", "m"];
+    let (code, stdout, stderr) = parts(&sindyna(folder.path(), &arguments));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("prediction of the logs held out"), "{stdout}");
+    let results = json(&folder.path().join("m/parameters.json"));
+    for joint in 0..3 {
+        // The noise of the log is 0.002 of each spread.
+        assert!(results["held_out"]["rmse"][joint].as_f64().unwrap() < 0.005, "{results}");
+    }
+    let arguments = ["identify", "first.csv", "--urdf", "arm.urdf", "--holdout", "0.2"];
+    let (code, _, said) = parts(&sindyna(folder.path(), &arguments));
+    assert_eq!(code, 2, "{said}");
+    assert!(said.contains("the last 30 % are held out already"), "{said}");
+}
+
+#[test]
 fn files_that_are_no_robot_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("log.csv"), example("arm.csv")).unwrap();

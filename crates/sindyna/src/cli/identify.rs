@@ -84,11 +84,10 @@ pub(crate) struct Args {
 }
 
 /// Options about equations, which are not looked for where a robot is given.
-const NOT_OF_ROBOTS: [&str; 15] = [
+const NOT_OF_ROBOTS: [&str; 14] = [
     "unmeasured",
     "delay",
     "intersample",
-    "holdout",
     "strict",
     "library",
     "terms",
@@ -191,7 +190,15 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
     if let Some(robot) = urdf.or(args.mjcf.as_deref().map(robot::File::Mjcf)) {
         let log = args.reading.read(&args.logs)?;
         let logs: Vec<&Path> = args.logs.iter().map(|log| source(log)).collect();
-        return robot::run(robot, (&log, &logs), args.out.as_deref());
+        let (share, others) = held_out_of(&args.holdout)?;
+        if share.is_some() {
+            return Err(Failure::new(
+                "--holdout takes other logs where a robot is given: the last 30 % are held out already",
+            )
+            .hint("--holdout b.csv predicts another log"));
+        }
+        let other = if others.is_empty() { None } else { Some(log.another(&others)?) };
+        return robot::run(robot, (&log, &logs), other.as_ref(), args.out.as_deref());
     }
     let mut settings = IdentificationConfig::default();
     args.identification.apply(&mut settings);

@@ -65,6 +65,15 @@ pub struct RobotFound {
 /// # Errors
 /// [`RobotError`] if columns and joints do not fit each other, or the motions are too few.
 pub fn robot(log: &Log, (tree, drives): (&Tree, &[Drive]), go_on: &dyn Fn() -> bool) -> Result<RobotFound, RobotError> {
+    let (motions, joints) = motions(log, tree, drives)?;
+    Ok(RobotFound { calibration: calibrate(tree, &motions, go_on)?, joints })
+}
+
+/// The motions of the robot `tree` in a log, and which columns are those of which joint.
+///
+/// # Errors
+/// [`RobotError`] if columns and joints do not fit each other.
+pub fn motions(log: &Log, tree: &Tree, drives: &[Drive]) -> Result<(Vec<Motion>, Vec<Matched>), RobotError> {
     let spec = &log.spec;
     if spec.observation.iter().any(|o| matches!(o.kind, Kind::CosOf(_) | Kind::SinOf(_))) {
         return Err(RobotError::Circles);
@@ -97,14 +106,13 @@ pub fn robot(log: &Log, (tree, drives): (&Tree, &[Drive]), go_on: &dyn Fn() -> b
         }
     };
     let motions: Vec<Motion> = log.data.rollouts().enumerate().map(motion).collect();
-    let calibration = calibrate(tree, &motions, go_on)?;
     let matched = |(i, joint): (usize, &&str)| Matched {
         joint: (*joint).to_owned(),
         position: spec.state[places[i].0].name.clone(),
         rate: spec.state[places[i].1].name.clone(),
         inputs: acting.iter().filter(|(drive, _)| drive.joint == i).map(|(_, k)| inputs[*k].to_owned()).collect(),
     };
-    Ok(RobotFound { calibration, joints: names.iter().enumerate().map(matched).collect() })
+    Ok((motions, names.iter().enumerate().map(matched).collect()))
 }
 
 /// Of each joint the states that are its position and its rate.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sindyna_bodies::{BodiesError, Calibration, Drive, Mjcf, Tree, Urdf};
+use sindyna_bodies::{BodiesError, Drive, Mjcf, Prediction, Tree, Urdf, predict};
 use sindyna_core::number::significant;
 use sindyna_record::run::RunDir;
 use sindyna_report::text::aligned;
@@ -14,7 +14,7 @@ use crate::cli::console::width;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::reading::heading;
-use crate::identify::{RobotError, RobotFound, robot};
+use crate::identify::{RobotError, RobotFound, motions, robot};
 use crate::logs::Log;
 
 /// The file of all results.
@@ -35,6 +35,8 @@ struct Results<'a> {
     base_parameters: Vec<BaseParameter>,
     parameters: Vec<Parameter>,
     prediction: Option<Predicted<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    held_out: Option<Predicted<'a>>,
 }
 
 #[derive(Serialize)]
@@ -69,6 +71,18 @@ struct Predicted<'a> {
     diverged: usize,
     rmse: &'a [f64],
     rmse_of_file: Option<&'a [f64]>,
+}
+
+impl<'a> Predicted<'a> {
+    fn of(prediction: &'a Prediction) -> Self {
+        Self {
+            seconds: prediction.seconds,
+            windows: prediction.windows,
+            diverged: prediction.diverged,
+            rmse: &prediction.errors,
+            rmse_of_file: prediction.before.as_deref(),
+        }
+    }
 }
 
 /// What `--json` says.
@@ -140,7 +154,12 @@ impl Robot {
 }
 
 /// Identifies the parameters of the robot in `file` from `log`.
-pub(super) fn run(file: File<'_>, (log, logs): (&Log, &[&Path]), out: Option<&Path>) -> Result<Answer, Failure> {
+pub(super) fn run(
+    file: File<'_>,
+    (log, logs): (&Log, &[&Path]),
+    other: Option<&Log>,
+    out: Option<&Path>,
+) -> Result<Answer, Failure> {
     let interrupt = Interrupt::listen()?;
     let path = file.path();
     let read = file.read()?;
@@ -151,6 +170,16 @@ pub(super) fn run(file: File<'_>, (log, logs): (&Log, &[&Path]), out: Option<&Pa
         Ok(found) => found,
     };
     let RobotFound { calibration, joints } = &found;
+    let go_on = || !interrupt.pressed();
+    let held_out = match other {
+        Some(other) => {
+            let (motions, _) = motions(other, tree, &drives).map_err(|e| failed(e, tree, &drives))?;
+            let before = predict(tree, &tree.parameters(), &motions, &go_on).filter(|p| p.diverged == 0);
+            let found = predict(tree, &calibration.parameters, &motions, &go_on);
+            found.map(|p| Prediction { before: before.map(|b| b.errors), ..p })
+        }
+        None => None,
+    };
     let (names, before) = (tree.names(), tree.parameters());
     let base_before = calibration.base.values(&before);
     let has_all = tree.joints.iter().all(|j| j.is_massless || j.inertia.mass() > 0.0);
@@ -179,13 +208,8 @@ pub(super) fn run(file: File<'_>, (log, logs): (&Log, &[&Path]), out: Option<&Pa
                 file: has_all.then_some(*file),
             })
             .collect(),
-        prediction: calibration.prediction.as_ref().map(|p| Predicted {
-            seconds: p.seconds,
-            windows: p.windows,
-            diverged: p.diverged,
-            rmse: &p.errors,
-            rmse_of_file: p.before.as_deref(),
-        }),
+        prediction: calibration.prediction.as_ref().map(Predicted::of),
+        held_out: held_out.as_ref().map(Predicted::of),
     };
     let updated = read.with_parameters(&calibration.parameters).map_err(anyhow::Error::new)?;
     let name = path.file_name().map_or_else(|| "robot.urdf".into(), |name| name.to_string_lossy().into_owned());
@@ -196,7 +220,7 @@ pub(super) fn run(file: File<'_>, (log, logs): (&Log, &[&Path]), out: Option<&Pa
         Some(out) => RunDir::create(out, &files),
         None => RunDir::create_numbered(&Path::new("models").join(stem(path)), &files),
     };
-    let mut text = heading(logs, log) + "\n" + &told(path, &results, calibration);
+    let mut text = heading(logs, log) + "\n" + &told(path, &results);
     if let Ok(dir) = &written {
         let dir = dir.path().display();
         let _ = writeln!(text, "record: {dir} ({RESULTS}, {name} with these parameters)");
@@ -219,7 +243,7 @@ fn in_file(value: Option<f64>) -> String {
 }
 
 /// The results as text.
-fn told(path: &Path, results: &Results<'_>, calibration: &Calibration) -> String {
+fn told(path: &Path, results: &Results<'_>) -> String {
     let mut text = format!("robot: {}, {} joints\n", path.display(), results.joints.len());
     for joint in &results.joints {
         let input = if joint.inputs.is_empty() { "no input".to_owned() } else { joint.inputs.join(", ") };
@@ -250,23 +274,27 @@ fn told(path: &Path, results: &Results<'_>, calibration: &Calibration) -> String
     text += "\n\nall parameters: physically consistent, with nearly these base parameters, and else near those of the file\n";
     text += &aligned(&rows, width());
     text += "\n";
-    if let Some(prediction) = &calibration.prediction {
-        let _ = writeln!(
-            text,
-            "\nprediction of the last 30 %, not fitted, over {} s ({} windows, {} diverged)",
-            significant(prediction.seconds, 3),
-            prediction.windows,
-            prediction.diverged
-        );
-        let mut rows = vec![["joint", "RMSE", "RMSE of the file"].map(str::to_owned)];
-        rows.extend(results.joints.iter().enumerate().map(|(i, joint)| {
-            let of_file = prediction.before.as_ref().map_or_else(|| "–".to_owned(), |e| significant(e[i], 3));
-            [joint.joint.to_owned(), significant(prediction.errors[i], 3), of_file]
-        }));
-        text += &aligned(&rows, width());
-        text += "\n";
+    if let Some(prediction) = &results.prediction {
+        text += &predicted("the last 30 %, not fitted", prediction, results);
+    }
+    if let Some(prediction) = &results.held_out {
+        text += &predicted("the logs held out", prediction, results);
     }
     text
+}
+
+/// A prediction as text.
+fn predicted(what: &str, prediction: &Predicted<'_>, results: &Results<'_>) -> String {
+    let (seconds, windows) = (significant(prediction.seconds, 3), prediction.windows);
+    let mut text =
+        format!("\nprediction of {what}, over {seconds} s ({windows} windows, {} diverged)\n", prediction.diverged);
+    let mut rows = vec![["joint", "median RMSE", "with the file's parameters"].map(str::to_owned)];
+    rows.extend(results.joints.iter().enumerate().map(|(i, joint)| {
+        let of_file = prediction.rmse_of_file.map_or_else(|| "–".to_owned(), |e| significant(e[i], 3));
+        [joint.joint.to_owned(), significant(prediction.rmse[i], 3), of_file]
+    }));
+    text += &aligned(&rows, width());
+    text + "\n"
 }
 
 /// What can be done where columns and joints do not fit each other.
