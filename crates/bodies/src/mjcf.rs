@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Quaternion, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
 use crate::tree::Drive;
-use crate::xml::{Change, changed, child, digits, numbers, replaced, vector, with_attribute};
+use crate::xml::{Change, changed, child, digits, document, numbers, replaced, vector, with_attribute};
 use crate::{BodiesError, Inertia, Joint, JointParameters, Kind, Tree};
 
 /// A model as an MJCF file describes it.
@@ -43,11 +43,8 @@ impl Mjcf {
     /// # Errors
     /// [`BodiesError`] if it has other joints than hinges and slides, springs, constraints, or other drives than motors.
     pub fn parse(text: &str) -> Result<Self, BodiesError> {
-        let document = Document::parse(text).map_err(BodiesError::Xml)?;
+        let document = document(text, "mujoco")?;
         let root = document.root_element();
-        if !root.has_tag_name("mujoco") {
-            return Err(BodiesError::Root { expected: "mujoco", got: root.tag_name().name().to_owned() });
-        }
         let refused = ["include", "equality", "tendon"];
         if let Some(node) = root.descendants().find(|n| {
             refused.iter().any(|tag| n.has_tag_name(*tag))
@@ -104,7 +101,7 @@ impl Mjcf {
             let here = place * pose(body, &name, settings)?;
             let own = inertia(body, &name, settings)?;
             if let Some(node) = body.children().find(|n| n.has_tag_name("freejoint")) {
-                let name = node.attribute("name").unwrap_or_default().to_owned();
+                let name = node.attribute("name").map_or_else(|| name.clone(), str::to_owned);
                 return Err(BodiesError::Joint { name, kind: "`free`".into() });
             }
             let joints: Vec<Node<'_, '_>> = body.children().filter(|n| n.has_tag_name("joint")).collect();
@@ -156,7 +153,7 @@ impl Mjcf {
         if parameters.len() != 13 * n {
             return Err(BodiesError::Shape { what: "parameters", expected: 13 * n, got: parameters.len() });
         }
-        let document = Document::parse(&self.text).map_err(BodiesError::Xml)?;
+        let document = document(&self.text, "mujoco")?;
         let at = |start: usize| document.descendants().find(|n| n.is_element() && n.range().start == start);
         let mut changes: Vec<Change> = Vec::new();
         for (i, (joint, (body, own))) in self.tree.joints.iter().zip(&self.places).enumerate() {

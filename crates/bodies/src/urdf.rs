@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Isometry3, Matrix3, Translation3, Unit, UnitQuaternion, Vector3};
-use roxmltree::{Document, Node};
+use roxmltree::Node;
 
-use crate::xml::{Change, changed, child, digits, numbers, replaced, vector};
+use crate::xml::{Change, DEEPEST, changed, child, digits, document, numbers, replaced, vector};
 use crate::{BodiesError, Inertia, Joint, JointParameters, Kind, Tree};
 
 /// A robot as a URDF file describes it.
@@ -22,12 +22,12 @@ impl Urdf {
     /// # Errors
     /// [`BodiesError`] if it is no tree of hinges and slides.
     pub fn parse(text: &str) -> Result<Self, BodiesError> {
-        let document = Document::parse(text).map_err(BodiesError::Xml)?;
+        let document = document(text, "robot")?;
         let robot = document.root_element();
-        if !robot.has_tag_name("robot") {
-            return Err(BodiesError::Root { expected: "robot", got: robot.tag_name().name().to_owned() });
-        }
         let links = named(robot, "link")?;
+        if links.len() > DEEPEST {
+            return Err(BodiesError::Unsupported { what: format!("a robot with more than {DEEPEST} links") });
+        }
         let joints = named(robot, "joint")?;
         let read = joints.values().map(|joint| Connection::read(*joint)).collect::<Result<Vec<_>, _>>()?;
         for connection in &read {
@@ -69,7 +69,7 @@ impl Urdf {
         if parameters.len() != 13 * n {
             return Err(BodiesError::Shape { what: "parameters", expected: 13 * n, got: parameters.len() });
         }
-        let document = Document::parse(&self.text).map_err(BodiesError::Xml)?;
+        let document = document(&self.text, "robot")?;
         let robot = document.root_element();
         let (links, joints) = (named(robot, "link")?, named(robot, "joint")?);
         let mut changes: Vec<Change> = Vec::new();

@@ -3,12 +3,47 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use roxmltree::Node;
+use roxmltree::{Document, Node};
 
 use crate::BodiesError;
 
 /// A part of a file, and what to write there.
 pub(crate) type Change = (Range<usize>, String);
+
+/// Elements inside each other, at most, and links or bodies of a robot.
+pub(crate) const DEEPEST: usize = 200;
+
+/// The document in `text`, whose outermost element is `root`.
+pub(crate) fn document<'a>(text: &'a str, root: &'static str) -> Result<Document<'a>, BodiesError> {
+    if depth(text) > DEEPEST {
+        return Err(BodiesError::Unsupported {
+            what: format!("a file with more than {DEEPEST} elements inside each other"),
+        });
+    }
+    let document = Document::parse(text).map_err(BodiesError::Xml)?;
+    let got = document.root_element().tag_name().name();
+    if got == root { Ok(document) } else { Err(BodiesError::Root { expected: root, got: got.to_owned() }) }
+}
+
+/// How many elements of `text` are inside each other, at most, before anything is parsed.
+fn depth(text: &str) -> usize {
+    let (mut rest, mut here, mut deepest) = (text, 0_usize, 0);
+    while let Some(at) = rest.find('<') {
+        rest = &rest[at..];
+        let end = if rest.starts_with("<!--") { rest.find("-->") } else { rest.find('>') };
+        let Some(end) = end else { break };
+        let tag = &rest[..end];
+        match tag.as_bytes().get(1) {
+            Some(b'!' | b'?') => {}
+            Some(b'/') => here = here.saturating_sub(1),
+            _ if tag.ends_with('/') => {}
+            _ => here += 1,
+        }
+        deepest = deepest.max(here);
+        rest = &rest[end..];
+    }
+    deepest
+}
 
 /// The first child with the tag `tag`.
 pub(crate) fn child<'a, 'i>(node: Node<'a, 'i>, tag: &str) -> Option<Node<'a, 'i>> {

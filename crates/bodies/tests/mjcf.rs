@@ -67,5 +67,10 @@ fn what_the_equations_do_not_have_is_refused() {
     );
     refused("<worldbody>", "<worldbody><include file=\"x.xml\"/>", "<include> is not supported");
     refused("mass=\"3\"", "mass=\"heavy\"", "mass of `trolley`: `heavy` is not 1 finite number");
+    refused(
+        "</worldbody>",
+        &("<body>".repeat(100_000) + &"</body>".repeat(100_000) + "</worldbody>"),
+        "more than 200 elements inside each other",
+    );
     refused("<mujoco model=\"crane\">", "<mujoco model=\"crane\"", "no XML");
 }

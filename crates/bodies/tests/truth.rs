@@ -228,5 +228,12 @@ fn what_is_no_tree_of_hinges_and_slides_is_refused() {
     refused(&ARM.replace("<child link=\"upper\"/>", "<child link=\"elbow\"/>"), "names the link `elbow`");
     refused(&ARM.replace("<parent link=\"base\"/>", "<parent link=\"wrist\"/>"), "joints form a circle");
     refused(&ARM.replace("axis xyz=\"1 0 0\"", "axis xyz=\"0 0 0\""), "the axis of the joint `roll`");
+    let chain: String = (0..3000)
+        .map(|i| {
+            let links = format!("<parent link='l{i}'/><child link='l{}'/>", i + 1);
+            format!("<link name='l{}'/><joint name='j{i}' type='revolute'>{links}</joint>", i + 1)
+        })
+        .collect();
+    refused(&format!("<robot><link name='l0'/>{chain}</robot>"), "a robot with more than 200 links");
     refused(&ARM.replace("mass value=\"0.8\"", "mass value=\"nan\""), "`nan` is not 1 finite number");
 }

@@ -101,7 +101,7 @@ const WORDS: [(Role, &[&str]); 3] = [
         Role::Input,
         &[
             "u", "f", "a", "action", "control", "force", "input", "torque", "tau", "\u{3c4}", "command", "voltage",
-            "current", "effort", "throttle", "steering", "pwm",
+            "current", "effort", "eff", "throttle", "steering", "pwm",
         ],
     ),
 ];
@@ -129,11 +129,15 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
-/// What a name says: a rate if any of its words does (`theta_dot`), else what the first word says that says anything.
+/// What a name says: a rate if any of its words does (`theta_dot`), an input if a whole word does (`x_force`), else what the first word says that says anything.
 fn role(name: &str) -> Option<Role> {
     let told = |word: &String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(role, _)| *role);
-    let roles: Vec<Role> = words(name).iter().filter_map(told).collect();
-    roles.iter().find(|role| **role == Role::Rate).or(roles.first()).copied()
+    let roles: Vec<(String, Role)> =
+        words(name).into_iter().filter_map(|word| Some((word.clone(), told(&word)?))).collect();
+    let is_rate = |(_, role): &&(String, Role)| *role == Role::Rate;
+    let is_input = |(word, role): &&(String, Role)| *role == Role::Input && word.chars().count() > 1;
+    let found = roles.iter().find(is_rate).or_else(|| roles.iter().find(is_input)).or(roles.first());
+    found.map(|(_, role)| *role)
 }
 
 /// Whether `name` is that of a position.
@@ -208,6 +212,10 @@ mod tests {
         check(&["u", "y"], Some((&["y"], &["u"])));
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
         check(&["x", "v", "u", "reward"], None);
+        check(
+            &["x_pos", "x_vel", "x_force", "joint1.pos", "joint1.vel", "joint1.eff"],
+            Some((&["x_pos", "x_vel", "joint1.pos", "joint1.vel"], &["x_force", "joint1.eff"])),
+        );
         check(&["u"], None);
         assert_eq!(told(&["x".into(), "v".into(), "u".into()], &["v".into()]), None);
     }

@@ -142,6 +142,9 @@ fn by_name(joints: &[&str], columns: &[&str]) -> Option<Vec<Option<usize>>> {
         let (column, joint) = (words(column), words(joint));
         column.windows(joint.len().max(1)).any(|part| part == joint)
     };
+    if columns.is_empty() {
+        return None;
+    }
     let mut found = vec![None; joints.len()];
     for (at, column) in columns.iter().enumerate() {
         let mut of = (0..joints.len()).filter(|&j| has(column, joints[j]));
