@@ -22,6 +22,10 @@ const BEGUN: usize = 10;
 /// Part of the error of a prediction by least squares that another one's must be below: without noise both are as good.
 const BETTER: f64 = 0.98;
 
+/// Longest delay of forces that is tried \[steps\], and the part of the error of a prediction that one with a longer delay must be below.
+const LONGEST_DELAY: i32 = 20;
+const CLEAR: f64 = 0.7;
+
 /// Steps of a window of the weak form.
 const LENGTHS: [usize; 4] = [8, 16, 32, 64];
 
@@ -42,6 +46,8 @@ pub struct Calibration {
     pub undetermined: usize,
     /// The rows of the regression, in words.
     pub form: String,
+    /// Steps by which forces act later than they were recorded.
+    pub delay: i32,
     /// What parameters from the first part of each motion predict of its end.
     pub prediction: Option<Prediction>,
 }
@@ -57,6 +63,8 @@ pub struct Prediction {
     pub diverged: usize,
     /// Median over windows of the RMS error of each position (n).
     pub errors: Vec<f64>,
+    /// The same if every joint stayed where it is at the beginning of the window.
+    pub still: Vec<f64>,
     /// The same with the parameters of the file; `None` where these cannot be simulated.
     pub before: Option<Vec<f64>>,
 }
@@ -77,49 +85,27 @@ pub fn calibrate(tree: &Tree, motions: &[Motion], go_on: &dyn Fn() -> bool) -> R
     let base = Base::of(tree);
     let sizes = spreads(tree.len(), motions);
     let measured = !motions.is_empty() && motions.iter().all(|m| m.accelerations.is_some());
-    let all =
-        |motions: &[Motion], form: Form| motions.iter().flat_map(|m| rows(tree, m, form, go_on)).collect::<Vec<Rows>>();
-    let (first, last): (Vec<Motion>, Vec<Motion>) = motions.iter().map(split).unzip();
-    let forms = if measured {
-        vec![Form::Accelerations]
+    let problem = Problem { tree, base: &base, sizes: &sizes, go_on };
+    let choice = if measured {
+        problem.regression(motions, Form::Accelerations)?;
+        Choice { form: Form::Accelerations, delay: 0, prediction: None }
     } else {
-        std::iter::once(Form::Steps).chain(LENGTHS.map(Form::Windows)).collect()
+        problem.with_delay(motions)?
     };
-    let mut best: Option<(Form, Option<Prediction>)> = None;
-    let mut failure = None;
-    for form in forms {
-        let found = match regression(&base, &all(&first, form)) {
-            Ok(found) => found,
-            Err(error) => {
-                failure.get_or_insert(error);
-                continue;
-            }
-        };
-        let prediction =
-            if measured { None } else { predicted(tree, &base.as_parameters(&found.values), (&last, &sizes), go_on) };
-        let is_better = best.as_ref().is_none_or(|(_, before)| worst(&prediction, &sizes) < worst(before, &sizes));
-        if is_better {
-            best = Some((form, prediction));
-        }
-    }
-    if !go_on() {
-        return Err(BodiesError::Interrupted);
-    }
-    let Some((form, prediction)) = best else {
-        return Err(failure.unwrap_or(BodiesError::TooFew { got: 0, needed: base.len() }));
-    };
+    let Choice { form, delay, prediction } = choice;
+    let motions: &[Motion] = &motions.iter().map(|m| m.delayed(delay)).collect::<Vec<_>>();
+    let (first, last): (Vec<Motion>, Vec<Motion>) = motions.iter().map(split).unzip();
     // Noise draws least squares towards zero where forces are small beside what masses and gravity do; errors of simulated motions do not.
-    let least_squares = |motions: &[Motion]| regression(&base, &all(motions, form));
     let polished = |motions: &[Motion], found: &Regression| {
-        let steps = length(motions)?;
-        let near = output_error((tree, &base), &found.values, (motions, steps), go_on)?;
+        let near = output_error((tree, &base), &found.values, (motions, length(motions)?), go_on)?;
         Some(Regression { condition: found.condition, ..near })
     };
-    let of_first = if measured { None } else { Some(least_squares(&first)?).filter(|found| found.undetermined == 0) };
+    let of_first =
+        if measured { None } else { Some(problem.regression(&first, form)?).filter(|found| found.undetermined == 0) };
     let near = of_first.and_then(|found| polished(&first, &found));
     let ahead = near.and_then(|found| predicted(tree, &base.as_parameters(&found.values), (&last, &sizes), go_on));
     let is_better = ahead.is_some() && worst(&ahead, &sizes) < BETTER * worst(&prediction, &sizes);
-    let found = least_squares(motions)?;
+    let found = problem.regression(motions, form)?;
     let near = if is_better { polished(motions, &found) } else { None };
     let (found, form, prediction) = match near {
         Some(near) => (near, format!("output error of simulated motions, begun with the {}", form.name()), ahead),
@@ -133,7 +119,77 @@ pub fn calibrate(tree: &Tree, motions: &[Motion], go_on: &dyn Fn() -> bool) -> R
     if !go_on() {
         return Err(BodiesError::Interrupted);
     }
-    Ok(Calibration { base, values, errors, parameters, condition, undetermined, form, prediction })
+    Ok(Calibration { base, values, errors, parameters, condition, undetermined, form, delay, prediction })
+}
+
+/// What parameters are looked for in.
+struct Problem<'a> {
+    tree: &'a Tree,
+    base: &'a Base,
+    /// Spread of positions and rates (2 n).
+    sizes: &'a [f64],
+    go_on: &'a dyn Fn() -> bool,
+}
+
+/// How motions are read, and what that predicts.
+#[derive(Debug, Clone)]
+struct Choice {
+    form: Form,
+    delay: i32,
+    prediction: Option<Prediction>,
+}
+
+impl Problem<'_> {
+    fn regression(&self, motions: &[Motion], form: Form) -> Result<Regression, BodiesError> {
+        let all: Vec<Rows> = motions.iter().flat_map(|m| rows(self.tree, m, form, self.go_on)).collect();
+        regression(self.base, &all)
+    }
+
+    /// The one of `forms` whose parameters, found in the first part of each motion, predict its end best.
+    fn with_form(&self, motions: &[Motion], delay: i32, forms: &[Form]) -> Result<Choice, BodiesError> {
+        let (first, last): (Vec<Motion>, Vec<Motion>) = motions.iter().map(|m| split(&m.delayed(delay))).unzip();
+        let (mut best, mut failure): (Option<Choice>, Option<BodiesError>) = (None, None);
+        for &form in forms {
+            let found = self.regression(&first, form);
+            if !(self.go_on)() {
+                return Err(BodiesError::Interrupted);
+            }
+            let parameters = found.map(|found| self.base.as_parameters(&found.values));
+            match parameters.map(|p| predicted(self.tree, &p, (&last, self.sizes), self.go_on)) {
+                Ok(prediction @ Some(_)) => {
+                    let before = best.as_ref().map_or(f64::MAX, |b| worst(&b.prediction, self.sizes));
+                    if best.is_none() || worst(&prediction, self.sizes) < before {
+                        best = Some(Choice { form, delay, prediction });
+                    }
+                }
+                Ok(None) => {
+                    let got = last.iter().map(Motion::steps).max().unwrap_or(0);
+                    failure.get_or_insert(BodiesError::Short { got, needed: STEPS });
+                }
+                Err(error) => {
+                    failure.get_or_insert(error);
+                }
+            }
+        }
+        best.ok_or_else(|| failure.unwrap_or(BodiesError::TooFew { got: 0, needed: self.base.len() }))
+    }
+
+    /// The same with the delay of the forces that predicts clearly better than a shorter one.
+    fn with_delay(&self, motions: &[Motion]) -> Result<Choice, BodiesError> {
+        let forms: Vec<Form> = std::iter::once(Form::Steps).chain(LENGTHS.map(Form::Windows)).collect();
+        let given = self.with_form(motions, 0, &forms)?;
+        let mut best = given.clone();
+        for sign in [1, -1] {
+            for steps in 1..=LONGEST_DELAY {
+                let Ok(next) = self.with_form(motions, sign * steps, &[given.form]) else { break };
+                if worst(&next.prediction, self.sizes) >= CLEAR * worst(&best.prediction, self.sizes) {
+                    break;
+                }
+                best = next;
+            }
+        }
+        if best.delay == 0 { Ok(given) } else { self.with_form(motions, best.delay, &forms) }
+    }
 }
 
 /// A motion but for its end, and that.
@@ -145,7 +201,8 @@ fn split(motion: &Motion) -> (Motion, Motion) {
 /// Steps of a window; `None` without any.
 fn length(motions: &[Motion]) -> Option<usize> {
     let dt = motions.iter().find(|m| m.steps() > 0).map(|m| (m.times[m.steps()] - m.times[0]) / m.steps() as f64)?;
-    Some(((AHEAD / dt).round() as usize).max(STEPS))
+    let longest = motions.iter().map(Motion::steps).max().filter(|steps| *steps >= STEPS)?;
+    Some(((AHEAD / dt).round() as usize).max(STEPS).min(longest))
 }
 
 /// What `parameters` (13 n) of `tree` predict of `motions`: positions over windows of half a second, begun at the state nearest to their first samples. `None` if no window fits into them.
@@ -174,12 +231,16 @@ fn predicted(
     let all: Vec<(&Motion, usize)> =
         motions.iter().flat_map(|m| starts(m).into_iter().map(move |from| (m, from))).collect();
     let hop = all.len().div_ceil(WINDOWS).max(1);
-    let (mut errors, mut diverged) = (vec![Vec::new(); n], 0);
+    let (mut errors, mut still, mut diverged) = (vec![Vec::new(); n], vec![Vec::new(); n], 0);
     for (motion, from) in all.iter().step_by(hop).take_while(|_| go_on()) {
         let window = motion.part(*from, from + length);
         let start = start_of(tree, parameters, &window.part(0, BEGUN.min(length)), sizes);
         let simulated = start.and_then(|start| simulated_from(tree, parameters, &window, &start));
         diverged += usize::from(simulated.is_none());
+        for (i, still) in still.iter_mut().enumerate() {
+            let column = window.positions.column(i);
+            still.push((column.add_scalar(-column[0]).norm_squared() / length as f64).sqrt());
+        }
         for (i, errors) in errors.iter_mut().enumerate() {
             errors.push(simulated.as_ref().map_or(f64::INFINITY, |x| {
                 let difference = x.column(i) - window.positions.column(i);
@@ -193,7 +254,8 @@ fn predicted(
         of.get(of.len() / 2).copied()
     };
     let errors = errors.into_iter().map(median).collect::<Option<Vec<f64>>>()?;
-    Some(Prediction { seconds, windows, diverged, errors, before: None })
+    let still = still.into_iter().map(median).collect::<Option<Vec<f64>>>()?;
+    Some(Prediction { seconds, windows, diverged, errors, still, before: None })
 }
 
 /// The error of a prediction, as part of the spread of each position; without one it is larger than any.

@@ -17,6 +17,9 @@ const LAST: f64 = 1e-17;
 const STEPS: usize = 50;
 const CLOSE: f64 = 1e-4;
 
+/// Part of an inertia by which that written lies inside of what bodies can have.
+const MARGIN: f64 = 1e-7;
+
 /// Part of an inertia or a friction of 1 that those of the file are at least, where the search begins.
 const LEAST: f64 = 1e-3;
 
@@ -55,6 +58,11 @@ pub(crate) fn consistent(tree: &Tree, base: &Base, values: &[f64], information: 
     }
     for (b, _) in tree.joints.iter().enumerate().filter(|(_, joint)| joint.is_massless) {
         own.rows_mut(10 * b, 10).fill(0.0);
+    }
+    for b in (0..tree.len()).filter(|b| !tree.joints[*b].is_massless) {
+        // On the border digits decide whether there is such a body.
+        let spread = own[10 * b + 4] + own[10 * b + 7] + own[10 * b + 9];
+        [4, 7, 9].iter().for_each(|p| own[10 * b + p] += MARGIN * spread);
     }
     (&own + &problem.attached).iter().copied().collect()
 }

@@ -88,6 +88,16 @@ pub enum BodiesError {
     /// No joint is driven.
     #[error("all forces are zero: without forces parameters are known up to a common factor only")]
     NoForce,
+    /// No motion is long enough for its end to be predicted.
+    #[error(
+        "the last 30 % of the longest trajectory are {got} steps; at least {needed} are needed to judge parameters by"
+    )]
+    Short {
+        /// Steps there are.
+        got: usize,
+        /// Steps needed.
+        needed: usize,
+    },
     /// There are less rows than parameters.
     #[error("{got} rows are too few for {needed} parameters")]
     TooFew {

@@ -66,7 +66,15 @@ impl Mjcf {
             Some(option) => vector(option, "gravity", "option")?,
             None => None,
         };
-        let gravity = gravity.unwrap_or(Vector3::new(0.0, 0.0, -9.81));
+        let flag = child(root, "option").and_then(|option| child(option, "flag"));
+        let is_off = flag.and_then(|flag| flag.attribute("gravity")) == Some("disable");
+        let gravity = if is_off { Vector3::zeros() } else { gravity.unwrap_or(Vector3::new(0.0, 0.0, -9.81)) };
+        for what in ["density", "viscosity"] {
+            let of = child(root, "option").map(|option| numbers::<1>(option, what, "option")).transpose()?.flatten();
+            if of.is_some_and(|[value]| value != 0.0) {
+                return Err(BodiesError::Unsupported { what: format!("a medium with {what}") });
+            }
+        }
         let mut model = Self {
             tree: Tree { joints: Vec::new(), gravity },
             drives: Vec::new(),
@@ -99,6 +107,9 @@ impl Mjcf {
             let class = body.attribute("childclass").unwrap_or(class);
             let name = body.attribute("name").map_or_else(|| format!("body{}", self.tree.len() + 1), str::to_owned);
             let here = place * pose(body, &name, settings)?;
+            if numbers::<1>(body, "gravcomp", &name)?.is_some_and(|[value]| value != 0.0) {
+                return Err(BodiesError::Unsupported { what: format!("gravity compensation of the body `{name}`") });
+            }
             let own = inertia(body, &name, settings)?;
             if let Some(node) = body.children().find(|n| n.has_tag_name("freejoint")) {
                 let name = node.attribute("name").map_or_else(|| name.clone(), str::to_owned);

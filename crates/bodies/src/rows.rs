@@ -52,6 +52,16 @@ impl Motion {
         Ok(())
     }
 
+    /// The same with forces that act so many steps later than they were recorded (earlier where that is negative), without the steps whose forces are then not known.
+    #[must_use]
+    pub fn delayed(&self, steps: i32) -> Self {
+        let by = (steps.unsigned_abs() as usize).min(self.steps());
+        let kept = self.steps() - by;
+        let (from, source) = if steps > 0 { (by, 0) } else { (0, by) };
+        let part = self.part(from, from + kept);
+        Self { forces: self.forces.rows(source, kept).into_owned(), ..part }
+    }
+
     /// The steps `from` to `to`, that one excluded.
     #[must_use]
     pub fn part(&self, from: usize, to: usize) -> Self {

@@ -82,9 +82,12 @@ pub fn motions(log: &Log, tree: &Tree, drives: &[Drive]) -> Result<(Vec<Motion>,
     let places = positions(spec, &names)?;
     let inputs: Vec<&str> = spec.control.iter().map(|c| c.name.as_str()).collect();
     let driven: Vec<&str> = drives.iter().map(|drive| drive.name.as_str()).collect();
-    let columns = match by_name(&driven, &inputs) {
+    let of_joints: Vec<&str> = drives.iter().map(|drive| names[drive.joint]).collect();
+    let is_named = [&driven, &of_joints].iter().any(|names| inputs.iter().any(|input| named(names, input).is_some()));
+    let columns = match by_name(&driven, &inputs).or_else(|| by_name(&of_joints, &inputs)) {
         Some(columns) => columns,
-        None if inputs.len() == drives.len() => (0..inputs.len()).map(Some).collect(),
+        // The order counts where no name says otherwise.
+        None if inputs.len() == drives.len() && !is_named => (0..inputs.len()).map(Some).collect(),
         None => return Err(RobotError::Inputs { inputs: inputs.len(), drives: drives.len() }),
     };
     let acting: Vec<(&Drive, usize)> = drives.iter().zip(columns).filter_map(|(drive, k)| Some((drive, k?))).collect();
@@ -125,35 +128,43 @@ fn positions(spec: &Spec, joints: &[&str]) -> Result<Vec<(usize, usize)>, RobotE
     if let Some(order) = by_name(joints, &names).and_then(|o| o.into_iter().collect::<Option<Vec<usize>>>()) {
         return Ok(order.into_iter().map(|at| all[at]).collect());
     }
-    if all.len() == joints.len() {
+    let is_named = names.iter().any(|name| named(joints, name).is_some());
+    if all.len() == joints.len() && !is_named {
         Ok(all)
     } else {
         Err(RobotError::Positions { joints: joints.len(), positions: all.len() })
     }
 }
 
-/// Of each joint the column that has its name, alone or among other words, if every column has that of one joint and none of them the same.
+/// Of each joint the column that has its name, if every column has that of a joint and no two of the same.
 fn by_name(joints: &[&str], columns: &[&str]) -> Option<Vec<Option<usize>>> {
-    let words = |name: &str| -> Vec<String> {
-        let all = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
-        all.map(str::to_lowercase).collect()
-    };
-    let has = |column: &str, joint: &str| {
-        let (column, joint) = (words(column), words(joint));
-        column.windows(joint.len().max(1)).any(|part| part == joint)
-    };
     if columns.is_empty() {
         return None;
     }
     let mut found = vec![None; joints.len()];
     for (at, column) in columns.iter().enumerate() {
-        let mut of = (0..joints.len()).filter(|&j| has(column, joints[j]));
-        let joint = of.next().filter(|_| of.next().is_none())?;
-        if found[joint].replace(at).is_some() {
+        if found[named(joints, column)?].replace(at).is_some() {
             return None;
         }
     }
     Some(found)
+}
+
+/// The joint whose name `column` has, alone or among other words; of several that with the longest name, `None` if these are several.
+fn named(joints: &[&str], column: &str) -> Option<usize> {
+    let words = |name: &str| -> Vec<String> {
+        let all = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());
+        all.map(str::to_lowercase).collect()
+    };
+    let column = words(column);
+    let length = |joint: &str| {
+        let joint = words(joint);
+        (!joint.is_empty() && column.windows(joint.len()).any(|part| part == joint)).then_some(joint.len())
+    };
+    let lengths: Vec<Option<usize>> = joints.iter().map(|joint| length(joint)).collect();
+    let longest = lengths.iter().flatten().max()?;
+    let mut of = (0..joints.len()).filter(|&j| lengths[j] == Some(*longest));
+    of.next().filter(|_| of.next().is_none())
 }
 
 #[cfg(test)]
@@ -168,5 +179,7 @@ mod tests {
         assert_eq!(by_name(&joints, &["elbow_torque", "elbow_current"]), None);
         assert_eq!(by_name(&joints, &["tau1"]), None);
         assert_eq!(by_name(&["j1", "j2"], &["j1", "j2"]), Some(vec![Some(0), Some(1)]));
+        let nested = ["base", "base_2", "base_2_x"];
+        assert_eq!(by_name(&nested, &["q_base_2_x", "q_base", "q_base_2"]), Some(vec![Some(1), Some(2), Some(0)]));
     }
 }

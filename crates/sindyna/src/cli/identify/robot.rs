@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
-use sindyna_bodies::{BodiesError, Drive, Mjcf, Prediction, Tree, Urdf, predict};
+use sindyna_bodies::{BodiesError, Calibration, Drive, Mjcf, Motion, Prediction, Tree, Urdf, predict};
 use sindyna_core::number::significant;
 use sindyna_record::run::RunDir;
 use sindyna_report::text::aligned;
@@ -14,7 +14,7 @@ use crate::cli::console::width;
 use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::reading::heading;
-use crate::identify::{RobotError, RobotFound, motions, robot};
+use crate::identify::{Matched, RobotError, RobotFound, motions, robot};
 use crate::logs::Log;
 
 /// The file of all results.
@@ -31,7 +31,10 @@ struct Results<'a> {
     joints: Vec<Joint<'a>>,
     method: &'a str,
     condition: f64,
+    /// Rows by which inputs act later than they were recorded.
+    delay: i32,
     undetermined: usize,
+    warnings: Vec<String>,
     base_parameters: Vec<BaseParameter>,
     parameters: Vec<Parameter>,
     prediction: Option<Predicted<'a>>,
@@ -175,6 +178,7 @@ pub(super) fn run(
         Some(other) => {
             let (motions, _) = motions(other, tree, &drives).map_err(|e| failed(e, tree, &drives))?;
             let before = predict(tree, &tree.parameters(), &motions, &go_on).filter(|p| p.diverged == 0);
+            let motions: Vec<Motion> = motions.iter().map(|m| m.delayed(calibration.delay)).collect();
             let found = predict(tree, &calibration.parameters, &motions, &go_on);
             found.map(|p| Prediction { before: before.map(|b| b.errors), ..p })
         }
@@ -199,6 +203,8 @@ pub(super) fn run(
             .collect(),
         method: &calibration.form,
         condition: calibration.condition,
+        delay: calibration.delay,
+        warnings: warnings(calibration, joints),
         undetermined: calibration.undetermined,
         base_parameters: base.collect(),
         parameters: all
@@ -237,6 +243,35 @@ fn stem(path: &Path) -> PathBuf {
     path.file_stem().map_or_else(|| "robot".into(), PathBuf::from)
 }
 
+/// Part of a motion that a prediction may miss.
+const MISSED: f64 = 0.2;
+
+/// What speaks against the parameters.
+fn warnings(calibration: &Calibration, joints: &[Matched]) -> Vec<String> {
+    let mut all = Vec::new();
+    let silent: Vec<&str> = joints.iter().filter(|j| j.inputs.is_empty()).map(|j| j.joint.as_str()).collect();
+    if !silent.is_empty() {
+        all.push(format!("no input acts on {}: it is taken as free of forces", silent.join(", ")));
+    }
+    let Some(prediction) = &calibration.prediction else { return all };
+    if prediction.diverged > 0 {
+        all.push(format!(
+            "the prediction diverges in {} of {} windows: the parameters are wrong; look at units, signs and the order of the columns",
+            prediction.diverged, prediction.windows
+        ));
+    }
+    for ((joint, error), still) in joints.iter().zip(&prediction.errors).zip(&prediction.still) {
+        if *still > 0.0 && *error > MISSED * still {
+            let percent = significant(100.0 * error / still, 2);
+            all.push(format!(
+                "the motion of {} is not explained: the prediction misses {percent} % of it (other friction, contacts, a spring, a wrong column or unit)",
+                joint.joint
+            ));
+        }
+    }
+    all
+}
+
 /// A parameter of the file.
 fn in_file(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), |value| significant(value, 6))
@@ -256,6 +291,15 @@ fn told(path: &Path, results: &Results<'_>) -> String {
         results.method,
         significant(results.condition, 2)
     );
+    if results.delay != 0 {
+        let rows = results.delay.unsigned_abs();
+        let when = if results.delay > 0 { "later" } else { "earlier" };
+        let _ =
+            writeln!(text, "inputs act {rows} row{} {when} than they were recorded", if rows == 1 { "" } else { "s" });
+    }
+    for warning in &results.warnings {
+        let _ = writeln!(text, "warning: {warning}");
+    }
     if results.undetermined > 0 {
         let _ = writeln!(
             text,
@@ -309,7 +353,7 @@ fn failed(error: RobotError, tree: &Tree, drives: &[Drive]) -> Failure {
             "name the columns of inputs after the joints on which they act, or --inputs in their order: {}",
             listed(drives.iter().map(|d| d.name.as_str()).collect())
         )),
-        RobotError::Bodies(BodiesError::TooFew { .. }) => Some("use a longer log".into()),
+        RobotError::Bodies(BodiesError::TooFew { .. } | BodiesError::Short { .. }) => Some("use a longer log".into()),
         _ => None,
     };
     let failure = Failure::from(anyhow::Error::new(error));
