@@ -261,7 +261,7 @@ fn warnings(calibration: &Calibration, joints: &[Matched]) -> Vec<String> {
         ));
     }
     for ((joint, error), still) in joints.iter().zip(&prediction.errors).zip(&prediction.still) {
-        if *still > 0.0 && *error > MISSED * still {
+        if *still > 0.0 && error.is_finite() && *error > MISSED * still {
             let percent = significant(100.0 * error / still, 2);
             all.push(format!(
                 "the motion of {} is not explained: the prediction misses {percent} % of it (other friction, contacts, a spring, a wrong column or unit)",
