@@ -4,6 +4,7 @@ use std::cell::Cell;
 
 use ndarray::Axis;
 
+use super::account::{Doubt, Estimate};
 use super::problem::{Alone, Problem};
 use super::search::accounted;
 use crate::Expr;
@@ -16,6 +17,21 @@ const SHARE: f64 = 0.05;
 
 /// Times that parts are looked for beside those already found.
 const PASSES: usize = 2;
+
+impl Estimate {
+    /// Equations that were found without the other states are not doubted for other terms, which were compared with theirs there: beside states that no terms explain others
+    /// may seem as good.
+    pub(super) fn without_rivals_of(&mut self, alone: &[Alone]) {
+        for (i, alone) in alone.iter().enumerate() {
+            let same = alone.as_ref().is_some_and(|(support, _)| *support == self.fits[i].support);
+            if same && self.doubts[i].is_some_and(Doubt::is_of_rivals) {
+                self.doubts[i] = None;
+                self.fits[i].reached_floor = true;
+                self.fits[i].ties.clear();
+            }
+        }
+    }
+}
 
 impl Problem<'_> {
     /// Per state: its equation, if it is adequate in a part of the system that has no other states, without terms that have parameters inside. Empty if there is none.

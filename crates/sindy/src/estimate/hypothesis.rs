@@ -9,7 +9,7 @@ use super::problem::Problem;
 use super::regression::{Inside, Proposal};
 use super::size::Size;
 use crate::Stage;
-use crate::data::measures;
+use crate::data::{Segment, measures};
 use crate::library::Shape;
 use crate::motion::Stepping;
 use crate::shooting::{self, Bounds, Fit, Flow, PARTS, Samples, Work};
@@ -114,10 +114,21 @@ const BELOW: f64 = 0.1;
 const LOOKED_AT: usize = 200;
 
 /// Operations of all fits and regressions together, of about a nanosecond each.
-pub(crate) const BUDGET: u64 = 6_000_000_000;
+const BUDGET: u64 = 6_000_000_000;
+
+/// Samples for which all of them may be spent, and the part that may be for the fewest.
+const SAMPLES: f64 = 300.0;
+const FEWEST: f64 = 0.1;
 
 /// Part of the budget of a search that is kept for finishing what it found.
 const RESERVE: f64 = 0.25;
+
+/// Operations of a search in `segments` that makes the part `effort` of the usual effort. Few samples do not tell many sets of terms apart, however many are
+/// tried.
+pub(crate) fn budget(effort: f64, segments: &[Segment]) -> u64 {
+    let samples: usize = segments.iter().map(|s| s.x.nrows()).sum();
+    (effort * (samples as f64 / SAMPLES).clamp(FEWEST, 1.0) * BUDGET as f64) as u64
+}
 
 impl Problem<'_> {
     /// The hypothesis that equations have the terms `supports`, fitted from `start`. `None` if such equations cannot follow the data.
@@ -213,7 +224,7 @@ impl Problem<'_> {
 
     /// What `of` comes to, which may spend no more than `share` of the budget of a whole search. What there was no budget for was not spent.
     pub(super) fn with_share<T>(&self, share: f64, of: impl FnOnce(&Problem<'_>) -> T) -> T {
-        let budget = self.budget.min(self.spent.get() + (share * BUDGET as f64) as u64);
+        let budget = self.budget.min(self.spent.get() + (share * self.whole as f64) as u64);
         let done = of(&Problem { budget, ..*self });
         self.spent.set(self.spent.get().min(budget));
         done
@@ -222,7 +233,7 @@ impl Problem<'_> {
     /// What `of` comes to, for which there is a budget beyond that of the search: what was found is finished even if nothing more is looked for.
     pub(super) fn with_reserve<T>(&self, of: impl FnOnce(&Problem<'_>) -> T) -> T {
         let spent = Cell::new(self.spent.get());
-        let budget = self.budget + (RESERVE * BUDGET as f64) as u64;
+        let budget = self.budget + (RESERVE * self.whole as f64) as u64;
         let done = of(&Problem { budget, spent: &spent, ..*self });
         self.spent.set(spent.get().min(self.spent.get().max(self.budget)));
         done

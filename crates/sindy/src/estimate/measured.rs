@@ -58,7 +58,7 @@ impl Problem<'_> {
         let bar = without.best(1.0, |support| self.penalty(support)).score;
         let mut first = plain.len();
         let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
-        for candidate in &candidates {
+        for candidate in candidates.iter().take_while(|_| self.may_spend()) {
             let inside: Vec<usize> = candidate.columns().enumerate().map(|(at, _)| first + at).collect();
             first += inside.len();
             let own = triangle.with_others(plain.len(), &[&inside[..], &[all.len()]].concat());
@@ -83,6 +83,7 @@ impl Problem<'_> {
         // Where parameters begin is not where they end.
         let mut promising: Vec<(f64, &Candidate, Linearised)> = finalists
             .into_iter()
+            .take_while(|_| self.may_spend())
             .filter_map(|(candidate, begun)| {
                 let others = self.others(&rows, &begun, RANKING);
                 let (proposal, ended) = self.refined(&rows, candidate, (begun, &others), (1.0, RANKING))?;
@@ -91,7 +92,7 @@ impl Problem<'_> {
             .collect();
         promising.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut proposals: Vec<Proposal> = Vec::new();
-        for (_, candidate, begun) in promising.into_iter().take(FAMILIES) {
+        for (_, candidate, begun) in promising.into_iter().take(FAMILIES).take_while(|_| self.may_spend()) {
             let others = self.others(&rows, &begun, THOROUGHLY);
             for times in TIMES {
                 let refined = self.refined(&rows, candidate, (begun.clone(), &others), (times, THOROUGHLY));

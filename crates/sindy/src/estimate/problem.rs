@@ -34,9 +34,11 @@ pub(crate) struct Problem<'a> {
     /// Ways in which a simulator may have gone from sample to sample.
     pub(crate) simulators: &'a [Stepping],
     pub(crate) solver: &'a BestSubset,
-    /// Operations that may be spent on fits.
+    /// Operations that may be spent on the whole search.
+    pub(crate) whole: u64,
+    /// Those that may be spent on this part of it.
     pub(crate) budget: u64,
-    /// Operations spent on fits so far.
+    /// Operations spent so far.
     pub(crate) spent: &'a Cell<u64>,
     /// Whether the search begins with equations that were found in a part of the samples.
     pub(crate) again: bool,

@@ -35,6 +35,15 @@ pub(crate) fn estimate(problem: &Problem<'_>, stepping: Stepping) -> Option<Esti
     Some(Estimate { astray: found.astray + glitches, ..found })
 }
 
+/// The equations with the terms of `problem.of_parts` and what is better near them, if they leave noise alone.
+pub(crate) fn completed(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
+    let signals = problem.smoother().signals(problem.floor);
+    let with_noise = Problem { noise: &signals.sigma, ..*problem };
+    let begun = with_noise.proposed_by_parts(&signals, stepping).filter(|found| with_noise.is_settled(found))?;
+    let found = accounted(&Problem { again: true, ..*problem }, Some(begun), stepping)?.found;
+    Some(problem.as_stepped(found))
+}
+
 /// The equations with the best score, of noise that may grow with the value.
 pub(super) fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Estimate> {
     let mut all = searched(problem, stepping)?;
@@ -45,6 +54,7 @@ pub(super) fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Est
             let spent = Cell::new(problem.budget / 4 * 3);
             let again = searched(&Problem { alone: &alone, spent: &spent, ..*problem }, stepping);
             all = again.filter(|again| again.found.score < all.found.score).unwrap_or(all);
+            all.found.without_rivals_of(&alone);
         }
     }
     let Accounted { best, found, kept } = all;

@@ -14,7 +14,7 @@ use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{BUDGET, Doubt, Estimate, Problem, Structure};
+use crate::estimate::{Doubt, Estimate, Problem, Structure, budget};
 use crate::library::{Extent, Joints, Lagrangian, Term, general, shaped};
 use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
@@ -170,8 +170,8 @@ impl Identifier {
         structured(rows.collect())
     }
 
-    /// The equations of a `model` that parts of the data were fitted to, if all its terms are among `terms`.
-    fn structure_of(&self, model: &Model, terms: &[Term]) -> Option<Structure> {
+    /// The equations of a `model` that parts of the data were fitted to, of the terms that are among `terms`.
+    pub(super) fn structure_of(&self, model: &Model, terms: &[Term]) -> Option<Structure> {
         let rates = self.rates();
         if model.states().len() != rates.len() || model.offsets().iter().any(|offset| *offset != 0.0) {
             return None;
@@ -182,9 +182,9 @@ impl Identifier {
         };
         let row = |(i, declared): (usize, &Option<usize>)| {
             let entries = model.coefficients(i).iter().filter(|entry| declared.is_none() && entry.coefficient != 0.0);
-            entries.map(place).collect()
+            entries.filter_map(place).collect()
         };
-        rates.iter().enumerate().map(row).collect::<Option<_>>().map(structured)
+        Some(structured(rates.iter().enumerate().map(row).collect()))
     }
 
     /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` explain parts of the data to rounding. Equations are
@@ -213,6 +213,7 @@ impl Identifier {
         let n_controls = self.spec.control_dim();
         let joints = if self.constraints.is_empty() { Joints::new(&self.inputs(), &rates, &[]) } else { None };
         let lagrangian = joints.as_ref().and_then(Lagrangian::new);
+        let whole = budget(self.effort, segments);
         let problem = Problem {
             terms: &terms,
             n_plain,
@@ -227,7 +228,8 @@ impl Identifier {
             alone: &[],
             simulators,
             solver,
-            budget: (self.effort * BUDGET as f64) as u64,
+            whole,
+            budget: whole,
             again: false,
             // Simulators hold their inputs.
             discrete: self.simulators && segments.iter().all(|s| s.ramp.is_none()),

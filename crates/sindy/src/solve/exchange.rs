@@ -73,13 +73,13 @@ struct View<'a> {
     /// R of the subset's columns in the basis, column after column (k, k).
     triangle: Vec<f64>,
     others: Vec<Other>,
+    /// Inner products of each of the others with the basis (others, k).
+    along: Vec<f64>,
 }
 
 /// A column that is not in the subset.
 struct Other {
     column: usize,
-    /// Inner products with the basis (k).
-    along: Vec<f64>,
     /// Squared length of what the subset leaves of it.
     distance: f64,
     /// Inner product of that with what it leaves of the target.
@@ -116,7 +116,7 @@ impl<'a> Rest<'a> {
         let Left { basis, residual } = self.left.get_or_init(|| problem.left(columns)).as_ref()?;
         let mut left = problem.column(j).to_vec();
         take_out_all(&mut left, basis);
-        problem.worked(4 * (basis.len() + 1) * problem.dim());
+        problem.worked(4 * (basis.len() + 1), 2, 0);
         let length = square(&left).sqrt();
         if length * length < DEPENDENT {
             return None;
@@ -134,25 +134,27 @@ impl<'a> View<'a> {
     fn new(problem: &'a Problem, subset: &'a [usize]) -> Option<Self> {
         let k = subset.len();
         let Left { basis, residual } = problem.left(subset)?;
-        let along = |a: &[f64]| basis.iter().map(|q| dot(q, a)).collect::<Vec<f64>>();
+        let onto = |a: &[f64], along: &mut Vec<f64>| along.extend(basis.iter().map(|q| dot(q, a)));
+        let mut along = Vec::with_capacity(k * problem.n_columns());
         let other = |column: usize| {
             let a = problem.column(column);
-            let along = along(a);
-            let mut distance = 1.0 - square(&along);
+            onto(a, &mut along);
+            let mut distance = 1.0 - square(&along[along.len() - k..]);
             let mut reached = dot(&residual, a);
             if distance < TRUSTED {
                 let mut left = a.to_vec();
                 take_out_all(&mut left, &basis);
-                problem.worked(4 * k * problem.dim());
+                problem.worked(4 * k, 1, 0);
                 (distance, reached) = (square(&left), dot(&residual, &left));
             }
-            Other { column, along, distance, reached }
+            Other { column, distance, reached }
         };
         let others: Vec<Other> = (0..problem.n_columns()).filter(|j| !subset.contains(j)).map(other).collect();
-        problem.worked((others.len() + 4 * k) * (k + 1) * problem.dim());
-        let triangle = subset.iter().flat_map(|&j| along(problem.column(j))).collect();
-        let target = along(problem.target());
-        Some(Self { problem, subset, target, rss: square(&residual), triangle, others })
+        problem.worked((others.len() + 4 * k) * (k + 1), 0, 0);
+        let (mut triangle, mut target) = (Vec::with_capacity(k * k), Vec::with_capacity(k));
+        subset.iter().for_each(|&j| onto(problem.column(j), &mut triangle));
+        onto(problem.target(), &mut target);
+        Some(Self { problem, subset, target, rss: square(&residual), triangle, others, along })
     }
 
     /// The direction, in the basis, in which the subset's column number `out` alone reaches.
@@ -172,14 +174,15 @@ impl<'a> View<'a> {
     /// Offers the subset, without its column number `out` if there is one, with each other column added; `best` is the best of all so far.
     fn complete(&self, out: Option<usize>, best: &mut Option<Candidate>, kept: &mut Kept) {
         let Self { problem, subset, .. } = *self;
+        let k = subset.len();
         let z = out.map(|out| self.direction(out));
         let along = |of: &[f64]| z.as_ref().map_or(0.0, |z| dot(z, of));
         let freed = along(&self.target);
         let total = self.rss + freed * freed;
         let rest = Rest::new(problem, subset, out);
         let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.others.len());
-        for other in &self.others {
-            let t = along(&other.along);
+        for (at, other) in self.others.iter().enumerate() {
+            let t = along(&self.along[at * k..(at + 1) * k]);
             let distance = other.distance + t * t;
             if distance < DEPENDENT {
                 continue;
@@ -190,11 +193,15 @@ impl<'a> View<'a> {
             let bound = if wrong < TOLD * left { Some(left - wrong) } else { rest.with(other.column) };
             order.extend(bound.map(|bound| (bound + problem.unreachable(), other.column)));
         }
-        problem.worked(self.others.len() * (subset.len() + 8));
+        problem.worked(0, 1, self.others.len() * (1 + k / 8));
+        let is_passed_over = |bound: f64, best: &Option<Candidate>, kept: &Kept| {
+            bound * (1.0 - 1e-8) > best.as_ref().map_or(f64::INFINITY, |b| b.rss).max(kept.cutoff())
+        };
+        order.retain(|(bound, _)| !is_passed_over(*bound, best, kept));
         // The most promising first: what follows is then passed over.
-        order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        order.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (bound, j) in order {
-            if bound * (1.0 - 1e-8) > best.as_ref().map_or(f64::INFINITY, |b| b.rss).max(kept.cutoff()) {
+            if is_passed_over(bound, best, kept) {
                 break;
             }
             let mut with = rest.columns.clone();

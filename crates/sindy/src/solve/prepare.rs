@@ -123,6 +123,6 @@ pub(super) fn problem(dim: usize, columns: Vec<Unit>, y: Vec<f64>, unreachable: 
     let (numbers, columns): (Vec<usize>, Vec<Vec<f64>>) = columns.into_iter().unzip();
     let problem = Problem::new(dim, columns.concat(), y, unreachable);
     // For which columns are the same.
-    problem.worked(numbers.len() * numbers.len() * dim / 2);
+    problem.worked(numbers.len() * numbers.len() / 2, 0, 0);
     (numbers, problem)
 }

@@ -14,7 +14,7 @@ pub(crate) struct Problem {
     target: Vec<f64>,
     /// Squared length of the part of the target that no column reaches.
     unreachable: f64,
-    /// Multiplications, with an addition each, of searches without a tree so far.
+    /// Operations of searches without a tree so far.
     work: Cell<u64>,
 }
 
@@ -24,8 +24,12 @@ pub(super) struct Left {
     pub(super) residual: Vec<f64>,
 }
 
-/// Multiplications of long columns that take as long as one operation of the tree.
-const LANES_AT_ONCE: u64 = 3;
+/// Multiplications, with an addition each, of long columns that take as long as one operation of the tree; and operations for a product of two columns
+/// besides its multiplications, for a list of numbers, and for a number that is kept in order.
+const LANES_AT_ONCE: usize = 3;
+const PRODUCT: usize = 6;
+const LIST: usize = 25;
+const IN_ORDER: usize = 4;
 
 /// Squared distance from the span of the others at which a column of unit length counts as dependent.
 pub(super) const DEPENDENT: f64 = 1e-18;
@@ -39,12 +43,13 @@ impl Problem {
 
     /// Operations so far, of about a nanosecond each, as those of the tree.
     pub(super) fn work(&self) -> u64 {
-        self.work.get() / LANES_AT_ONCE
+        self.work.get()
     }
 
-    /// Counts `multiplications`.
-    pub(super) fn worked(&self, multiplications: usize) {
-        self.work.set(self.work.get() + multiplications as u64);
+    /// Counts `products` of two columns, `lists` of numbers that were made, and numbers that were put in order.
+    pub(super) fn worked(&self, products: usize, lists: usize, ordered: usize) {
+        let operations = products * (self.dim / LANES_AT_ONCE + PRODUCT) + lists * LIST + ordered * IN_ORDER;
+        self.work.set(self.work.get() + operations as u64);
     }
 
     pub(crate) fn n_columns(&self) -> usize {
@@ -81,7 +86,7 @@ impl Problem {
 
     /// Orthonormal columns with the span of `subset`; none if they depend on each other.
     pub(crate) fn basis(&self, subset: &[usize]) -> Option<Vec<Vec<f64>>> {
-        self.worked(2 * subset.len() * subset.len() * self.dim);
+        self.worked(2 * subset.len() * subset.len(), 2 * subset.len() + 2, 0);
         let mut basis: Vec<Vec<f64>> = Vec::with_capacity(subset.len());
         for &j in subset {
             let mut a = self.column(j).to_vec();
