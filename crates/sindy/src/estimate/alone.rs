@@ -19,15 +19,20 @@ const SHARE: f64 = 0.05;
 const PASSES: usize = 2;
 
 impl Estimate {
-    /// Equations that were found without the other states are not doubted for other terms, which were compared with theirs there: beside states that no terms explain others
-    /// may seem as good.
+    /// An equation that was found without the other states is not doubted for terms of states that no terms explain: beside these they may seem as good.
     pub(super) fn without_rivals_of(&mut self, alone: &[Alone]) {
+        let unexplained: Vec<usize> =
+            (0..self.doubts.len()).filter(|&i| self.doubts[i].is_some_and(Doubt::is_spoilt)).collect();
         for (i, alone) in alone.iter().enumerate() {
-            let same = alone.as_ref().is_some_and(|(support, _)| *support == self.fits[i].support);
-            if same && self.doubts[i].is_some_and(Doubt::is_of_rivals) {
+            if alone.as_ref().is_none_or(|(support, _)| *support != self.fits[i].support) {
+                continue;
+            }
+            let terms = &self.terms;
+            let has = |j: usize| unexplained.iter().any(|&s| terms[j].expr.has(s) || terms[j].rate == Some(s));
+            self.fits[i].ties.retain(|tie| !tie.iter().any(|&j| has(j)));
+            if self.fits[i].ties.is_empty() && self.doubts[i] == Some(Doubt::OtherTerms) {
                 self.doubts[i] = None;
                 self.fits[i].reached_floor = true;
-                self.fits[i].ties.clear();
             }
         }
     }

@@ -20,10 +20,10 @@ pub(crate) fn planner(model: &Model, robot: Robot) -> Result<Planner> {
 }
 
 /// A run of 10 s under a planner.
-pub(crate) fn controlled(plant: &Plant, robot: Robot, planner: &Planner) -> Run {
+pub(crate) fn controlled(plant: Plant, robot: Robot, planner: &Planner) -> Result<Run> {
     let mut controller = Controller::new(planner);
     let mut own = Seed::new(0).stream("planner", 0);
-    run(plant, robot, |x| controller.torque(x, &mut own))
+    Ok(run(plant, robot, |x| controller.torque(x, &mut own))?)
 }
 
 /// A planner in the middle of a run: asked every few steps, its torque goes on at the rate it chose.

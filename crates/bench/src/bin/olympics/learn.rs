@@ -9,10 +9,10 @@ use std::time::Instant;
 use anyhow::{Context as _, bail};
 use rand::RngExt as _;
 use sindyna_bench::study::Result;
-use sindyna_core::Seed;
+use sindyna_core::{Diverged, Dynamics as _, Seed};
 use sindyna_sindy::Model;
 
-use super::plant::{DT, Plant, Robot, deviate, stepped};
+use super::plant::{DT, Plant, Robot, deviate};
 
 /// Samples of a log, and steps of the simulator from one to the next.
 const SAMPLES: usize = 100;
@@ -36,8 +36,8 @@ pub(crate) struct Learned {
 }
 
 /// A log of `robot` from rest, hanging, its driven joint pushed to one side and the other.
-fn log(robot: Robot, seed: u64) -> String {
-    let mut rng = Seed::new(seed).stream("log", 0);
+fn log(robot: Robot, seed: u64) -> std::result::Result<String, Diverged> {
+    let (simulator, mut rng) = (Plant::NOMINAL.stepped(), Seed::new(seed).stream("log", 0));
     let mut text = String::from("t,q1,q2,dq1,dq2,tau\n");
     let (mut x, mut push, mut left, mut side) = ([0.0; 4], 0.0, 0, 1.0);
     for sample in 0..=SAMPLES {
@@ -52,17 +52,18 @@ fn log(robot: Robot, seed: u64) -> String {
         let mut torque = [0.0; 2];
         torque[robot.joint()] = push;
         for _ in 0..PER_SAMPLE {
-            x = stepped(&Plant::NOMINAL, &x, &torque);
+            let before = x;
+            simulator.step(&before, &torque, &mut rng, &mut x)?;
         }
     }
-    text
+    Ok(text)
 }
 
 /// Runs `sindyna identify` on a log of `robot`.
 pub(crate) fn learn(program: &Path, robot: Robot, seed: u64) -> Result<Learned> {
     let folder = tempfile::tempdir()?;
     let (file, out) = (folder.path().join("log.csv"), folder.path().join("model"));
-    fs::write(&file, log(robot, seed))?;
+    fs::write(&file, log(robot, seed)?)?;
     let start = Instant::now();
     let done = Command::new(program)
         .args(["identify", "--no-report", "--quiet", "--strict", "--angles", "q1,q2", "--delay", "0", "--out"])

@@ -1,7 +1,8 @@
 //! The simulation boards of the AI Olympics: a double pendulum whose elbow or shoulder is driven swings up and stays there.
 //!
-//! Nothing of the machine is told: for each robot and seed, `sindyna identify` reads two seconds of noisy samples, a planner swings up in its equations, and what it does in the boards' own
-//! simulator is scored by their rules. The published runs of the best controllers are scored as well. Writes results/olympics.json and docs/olympics.md.
+//! For each robot and seed, `sindyna identify` reads two seconds of noisy samples, a planner swings up in its equations, and what it does in the boards' own simulator is scored by
+//! their rules. Of the machine only the limit of the torque and, for the height of the tip, the lengths of the links are told. The published runs of the best controllers are scored as
+//! well. Writes results/olympics.json and docs/olympics.md.
 
 mod control;
 mod learn;
@@ -69,7 +70,7 @@ fn swing(sindyna: &Sindyna, robot: Robot, seed: u64) -> Result<Swing> {
     let start = Instant::now();
     let planner = planner(&learned.model, robot)?;
     let seconds = start.elapsed().as_secs_f64();
-    let run = controlled(&Plant::NOMINAL, robot, &planner);
+    let run = controlled(Plant::NOMINAL, robot, &planner)?;
     Ok(Swing {
         robot: robot.name().to_owned(),
         seed,

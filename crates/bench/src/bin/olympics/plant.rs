@@ -1,7 +1,7 @@
 //! The double pendulum of the boards and its simulator.
 
 use rand_distr::{Distribution as _, Normal};
-use sindyna_core::{Rng, VectorField};
+use sindyna_core::{Diverged, Dynamics as _, Held, Rng, Scheme, Seed, VectorField};
 
 /// Step of the simulator and of controllers \[s\].
 pub(crate) const DT: f64 = 0.002;
@@ -65,27 +65,17 @@ impl Plant {
         r: [0.2, 0.255_693_054_360_529_64],
         i: [0.031_887_199_591_513_114, 0.050_869_848_128_072_57],
     };
-}
 
-/// The state after a step of `field` under `u`: one step of Runge–Kutta's fourth-order scheme.
-pub(crate) fn stepped(field: &impl VectorField, x: &[f64; 4], u: &[f64]) -> [f64; 4] {
-    let rates = |x: &[f64; 4]| {
-        let mut rates = [0.0; 4];
-        field.eval(x, u, &mut rates);
-        rates
-    };
-    let moved = |k: &[f64; 4], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
-    let k1 = rates(x);
-    let k2 = rates(&moved(&k1, DT / 2.0));
-    let k3 = rates(&moved(&k2, DT / 2.0));
-    let k4 = rates(&moved(&k3, DT));
-    std::array::from_fn(|i| x[i] + DT / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
+    /// The plant as the simulator steps it.
+    pub(crate) fn stepped(self) -> Held<Self> {
+        Held::new(self, Scheme::Rk4 { substeps: 1 }, DT)
+    }
 }
 
 impl VectorField for Plant {
     fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
         let Self { m, r, i } = self;
-        let ((s1, _), (s2, c2), s12) = (x[0].sin_cos(), x[1].sin_cos(), (x[0] + x[1]).sin());
+        let (s1, (s2, c2), s12) = (x[0].sin(), x[1].sin_cos(), (x[0] + x[1]).sin());
         let (v1, v2, h) = (x[2], x[3], m[1] * LENGTHS[0] * r[1]);
         let m11 = i[0] + i[1] + m[1] * LENGTHS[0] * LENGTHS[0] + 2.0 * h * c2;
         let m12 = i[1] + h * c2;
@@ -108,15 +98,20 @@ pub(crate) struct Run {
 }
 
 /// A run of 10 s from rest, hanging, under `control`, which is asked for the torque of the driven joint at each step.
-pub(crate) fn run(plant: &Plant, robot: Robot, mut control: impl FnMut(&[f64; 4]) -> f64) -> Run {
+///
+/// # Errors
+/// [`Diverged`] if a state is not finite.
+pub(crate) fn run(plant: Plant, robot: Robot, mut control: impl FnMut(&[f64; 4]) -> f64) -> Result<Run, Diverged> {
+    let (simulator, mut unused) = (plant.stepped(), Seed::new(0).stream("simulator", 0));
     let mut run = Run { x: vec![[0.0; 4]], torque: Vec::with_capacity(STEPS) };
     for t in 0..STEPS {
-        let mut torque = [0.0; 2];
+        let (mut torque, mut next) = ([0.0; 2], [0.0; 4]);
         torque[robot.joint()] = control(&run.x[t]).clamp(-LIMIT, LIMIT);
-        run.x.push(stepped(plant, &run.x[t], &torque));
+        simulator.step(&run.x[t], &torque, &mut unused, &mut next)?;
+        run.x.push(next);
         run.torque.push(torque);
     }
-    run
+    Ok(run)
 }
 
 /// A normal deviate of standard deviation `sigma`.
