@@ -164,12 +164,19 @@ pub(crate) fn is_angle(name: &str) -> bool {
     role(name) != Some(Role::Rate) && words(name).iter().any(|word| ANGLES.contains(&word.as_str()))
 }
 
+/// What the name of one of `columns` says. A current is a consequence of a voltage that is there, and an input where there is none.
+fn role_among(name: &str, columns: &[String]) -> Option<Role> {
+    let has = |name: &str, known: &[&str]| words(name).iter().any(|word| known.contains(&word.as_str()));
+    let driven = columns.iter().any(|other| other != name && has(other, &["voltage", "pwm"]));
+    if driven && has(name, &["current"]) { Some(Role::Position) } else { role(name) }
+}
+
 /// The states and inputs among `columns`, if every name tells its role and no two tell the same; `inputs` are known.
 pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>, Vec<String>)> {
     let mut seen = HashSet::new();
     let (mut states, mut done) = (Vec::new(), inputs.to_vec());
     for name in columns {
-        let role = role(name)?;
+        let role = role_among(name, columns)?;
         let what: Vec<String> = words(name).into_iter().filter(|word| !HOW.contains(&word.as_str())).collect();
         if !seen.insert((role, what)) {
             return None;
@@ -186,8 +193,11 @@ pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>
 
 /// Which of `columns` are likely to be what.
 pub(crate) fn suggested(columns: &[String]) -> Suggestion {
-    let (inputs, states) =
-        columns.iter().filter(|n| *n != "reward").cloned().partition(|name| role(name) == Some(Role::Input));
+    let (inputs, states) = columns
+        .iter()
+        .filter(|n| *n != "reward")
+        .cloned()
+        .partition(|name| role_among(name, columns) == Some(Role::Input));
     Suggestion { states, inputs, has_time: false, time_column: None }
 }
 
@@ -210,6 +220,8 @@ mod tests {
                 && !is_derivative("dq1")
         );
         check(&["u", "y"], Some((&["y"], &["u"])));
+        check(&["current", "speed", "voltage"], Some((&["current", "speed"], &["voltage"])));
+        check(&["speed", "motor_current"], Some((&["speed"], &["motor_current"])));
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
         check(&["x", "v", "u", "reward"], None);
         check(

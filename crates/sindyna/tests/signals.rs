@@ -67,6 +67,40 @@ fn a_signal_that_was_to_be_ignored_is() {
     assert!(json(&temp.path().join("run/summary.json"))["interrupted"].as_bool().unwrap());
 }
 
+/// A mass that is pushed by `u`, and by what nobody recorded.
+fn pushed() -> String {
+    let mut rng = Seed::new(1).stream("u", 0);
+    let (mut text, mut x, mut v, mut u) = ("t,x,v,u\n".to_owned(), 0.0, 0.0, 0.0);
+    for row in 0..40 {
+        if row % 5 == 0 {
+            u = 2.0 * rng.random::<f64>() - 1.0;
+        }
+        writeln!(text, "{},{x},{v},{u}", 0.05 * f64::from(row)).unwrap();
+        for step in 0..10 {
+            let t = 0.05 * f64::from(row) + 0.005 * f64::from(step);
+            v += 0.005 * (u + 3.0 * (2.3 * t * t).sin());
+            x += 0.005 * v;
+        }
+    }
+    text
+}
+
+#[test]
+fn a_search_that_is_stopped_while_a_log_is_read_otherwise_writes_nothing() {
+    let temp = tempfile::tempdir().unwrap();
+    fs::write(temp.path().join("log.csv"), pushed()).unwrap();
+    let mut command = Command::new(PLAIN[0]);
+    command.current_dir(temp.path()).args(&PLAIN[1..]).arg(env!("CARGO_BIN_EXE_sindyna"));
+    command.args(["identify", "log.csv", "--no-report"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = command.spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(said.any(|line| line.starts_with("no term explains")), "other readings were never tried");
+    send(&child, "INT");
+    assert!(said.any(|line| line == "interrupted: nothing was written"));
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    assert!(!temp.path().join("models").exists());
+}
+
 #[test]
 fn a_turn_of_a_million_updates_is_stopped_within_it() {
     let temp = tempfile::tempdir().unwrap();

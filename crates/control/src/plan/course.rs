@@ -195,11 +195,15 @@ impl Course {
         earned: f64,
     ) -> Option<(Self, f64)> {
         let plan = self.plan.as_ref().map(|plan| plan.turned(plant, x));
-        let course = Self { plan, ..self.clone() };
-        let now = course.earns(plant, goals, x, steps).0;
-        let length = course.length(plant, goals, x, steps);
-        let (course, now) = course.polished(plant, goals, x, steps, now, (POLISH, length));
+        let (course, now) = Self { plan, ..self.clone() }.improved(plant, goals, x, steps);
         (now >= earned - NOTHING * earned.abs()).then_some((course, now))
+    }
+
+    /// The same from x, improved for the reward of the next `steps` steps; and what it earns.
+    pub(crate) fn improved(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
+        let earned = self.earns(plant, goals, x, steps).0;
+        let length = self.length(plant, goals, x, steps);
+        self.polished(plant, goals, x, steps, earned, (POLISH, length))
     }
 
     /// Steps that are left of its plan; without one those after which it has reached its goal from x.

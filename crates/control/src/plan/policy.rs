@@ -19,7 +19,7 @@ const HORIZON: usize = 1_000;
 /// Steps of a plan that is sampled.
 const SAMPLED: usize = 100;
 
-/// Part of what was expected by which a plan may fall short before another is looked for.
+/// Part of what an episode was expected to earn by which its plan may fall short before another is looked for.
 const SHORT: f64 = 0.05;
 
 /// Part of what a plan earns that is no reason to keep it where holding a goal earns the rest.
@@ -109,6 +109,22 @@ impl Planner {
         Self { first: Some(first).filter(|_| !plant.stopped()), ..self }
     }
 
+    /// The same with the course that `other`, for the same system and other rewards, has planned ahead, improved for its own rewards. What
+    /// [`Self::prepared`] searches for, this follows: a course may pay that no search would begin.
+    #[must_use]
+    pub fn following(self, other: &Self) -> Self {
+        let Some((course, _)) = &other.first else { return self };
+        let x = self.start();
+        let (goals, steps) = (self.goals(&x), self.plant.task.max_steps().min(HORIZON));
+        let place = course.goal.and_then(|goal| other.goals(&x).into_iter().nth(goal));
+        let nearest = place.and_then(|place| {
+            let away = |goal: &usize| goals[*goal].distance(&place.x);
+            (0..goals.len()).min_by(|one, other| away(one).total_cmp(&away(other)))
+        });
+        let first = Course { goal: nearest, ..course.clone() }.improved(&self.plant, &goals, &x, steps);
+        Self { first: Some(first).filter(|_| !self.plant.stopped()), ..self }
+    }
+
     /// A start state.
     fn start(&self) -> Vec<f64> {
         let mut start = vec![0.0; self.plant.dims().0];
@@ -185,14 +201,41 @@ struct Episode<'a> {
     goals: Vec<Goal>,
     course: Option<Course>,
     sampled: Option<Sampled>,
-    /// What the course earns from here on, as it was planned.
-    expected: f64,
+    expected: Expected,
+}
+
+/// What a course earns from here on, as it was when it was found.
+#[derive(Debug, Clone, Copy)]
+struct Expected {
+    earned: f64,
+    /// The most in size that it was in the episode.
+    most: f64,
+}
+
+impl Expected {
+    fn set(&mut self, earned: f64) {
+        self.earned = earned;
+        self.most = if earned.is_finite() { self.most.max(earned.abs()) } else { self.most };
+    }
+
+    /// Whether `earned` is so much less that another course is to be looked for.
+    fn is_missed(&self, earned: f64) -> bool {
+        self.earned - earned > SHORT * self.most
+    }
 }
 
 impl<'a> Episode<'a> {
     fn new(planner: &'a Planner) -> Self {
         let x = vec![0.0; planner.plant.dims().0];
-        Self { planner, x, steps: 0, goals: Vec::new(), course: None, sampled: None, expected: f64::NAN }
+        Self {
+            planner,
+            x,
+            steps: 0,
+            goals: Vec::new(),
+            course: None,
+            sampled: None,
+            expected: Expected { earned: f64::NAN, most: 0.0 },
+        }
     }
 
     /// The control of differential dynamic programming, in receding horizon: the course so far, moved on, improved now and then, and left where another
@@ -209,7 +252,7 @@ impl<'a> Episode<'a> {
         // From another state a way may be found.
         let lost = self.steps.is_multiple_of(LOST)
             && !arrived
-            && !is_enough(goals, self.expected, ahead)
+            && !is_enough(goals, self.expected.earned, ahead)
             && course.as_ref().is_some_and(|c| !c.arrives(goals, plant, &self.x, ahead));
         if lost {
             course = None;
@@ -219,7 +262,7 @@ impl<'a> Episode<'a> {
                 let near = self.planner.first.as_ref().filter(|_| self.steps == 0);
                 let near = near.and_then(|first| first.0.adapted(plant, goals, &self.x, ahead, first.1));
                 let (course, earned) = near.unwrap_or_else(|| Course::search(plant, goals, &self.x, ahead));
-                self.expected = earned;
+                self.expected.set(earned);
                 course
             }
             Some(course) if !due => course,
@@ -231,16 +274,16 @@ impl<'a> Episode<'a> {
                 if of_held >= earned - SAME * earned.abs() {
                     (best, earned) = (held, of_held);
                 }
-                let missing = self.expected - earned;
-                if missing > SHORT * self.expected.abs().max(earned.abs()) {
+                if self.expected.is_missed(earned) {
                     let (found, of_found) = Course::search(plant, goals, &self.x, ahead);
                     if of_found > earned {
                         (best, earned) = (found, of_found);
                     }
+                    self.expected.set(earned);
                 } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
                     (best, earned) = best.again(plant, goals, &self.x, ahead, earned);
+                    self.expected.set(earned.max(self.expected.earned));
                 }
-                self.expected = earned;
                 best
             }
         };
@@ -280,7 +323,7 @@ impl Memory for Episode<'_> {
         if self.course.is_some() {
             let mut next = vec![0.0; self.x.len()];
             let stepped = plant.step(&self.x, &u, &mut unused(), &mut next);
-            self.expected -= stepped.map_or(0.0, |stepped| stepped.reward);
+            self.expected.earned -= stepped.map_or(0.0, |stepped| stepped.reward);
         }
         self.steps += 1;
     }

@@ -14,6 +14,9 @@ use crate::numbers::measures as shown;
 /// What the residuals of equations are compared with where the noise was estimated.
 const ESTIMATED: &str = "the estimated noise";
 
+/// Equally good sets of terms that are listed.
+const MOST_EQUAL: usize = 5;
+
 /// What was held out, and how well it is predicted.
 fn held_out_lines(held_out: &HeldOut, width: usize) -> String {
     let of = if held_out.logs.is_empty() { String::new() } else { format!(" of {}", held_out.logs.join(", ")) };
@@ -219,7 +222,12 @@ fn table(account: &Account, equation: &Equation, width: usize) -> String {
     let of = if sensors == ESTIMATED { "residual (one step, divided by dt)" } else { "residual" };
     let _ = writeln!(text, "  {of} {residual} RMS: {verdict}{search}");
     if !equation.equally_good.is_empty() {
-        let others: Vec<String> = equation.equally_good.iter().map(|other| other.join(", ")).collect();
+        let mut others: Vec<String> =
+            equation.equally_good.iter().take(MOST_EQUAL).map(|other| other.join(", ")).collect();
+        let more = equation.equally_good.len() - others.len();
+        if more > 0 {
+            others.push(format!("{more} more"));
+        }
         let _ = writeln!(text, "  equally good sets of terms: {}", others.join("; or "));
     }
     text
@@ -368,6 +376,9 @@ mod tests {
         let equally_good = vec![vec!["th".into(), "w".into()], vec!["sin 2 th".into()]];
         let table = super::table(&account(100), &Equation { equally_good, ..equation() }, WIDTH);
         assert!(table.ends_with("  equally good sets of terms: th, w; or sin 2 th\n"), "{table}");
+        let equally_good: Vec<Vec<String>> = (0..9).map(|i| vec![format!("th^{i}")]).collect();
+        let table = super::table(&account(100), &Equation { equally_good, ..equation() }, WIDTH);
+        assert!(table.ends_with("; or th^4; or 4 more\n"), "{table}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::readings::told_apart;
 use super::unmeasured::{Choice, Rates, Unmeasured, lone, with_rates};
-use crate::logs::{Log, Note};
+use crate::logs::{Log, Note, Samples};
 
 /// What was found in a log.
 pub(crate) struct Looked {
@@ -41,9 +41,10 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         }
         log.notes.push(Note::DerivativesUnexplained);
     }
-    let first = match asked.unmeasured {
-        Unmeasured::Given(_) => None,
-        _ => Some(as_read(&identifier, &kept, asked.watch)?),
+    // Nothing is found of some logs until they are read otherwise.
+    let (first, nothing) = match first_look(&identifier, &kept, asked) {
+        Err(nothing @ FitError::Regression { .. }) => (None, Some(nothing)),
+        first => (first?, None),
     };
     if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
@@ -54,7 +55,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         Some(log) => {
             let kept = (asked.kept)(&log)?;
             let identifier = (asked.identifier)(&log.spec)?;
-            match first.as_ref().map(|_| as_read(&identifier, &kept, asked.watch)).transpose() {
+            match first_look(&identifier, &kept, asked) {
                 Ok(first) => Some((log, kept, identifier, first)),
                 Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
                 // What was found in a part is none in all.
@@ -63,6 +64,9 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         }
         None => None,
     };
+    if let Some(nothing) = nothing.filter(|_| otherwise.is_none()) {
+        return Err(nothing.into());
+    }
     let (log, kept, identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
     // A search that was not finished says nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
     let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
@@ -82,5 +86,17 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         (Some(Rates { found, identifier, log }), _) => Ok(Looked { found, identifier, log }),
         (None, Some(found)) => Ok(Looked { found, identifier, log }),
         (None, None) => Err(FitError::Regression { reason: "no rate was named".into() }.into()),
+    }
+}
+
+/// Equations found without states that were not measured; `None` where such were given.
+fn first_look<E>(
+    identifier: &Identifier,
+    kept: &Samples,
+    asked: &Asked<'_, E>,
+) -> Result<Option<Identified>, FitError> {
+    match asked.unmeasured {
+        Unmeasured::Given(_) => Ok(None),
+        _ => as_read(identifier, kept, asked.watch).map(Some),
     }
 }

@@ -60,6 +60,9 @@ const TRIED: [Reading; 5] = [
 const STEPS: usize = 300;
 const EFFORT: f64 = 0.1;
 
+/// The same for angles, where nothing else is read otherwise: names and units say so, and it is the likeliest reading of all.
+const NAMED: f64 = 0.3;
+
 /// Steps after these that are predicted, at most.
 const AHEAD: usize = 900;
 
@@ -172,8 +175,13 @@ impl<E: From<FitError>> Trial<'_, E> {
         let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
         let shifted = Samples { data: foh(shifted.data), ..shifted };
         let samples = shifted.first(steps);
-        let of =
-            |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_effort(EFFORT).with_simulators(reading.simulated));
+        let of = |spec: &Spec| {
+            Ok::<_, E>(
+                (asked.identifier)(spec)?
+                    .with_effort(if reading.turned && reading.rows == 0.0 && !reading.linear { NAMED } else { EFFORT })
+                    .with_simulators(reading.simulated),
+            )
+        };
         let plain = of(&log.spec)?;
         let first = match asked.unmeasured {
             Unmeasured::Given(_) => None,
@@ -186,15 +194,15 @@ impl<E: From<FitError>> Trial<'_, E> {
                 let before = first.as_ref().filter(|_| !matches!(rates, Unmeasured::Given(_)));
                 let choice = Choice { first: before, asked: rates, seen: &[] };
                 let with = with_rates_of(log, &samples, choice, of, (asked.watch, &|_| {}), Order::Second);
+                if !asked.watch.go_on() {
+                    return Err(FitError::Interrupted.into());
+                }
                 let with = with.ok().flatten().map(|(found, identifier, spec)| (found, identifier, added(log, &spec)));
                 let better = with.filter(|(with, ..)| first.as_ref().is_none_or(|first| is_better(with, first)));
                 let Some(best) = better.or_else(|| Some((first?, plain, Vec::new()))) else { return Ok(None) };
                 best
             }
         };
-        if !asked.watch.go_on() {
-            return Err(FitError::Interrupted.into());
-        }
         let tried = |score: f64| Tried {
             reading,
             rates: rates.clone(),

@@ -6,6 +6,7 @@
 mod common;
 mod derivatives;
 mod machines;
+mod ordinary;
 mod other_logs;
 mod reading;
 

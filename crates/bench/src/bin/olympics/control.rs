@@ -4,26 +4,40 @@ use std::sync::Arc;
 
 use sindyna_bench::study::Result;
 use sindyna_control::{Method, Planner};
-use sindyna_core::{Memory, Mode, Policy as _, Rng, Seed};
+use sindyna_core::{Dynamics, Memory, Mode, Policy as _, Rng, Seed};
 use sindyna_sindy::Model;
 
-use super::plant::{DT, LIMIT, Plant, Robot, Run, run};
-use super::task::{EVERY, Ramped, SwingUp};
+use super::plant::{DT, LIMIT, Robot, Run, STEPS, run, stepped};
+use super::score::Score;
+use super::task::{EVERY, Prices, Ramped, SwingUp};
 
-/// Criteria near which the prices are those of the score: a swing-up of a second.
+/// Criteria near which the first prices are those of the score: a swing-up of a second.
 const TYPICAL: [f64; 5] = [1.0, 8.0, 2.0, 0.01, 80.0];
 
-/// A planner for `robot` in `model`.
+/// Times that prices are set anew where the plan so far comes to.
+const ROUNDS: usize = 3;
+
+/// A planner for `robot` in `model`: it looks for a way up, and improves what it found at the prices that hold there.
 pub(crate) fn planner(model: &Model, robot: Robot) -> Result<Planner> {
-    let (dynamics, task) = (Arc::new(Ramped::new(model.clone())), Arc::new(SwingUp::new(robot, &TYPICAL)));
-    Ok(Planner::new(Method::Ilqr, dynamics, task)?.prepared())
+    let dynamics = Arc::new(Ramped::new(model.clone()));
+    let new = |prices| Planner::new(Method::Ilqr, dynamics.clone(), Arc::new(SwingUp::new(robot, prices)));
+    let mut planner = new(Prices::near(&TYPICAL).with_all_for_time())?.prepared();
+    for _ in 0..ROUNDS {
+        let imagined = controlled(&stepped(model.clone()), robot, &planner)?;
+        let score = Score::of(&imagined.x[..STEPS], &imagined.torque);
+        if score.score == 0.0 {
+            break;
+        }
+        planner = new(Prices::near(&score.criteria()))?.following(&planner);
+    }
+    Ok(planner)
 }
 
-/// A run of 10 s under a planner.
-pub(crate) fn controlled(plant: Plant, robot: Robot, planner: &Planner) -> Result<Run> {
+/// A run of 10 s in `simulator` under a planner.
+pub(crate) fn controlled(simulator: &impl Dynamics, robot: Robot, planner: &Planner) -> Result<Run> {
     let mut controller = Controller::new(planner);
     let mut own = Seed::new(0).stream("planner", 0);
-    Ok(run(plant, robot, |x| controller.torque(x, &mut own))?)
+    Ok(run(simulator, robot, |x| controller.torque(x, &mut own))?)
 }
 
 /// A planner in the middle of a run: asked every few steps, its torque goes on at the rate it chose.

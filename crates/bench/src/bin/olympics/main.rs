@@ -70,7 +70,7 @@ fn swing(sindyna: &Sindyna, robot: Robot, seed: u64) -> Result<Swing> {
     let start = Instant::now();
     let planner = planner(&learned.model, robot)?;
     let seconds = start.elapsed().as_secs_f64();
-    let run = controlled(Plant::NOMINAL, robot, &planner)?;
+    let run = controlled(&Plant::NOMINAL.stepped(), robot, &planner)?;
     Ok(Swing {
         robot: robot.name().to_owned(),
         seed,

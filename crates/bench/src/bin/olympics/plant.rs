@@ -1,7 +1,7 @@
 //! The double pendulum of the boards and its simulator.
 
 use rand_distr::{Distribution as _, Normal};
-use sindyna_core::{Diverged, Dynamics as _, Held, Rng, Scheme, Seed, VectorField};
+use sindyna_core::{Diverged, Dynamics, Held, Rng, Scheme, Seed, VectorField};
 
 /// Step of the simulator and of controllers \[s\].
 pub(crate) const DT: f64 = 0.002;
@@ -68,7 +68,7 @@ impl Plant {
 
     /// The plant as the simulator steps it.
     pub(crate) fn stepped(self) -> Held<Self> {
-        Held::new(self, Scheme::Rk4 { substeps: 1 }, DT)
+        stepped(self)
     }
 }
 
@@ -91,18 +91,27 @@ impl VectorField for Plant {
     }
 }
 
+/// Equations of motion as the boards' simulator steps them.
+pub(crate) fn stepped<F: VectorField>(equations: F) -> Held<F> {
+    Held::new(equations, Scheme::Rk4 { substeps: 1 }, DT)
+}
+
 /// A run: states (T + 1), and the torques that were applied (T).
 pub(crate) struct Run {
     pub(crate) x: Vec<[f64; 4]>,
     pub(crate) torque: Vec<[f64; 2]>,
 }
 
-/// A run of 10 s from rest, hanging, under `control`, which is asked for the torque of the driven joint at each step.
+/// A run of 10 s from rest, hanging, in the boards' simulator or another one, under `control`, which is asked for the torque of the driven joint at each step.
 ///
 /// # Errors
 /// [`Diverged`] if a state is not finite.
-pub(crate) fn run(plant: Plant, robot: Robot, mut control: impl FnMut(&[f64; 4]) -> f64) -> Result<Run, Diverged> {
-    let (simulator, mut unused) = (plant.stepped(), Seed::new(0).stream("simulator", 0));
+pub(crate) fn run(
+    simulator: &impl Dynamics,
+    robot: Robot,
+    mut control: impl FnMut(&[f64; 4]) -> f64,
+) -> Result<Run, Diverged> {
+    let mut unused = Seed::new(0).stream("simulator", 0);
     let mut run = Run { x: vec![[0.0; 4]], torque: Vec::with_capacity(STEPS) };
     for t in 0..STEPS {
         let (mut torque, mut next) = ([0.0; 2], [0.0; 4]);

@@ -40,6 +40,11 @@ pub(crate) fn is_up(q1: f64, q2: f64) -> bool {
 }
 
 impl Score {
+    /// Its criteria, in the order of [`NORMS`].
+    pub(crate) fn criteria(&self) -> [f64; 5] {
+        [self.time, self.energy, self.torque, self.smoothness, self.velocity]
+    }
+
     /// The score of states (T) and the torques applied from each to the next (T); the last is not counted.
     pub(crate) fn of(x: &[[f64; 4]], torque: &[[f64; 2]]) -> Self {
         let last = x.len().min(torque.len()).saturating_sub(1);

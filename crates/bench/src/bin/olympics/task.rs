@@ -17,23 +17,37 @@ const RATE: f64 = 100.0;
 /// Width of the edge of what counts as up \[m\].
 const EDGE: f64 = 0.01;
 
-/// What a unit of each criterion takes from the score, where it comes to as much as `criteria`.
-fn prices(criteria: &[f64; 5]) -> [f64; 5] {
-    std::array::from_fn(|i| (1.0 - (PI * criteria[i] / NORMS[i]).tanh().powi(2)) * PI / NORMS[i] / NORMS.len() as f64)
+/// What a unit of each criterion takes from the score.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Prices {
+    each: [f64; 5],
+    /// Smoothness at which its price holds.
+    smoothness: f64,
+}
+
+impl Prices {
+    /// The slopes of the score where criteria come to as much as these.
+    pub(crate) fn near(criteria: &[f64; 5]) -> Self {
+        let of = |i: usize| (1.0 - (PI * criteria[i] / NORMS[i]).tanh().powi(2)) * PI / NORMS[i] / NORMS.len() as f64;
+        Self { each: std::array::from_fn(of), smoothness: criteria[3].max(1e-3) }
+    }
+
+    /// The same, but a run that is never up costs the whole score, as it does: by its slopes, not to move at all may be as good as to swing up.
+    pub(crate) fn with_all_for_time(mut self) -> Self {
+        self.each[0] = 1.0 / (STEPS as f64 * DT);
+        self
+    }
 }
 
 /// The task for a robot.
 pub(crate) struct SwingUp {
     spec: Spec,
     joint: usize,
-    prices: [f64; 5],
-    /// Smoothness at which its price holds.
-    smoothness: f64,
+    prices: Prices,
 }
 
 impl SwingUp {
-    /// Prices are those of the score near `criteria`.
-    pub(crate) fn new(robot: Robot, criteria: &[f64; 5]) -> Self {
+    pub(crate) fn new(robot: Robot, prices: Prices) -> Self {
         let torque = Channel::new("τ", "N m", Kind::Plain, LIMIT).within(-LIMIT, LIMIT);
         let state = vec![
             Channel::new("q1", "rad", Kind::Angle, PI),
@@ -52,7 +66,7 @@ impl SwingUp {
             noise: 0.0,
             dt: EVERY as f64 * DT,
         };
-        Self { spec, joint: robot.joint(), prices: prices(criteria), smoothness: criteria[3].max(1e-3) }
+        Self { spec, joint: robot.joint(), prices }
     }
 }
 
@@ -67,11 +81,11 @@ impl Task for SwingUp {
         x.fill(0.0);
     }
     fn reward(&self, x: &[f64], _: &[f64], u: &[f64], next: &[f64]) -> f64 {
-        let ([time, energy, torque, smooth, velocity], dt) = (self.prices, self.spec.dt);
+        let ([time, energy, torque, smooth, velocity], dt) = (self.prices.each, self.spec.dt);
         let short = (0.9 * (LENGTHS[0] + LENGTHS[1]) - height(next[0], next[1])) / EDGE;
         let middle = 0.5 * (x[4] + next[4]);
         // s² = Σ (Δτ)²/T, and a change of s² changes s by a part 1/(2 s) of it.
-        let rough = (u[0] * DT).powi(2) * EVERY as f64 / STEPS as f64 / (2.0 * self.smoothness);
+        let rough = (u[0] * DT).powi(2) * EVERY as f64 / STEPS as f64 / (2.0 * self.prices.smoothness);
         -(time * dt / (1.0 + (-short).exp())
             + energy * ((next[self.joint] - x[self.joint]) * middle).abs()
             + torque * middle * middle * dt
