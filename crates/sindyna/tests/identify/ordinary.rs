@@ -75,38 +75,3 @@ fn angles_of_a_rotary_pendulum_are_known_by_their_names() {
     let expected = -0.13 * 9.81 * 0.15 / (0.0011 + 0.13 * 0.15 * 0.15);
     assert!((gravity / expected - 1.0).abs() < 1e-4, "{gravity}, not {expected}: {stdout}");
 }
-
-#[test]
-fn a_current_beside_a_voltage_is_a_state_and_a_motor_faster_than_its_samples_is_found() {
-    // R/L, K/L, 1/L, K/J, b/J: the current follows the voltage within a third of a sample.
-    const TRUTH: [f64; 5] = [380.0, 18.0, 220.0, 43.0, 0.6];
-    let mut rng = Seed::new(5).stream("motor", 0);
-    let (mut text, mut x, mut command) = ("t,current,speed,voltage\n".to_owned(), [0.0; 3], 0.0);
-    for row in 0..600 {
-        if row % 25 == 0 {
-            command = 24.0 * (rng.random::<f64>() - 0.5);
-        }
-        // The sum of twelve uniform numbers less 6 has a deviation of 1.
-        let mut noise = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-        let (current, speed) = (x[0] + 0.01 * noise(), x[1] + 0.1 * noise());
-        writeln!(text, "{},{current:.6},{speed:.6},{:.6}", DT * f64::from(row), x[2]).unwrap();
-        let rates = |[i, w, v]: [f64; 3]| {
-            let [r, k, l, gain, friction] = TRUTH;
-            [l * v - r * i - k * w, gain * i - friction * w, (command - v) / 0.25]
-        };
-        x = moved(x, rates);
-    }
-    let temp = tempfile::tempdir().unwrap();
-    let (account, stdout) = identified(temp.path(), &text);
-    let near = |state: &str, term: &str, truth: f64| {
-        let found = terms(&account, state);
-        let coefficient = found.iter().find(|(own, _)| own == term).unwrap_or_else(|| panic!("{found:?}")).1;
-        assert!((coefficient / truth - 1.0).abs() < 0.1, "{state}: {term} {coefficient}, not {truth}: {stdout}");
-    };
-    near("current", "current", -TRUTH[0]);
-    near("current", "speed", -TRUTH[1]);
-    near("current", "voltage", TRUTH[2]);
-    near("speed", "current", TRUTH[3]);
-    near("speed", "speed", -TRUTH[4]);
-    assert_eq!(terms(&account, "speed").len(), 2, "{stdout}");
-}
