@@ -28,6 +28,14 @@ impl Reading {
     /// The log as it stands.
     const GIVEN: Self = Self { turned: false, rows: 0.0, linear: false, simulated: false };
 
+    /// Angles, and the log as it stands otherwise.
+    const NAMED: Self = Self { turned: true, ..Self::GIVEN };
+
+    /// Part of the usual effort with which it is tried.
+    fn effort(self) -> f64 {
+        if self == Self::NAMED { NAMED } else { EFFORT }
+    }
+
     /// `log` as it is read so; `None` if that is as it stands.
     ///
     /// # Errors
@@ -75,7 +83,7 @@ const NEAR: f64 = 2.0;
 /// Readings of `log` besides that as it stands, in groups: with angles; longer delays, near those after which states follow inputs most; what is tried of every log with
 /// inputs, and other delays near those.
 fn tried(log: &Log) -> [Vec<Reading>; 3] {
-    let turned = if log.may_turn.is_empty() { Vec::new() } else { vec![Reading { turned: true, ..Reading::GIVEN }] };
+    let turned = if log.may_turn.is_empty() { Vec::new() } else { vec![Reading::NAMED] };
     if log.spec.control_dim() == 0 {
         return [turned, Vec::new(), Vec::new()];
     }
@@ -176,11 +184,8 @@ impl<E: From<FitError>> Trial<'_, E> {
         let shifted = Samples { data: foh(shifted.data), ..shifted };
         let samples = shifted.first(steps);
         let of = |spec: &Spec| {
-            Ok::<_, E>(
-                (asked.identifier)(spec)?
-                    .with_effort(if reading.turned && reading.rows == 0.0 && !reading.linear { NAMED } else { EFFORT })
-                    .with_simulators(reading.simulated),
-            )
+            let identifier = (asked.identifier)(spec)?;
+            Ok::<_, E>(identifier.with_effort(reading.effort()).with_simulators(reading.simulated))
         };
         let plain = of(&log.spec)?;
         let first = match asked.unmeasured {
@@ -252,7 +257,7 @@ fn best_of(all: &[Tried], count: usize) -> Option<&Tried> {
         return Some(&all[best]);
     }
     // What names and units say counts where the data do not contradict it.
-    let turned = all.iter().find(|tried| tried.reading.turned && tried.reading.rows == 0.0 && !tried.reading.linear);
+    let turned = all.iter().find(|tried| tried.reading == Reading::NAMED);
     let named = turned.filter(|turned| clearly_least(&[&first.missed, &turned.missed]) != Some(0));
     Some(named.unwrap_or(first))
 }

@@ -12,7 +12,7 @@ use sindyna_bench::study::Result;
 use sindyna_core::{Diverged, Dynamics as _, Seed};
 use sindyna_sindy::Model;
 
-use super::plant::{DT, Plant, Robot, deviate};
+use super::plant::{DT, Plant, Robot, deviate, stepped};
 
 /// Samples of a log, and steps of the simulator from one to the next.
 const SAMPLES: usize = 100;
@@ -37,7 +37,7 @@ pub(crate) struct Learned {
 
 /// A log of `robot` from rest, hanging, its driven joint pushed to one side and the other.
 fn log(robot: Robot, seed: u64) -> std::result::Result<String, Diverged> {
-    let (simulator, mut rng) = (Plant::NOMINAL.stepped(), Seed::new(seed).stream("log", 0));
+    let (simulator, mut rng) = (stepped(Plant::NOMINAL), Seed::new(seed).stream("log", 0));
     let mut text = String::from("t,q1,q2,dq1,dq2,tau\n");
     let (mut x, mut push, mut left, mut side) = ([0.0; 4], 0.0, 0, 1.0);
     for sample in 0..=SAMPLES {

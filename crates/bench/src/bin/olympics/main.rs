@@ -23,7 +23,7 @@ use sindyna_record::comparison::Seeds;
 use control::{controlled, planner};
 use learn::learn;
 use page::{Figures, Published, Swing};
-use plant::{Plant, Robot, STEPS};
+use plant::{Plant, Robot, STEPS, stepped};
 use score::Score;
 
 #[derive(Debug, Parser)]
@@ -70,7 +70,7 @@ fn swing(sindyna: &Sindyna, robot: Robot, seed: u64) -> Result<Swing> {
     let start = Instant::now();
     let planner = planner(&learned.model, robot)?;
     let seconds = start.elapsed().as_secs_f64();
-    let run = controlled(&Plant::NOMINAL.stepped(), robot, &planner)?;
+    let run = controlled(&stepped(Plant::NOMINAL), robot, &planner)?;
     Ok(Swing {
         robot: robot.name().to_owned(),
         seed,

@@ -65,11 +65,6 @@ impl Plant {
         r: [0.2, 0.255_693_054_360_529_64],
         i: [0.031_887_199_591_513_114, 0.050_869_848_128_072_57],
     };
-
-    /// The plant as the simulator steps it.
-    pub(crate) fn stepped(self) -> Held<Self> {
-        stepped(self)
-    }
 }
 
 impl VectorField for Plant {
