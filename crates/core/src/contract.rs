@@ -35,8 +35,10 @@ impl Subject<'_> {
 pub fn check_spec(spec: &Spec) -> Result<(), ContractError> {
     let subject = Subject(&spec.name);
     for channel in spec.state.iter().chain(&spec.observation).chain(&spec.control) {
-        let Channel { name, prior: Prior { scale, bounds: (low, high) }, .. } = channel;
+        let Channel { name, prior: Prior { scale, bounds: (low, high), resolution }, .. } = channel;
         subject.holds(scale.is_finite() && *scale > 0.0, || format!("the scale of `{name}` is {scale}"))?;
+        let is_step = resolution.is_finite() && *resolution >= 0.0;
+        subject.holds(is_step, || format!("the resolution of `{name}` is {resolution}"))?;
         subject.holds(low < high, || format!("`{name}` is bounded by {low} and {high}"))?;
         if let Kind::RateOf(i) | Kind::CosOf(i) | Kind::SinOf(i) = channel.kind {
             let n = spec.state_dim();

@@ -104,13 +104,16 @@ pub struct Prior {
     /// Typical magnitude, in the channel's unit; positive. Sensors' noise is declared in parts of it, and models are compared with their systems
     /// within it; learners do not use it, but for the target `increment`, which tells equally good equations apart over it.
     pub scale: f64,
+    /// Distance of two neighbouring values, in the channel's unit: the error of rounding is uniform over it. 0 where the precision of the numbers
+    /// alone rounds.
+    pub resolution: f64,
 }
 
 impl Prior {
     /// A typical magnitude and no bounds.
     #[must_use]
     pub fn of_scale(scale: f64) -> Self {
-        Self { bounds: (f64::NEG_INFINITY, f64::INFINITY), scale }
+        Self { bounds: (f64::NEG_INFINITY, f64::INFINITY), scale, resolution: 0.0 }
     }
 }
 

@@ -34,6 +34,11 @@ pub(crate) fn may_be(column: &Column, inputs: &[&Column]) -> bool {
     }
 }
 
+/// Whether a state may be an angle although no state is its rate: it is called like nothing else, or its rate may be one of the `inputs`.
+pub(crate) fn may_be_without_rate(column: &Column, inputs: &[&Column]) -> bool {
+    !column.unit.is_empty() || roles::is_bearing(&column.name) || inputs.iter().any(|c| roles::is_rate(&c.name))
+}
+
 /// What speaks for degrees, of the angle of state `i` without a unit: it jumps by 360, or goes farther than machines turn.
 pub(crate) fn suspected(recordings: &[Recording], i: usize, column: &Column) -> Option<Note> {
     /// Radians of more turns than most logs have.

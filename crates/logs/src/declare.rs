@@ -116,6 +116,9 @@ pub(crate) fn errors(
     steps: &[Step],
     noise: &[(String, f64)],
 ) -> Result<(), LogError> {
+    for (channel, step) in spec.observation.iter_mut().zip(steps) {
+        channel.prior.resolution = step.printed();
+    }
     let mut deviations: Vec<f64> =
         steps.iter().map(|step| step.size().map_or(0.0, |step| step / 12_f64.sqrt())).collect();
     for (name, sigma) in noise {

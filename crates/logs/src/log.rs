@@ -118,7 +118,7 @@ impl Log {
         };
         notes.extend(digits.missing.as_ref().map(missing));
         let rows = recordings.iter().map(|r| r.lines.len()).sum();
-        let mut steps = resolution::steps(&recordings, &digits.steps);
+        let mut steps = resolution::steps(&recordings, &digits.written[..sources[0].columns.states.len()]);
         let moments::Moments { mut recordings, rounding, gaps } =
             moments::told(recordings, &sources, &digits, options, &declared, &mut notes)?;
         let columns = |numbers: &[usize]| numbers.iter().map(|&i| &first.columns()[i]).collect::<Vec<&Column>>();
@@ -183,11 +183,16 @@ impl Log {
         let columns = (&derivatives[..], if circles.is_empty() { &measured[..] } else { &[] });
         let derivatives = derivatives::of_states((&states, &names), &rates, columns, options, &mut notes)?;
         let kinds = declare::kinds(&names, &angles, &rates)?;
-        let is_plain = |i: usize| kinds[i] == Kind::Plain && rates.iter().any(|(_, of)| *of == i);
-        let may_turn =
-            options.states.iter().zip(states_told).filter(|(_, column)| angles::may_be(column, &inputs_told));
-        let may_turn = may_turn.filter(|(name, _)| names.iter().position(|n| n == *name).is_some_and(is_plain));
-        let may_turn = if options.angles.is_some() { Vec::new() } else { may_turn.map(|(n, _)| n.clone()).collect() };
+        let has_rate = |i: usize| rates.iter().any(|(_, of)| *of == i);
+        let may_turn = |(name, column): (&String, &Column)| {
+            let state = names.iter().position(|n| n == name).filter(|&i| kinds[i] == Kind::Plain)?;
+            let moves = has_rate(state) || angles::may_be_without_rate(column, &inputs_told);
+            (moves && angles::may_be(column, &inputs_told)).then(|| name.clone())
+        };
+        let may_turn = match &options.angles {
+            Some(_) => Vec::new(),
+            None => options.states.iter().zip(states_told).filter_map(may_turn).collect(),
+        };
         let precision = precision(&digits, options);
         let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (states_told, &inputs_told), &recordings) };
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
@@ -197,7 +202,12 @@ impl Log {
             steps = vec![Step::None; options.states.len()];
         }
         declare::errors(&mut spec, &options.states, &steps, &options.noise)?;
+        let of_inputs = digits.written.iter().skip(sources[0].columns.states.len());
+        if options.precision.is_none() {
+            spec.control.iter_mut().zip(of_inputs).for_each(|(input, written)| input.prior.resolution = written.fine());
+        }
         notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));
+        notes.extend(resolution::printed(&steps, &digits.written));
         let findings = quality::findings((&recordings, &starts), &spec, &steps, &gaps, &sources);
         let (samples, skipped): (Vec<&Recording>, Vec<&Recording>) = recordings.iter().partition(|r| r.lines.len() > 1);
         notes.extend((!skipped.is_empty()).then_some(Note::Skipped { trajectories: skipped.len() }));

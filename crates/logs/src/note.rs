@@ -224,6 +224,11 @@ pub enum Note {
         /// Distance of two neighbouring values.
         step: f64,
     },
+    /// Some states were written with fewer digits than a float64 has; they are taken as rounded to them.
+    Printed {
+        /// Most digits of a number of the states that were written so.
+        digits: usize,
+    },
     /// Trajectories of one row, which have no step, are left out.
     Skipped {
         /// How many.
@@ -374,6 +379,9 @@ impl fmt::Display for Note {
                     "{state} is recorded in steps of {}; this step is used as its resolution",
                     significant(*step, 3)
                 )
+            }
+            Self::Printed { digits } => {
+                write!(f, "states were written with up to {digits} digits; they are read as rounded to these")
             }
             Self::Skipped { trajectories } => {
                 let verbs = if *trajectories == 1 { "has no step and is" } else { "have no step and are" };

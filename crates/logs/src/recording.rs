@@ -6,7 +6,7 @@ use std::path::Path;
 use ndarray::{Array2, Axis};
 
 use crate::missing_code::Codes;
-use crate::rounding::Resolution;
+use crate::rounding::{Resolution, Written};
 use crate::table::Table;
 use crate::{LogError, Place};
 
@@ -36,8 +36,8 @@ pub(crate) struct Digits {
     pub(crate) origin: f64,
     /// Whether every state is a float32, as far as the text tells.
     pub(crate) float32: bool,
-    /// Per state: the step to which it was rounded, where its digits show that it was.
-    pub(crate) steps: Vec<Option<f64>>,
+    /// Per state, and then per input: how its numbers were written.
+    pub(crate) written: Vec<Written>,
     /// Rows without a value, and the first of them.
     pub(crate) missing: Option<(usize, Cell)>,
 }
@@ -142,18 +142,18 @@ pub(crate) fn codes(sources: &[Source<'_>], given: Option<&[f64]>) -> Codes {
 ///
 /// `codes` are numbers that stand for missing values.
 pub(crate) fn recordings(sources: &[Source<'_>], codes: &Codes) -> Result<(Vec<Recording>, Digits), LogError> {
-    let n_states = sources.first().map_or(0, |s| s.columns.states.len());
-    let mut seen = Seen { resolutions: vec![Resolution::default(); n_states], ..Seen::default() };
+    let n_columns = sources.first().map_or(0, |s| s.columns.states.len() + s.columns.inputs.len());
+    let mut seen = Seen { resolutions: vec![Resolution::default(); n_columns], ..Seen::default() };
     let mut all = Vec::new();
     for (number, source) in sources.iter().enumerate() {
         all.extend(of_source(number, source, (&mut seen, codes), &|row| place(sources, number, row))?);
     }
-    let steps = seen.resolutions.iter().map(Resolution::step).collect();
+    let written = seen.resolutions.iter().map(Resolution::written).collect();
     let digits = Digits {
         time_decimals: seen.time_decimals,
         origin: seen.origin.unwrap_or(0.0),
         float32: seen.float32.holds(),
-        steps,
+        written,
         missing: seen.missing,
     };
     // A log of nothing but missing values is told by the first of them.
@@ -240,7 +240,8 @@ fn of_source(
             resolution.see(&cells[column], value);
             rollout.states.push(value);
         }
-        for (i, &column) in columns.inputs.iter().enumerate() {
+        let of_inputs = seen.resolutions.iter_mut().skip(columns.states.len());
+        for ((i, &column), resolution) in columns.inputs.iter().enumerate().zip(of_inputs) {
             let value = match table.number(line, column, &cells[column]) {
                 Err(failure) if is_missing(&cells[column]) => {
                     open = open.or(Some((line, column, Some(failure))));
@@ -250,7 +251,11 @@ fn of_source(
                     open = open.or(Some((line, column, None)));
                     0.0
                 }
-                value => value?,
+                value => {
+                    let value = value?;
+                    resolution.see(&cells[column], value);
+                    value
+                }
             };
             rollout.inputs.push(value);
         }

@@ -164,6 +164,17 @@ pub(crate) fn is_angle(name: &str) -> bool {
     role(name) != Some(Role::Rate) && words(name).iter().any(|word| ANGLES.contains(&word.as_str()))
 }
 
+/// Whether `name` is that of an angle and of nothing else.
+pub(crate) fn is_bearing(name: &str) -> bool {
+    const BEARINGS: [&str; 7] = ["angle", "angles", "yaw", "pitch", "roll", "heading", "azimuth"];
+    is_angle(name) && words(name).iter().any(|word| BEARINGS.contains(&word.as_str()))
+}
+
+/// Whether `name` is that of a rate.
+pub(crate) fn is_rate(name: &str) -> bool {
+    role(name) == Some(Role::Rate)
+}
+
 /// What the name of one of `columns` says. A current is a consequence of a voltage that is there, and an input where there is none.
 fn role_among(name: &str, columns: &[String]) -> Option<Role> {
     let has = |name: &str, known: &[&str]| words(name).iter().any(|word| known.contains(&word.as_str()));

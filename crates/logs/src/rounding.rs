@@ -1,7 +1,35 @@
 //! What the digits of a column tell of its rounding.
 
-/// Digits of a number that nobody rounded: a float32 has up to nine, a float64 up to seventeen.
-const FULL: usize = 7;
+use std::ops::RangeInclusive;
+
+/// Digits of numbers that are measured with an error of their last digit: computed ones are seldom written with so few.
+const COARSE: RangeInclusive<usize> = 1..=6;
+
+/// Digits of numbers that were computed, and rounded when they were written: a float64 needs more.
+const FINE: RangeInclusive<usize> = 7..=15;
+
+/// How the numbers of a column were written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Written {
+    /// With all their digits.
+    InFull,
+    /// With fewer digits than a float64 has: in such steps.
+    Finely {
+        /// Distance of two neighbouring numbers.
+        step: f64,
+        /// Most digits of a number.
+        digits: usize,
+    },
+    /// With few digits: in such steps.
+    Coarsely(f64),
+}
+
+impl Written {
+    /// The step of numbers that were rounded to many digits, 0 of others.
+    pub(crate) fn fine(self) -> f64 {
+        if let Self::Finely { step, .. } = self { step } else { 0.0 }
+    }
+}
 
 /// What the text of a column tells of its rounding.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -27,13 +55,20 @@ impl Resolution {
         self.range = Some((low.min(value), high.max(value)));
     }
 
-    /// The step between two numbers of this column, where it was rounded to fewer digits than a float32 has; of the largest ones
-    /// if steps differ.
-    pub(crate) fn step(&self) -> Option<f64> {
+    /// How the numbers of this column were written: the step is that of the largest ones if steps differ.
+    pub(crate) fn written(&self) -> Written {
         // One number, again and again, is written as short as it is.
         let moves = self.range.is_some_and(|(low, high)| low < high);
-        let rounded = moves && self.broken && self.reach > 0.0 && (1..FULL).contains(&self.digits);
-        rounded.then(|| 10_f64.powi(self.reach.log10().floor() as i32 + 1 - self.digits as i32))
+        if !(moves && self.broken && self.reach > 0.0) {
+            return Written::InFull;
+        }
+        let digits = self.digits;
+        let step = 10_f64.powi(self.reach.log10().floor() as i32 + 1 - digits as i32);
+        match digits {
+            digits if COARSE.contains(&digits) => Written::Coarsely(step),
+            digits if FINE.contains(&digits) => Written::Finely { step, digits },
+            _ => Written::InFull,
+        }
     }
 }
 
@@ -42,18 +77,20 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_digits_tell_a_step_and_many_do_not() {
-        let step = |cells: &[&str]| {
+    fn digits_tell_a_step_where_they_are_not_all() {
+        let written = |cells: &[&str]| {
             let mut seen = Resolution::default();
             cells.iter().for_each(|c| seen.see(c, c.parse().expect("a number")));
-            seen.step()
+            seen.written()
         };
-        let near = |found: Option<f64>, expected: f64| found.is_some_and(|f| (f / expected - 1.0).abs() < 1e-12);
-        assert!(near(step(&["3.014", "-0.020", "0.5"]), 1e-3));
-        assert!(near(step(&["12.3456", "0.0123456", "1e-5"]), 1e-4), "six digits of the largest");
-        assert_eq!(step(&["0.1", "0.3333333333333333"]), None);
-        assert_eq!(step(&["0.33333334", "0.25"]), None);
-        assert_eq!(step(&["1", "2", "-5"]), None, "whole numbers are counts");
-        assert_eq!(step(&["0.7", "0.7"]), None, "a constant is written as short as it is");
+        let is = |found: f64, expected: f64| (found / expected - 1.0).abs() < 1e-12;
+        let coarse = |written: Written, step: f64| matches!(written, Written::Coarsely(found) if is(found, step));
+        assert!(coarse(written(&["3.014", "-0.020", "0.5"]), 1e-3));
+        assert!(coarse(written(&["12.3456", "0.0123456", "1e-5"]), 1e-4), "six digits of the largest");
+        let fine = written(&["0.33333334", "0.25"]);
+        assert!(matches!(fine, Written::Finely { step, digits: 8 } if is(step, 1e-8)), "{fine:?}");
+        assert_eq!(written(&["0.1", "0.3333333333333333"]), Written::InFull);
+        assert_eq!(written(&["1", "2", "-5"]), Written::InFull, "whole numbers are counts");
+        assert_eq!(written(&["0.7", "0.7"]), Written::InFull, "a constant is written as short as it is");
     }
 }

@@ -28,6 +28,8 @@ enum Source {
 pub(crate) struct Coordinates {
     sources: Vec<Source>,
     precision: Precision,
+    /// Distance of two neighbouring values of each observation, 0 where the precision alone rounds.
+    resolution: Vec<f64>,
     /// Standard deviation of the declared noise of each observation.
     noise: Vec<f64>,
     dt: f64,
@@ -46,7 +48,9 @@ impl Coordinates {
                 (0..spec.state_dim()).map(source).collect::<Result<_, _>>()?
             }
         };
-        Ok(Self { sources, precision: spec.precision, noise: spec.noise_deviations().collect(), dt: spec.dt })
+        let resolution = spec.observation.iter().map(|o| o.prior.resolution).collect();
+        let noise = spec.noise_deviations().collect();
+        Ok(Self { sources, precision: spec.precision, resolution, noise, dt: spec.dt })
     }
 
     /// The states z (T, n) of a rollout's observations (T, m); angles are unwrapped from row to row.
@@ -73,14 +77,14 @@ impl Coordinates {
             Precision::F32 => 1.0,
             Precision::F64 => 4.0,
         };
-        let spread = |v: f64| times * ulp(v, self.precision) / 12_f64.sqrt();
+        let spread = |at: usize| (times * ulp(o[at], self.precision)).max(self.resolution[at]) / 12_f64.sqrt();
         match self.sources[i] {
-            Source::Shown(at) => spread(o[at]),
+            Source::Shown(at) => spread(at),
             Source::Turned { cosine, sine } => {
                 let (c, s) = (o[cosine], o[sine]);
                 // The angle is computed, here and in the system, with rounding of its own.
                 let own = 4.0 * ulp(PI, Precision::F64) / 12_f64.sqrt();
-                (s * spread(c)).hypot(c * spread(s)).hypot(own)
+                (s * spread(cosine)).hypot(c * spread(sine)).hypot(own)
             }
         }
     }

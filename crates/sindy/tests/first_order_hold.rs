@@ -3,7 +3,7 @@
 use ndarray::{Array2, s};
 use rand::RngExt as _;
 use sindyna_core::{Channel, InterSample, Kind, Precision, Seed, Space, Spec};
-use sindyna_sindy::{Identified, Identifier, NoiseChoice, Recording};
+use sindyna_sindy::{Doubt, Identified, Identifier, NoiseChoice, Recording};
 
 const DT: f64 = 0.1;
 
@@ -100,4 +100,35 @@ fn speeds_that_were_not_measured_are_found_under_first_order_hold() {
 fn held_inputs_in_their_place_leave_what_no_term_explains() {
     let found = identified(duffing(600, 1e-4));
     assert!(found.report.equations[1].is_spoilt(), "{:?}", found.report.equations[1].doubt);
+}
+
+/// ẋ = −60 x + 45 u under a slow input, a pole that is faster than the samples, and noise: samples of x, with inputs that are held or linear between them.
+fn fast(intersample: InterSample) -> (Spec, Recording) {
+    const SAMPLES: usize = 800;
+    const FAST: f64 = 0.025;
+    let mut rng = Seed::new(9).stream("fast", 0);
+    let u = |t: usize| (0.21 * t as f64).sin() + 0.7 * (0.083 * t as f64).cos() + 0.4 * (0.47 * t as f64).sin();
+    let (mut x, mut states) = (0.5, Array2::zeros((SAMPLES, 1)));
+    for t in 0..SAMPLES {
+        states[[t, 0]] = x + 0.01 * (0..12).map(|_| rng.random::<f64>() - 0.5).sum::<f64>();
+        // Of ẋ = −a x + b (u + s τ): a particular solution that is linear in τ, and what decays.
+        let (a, b) = (60.0, 45.0);
+        let s = if intersample == InterSample::Foh { (u(t + 1) - u(t)) / FAST } else { 0.0 };
+        let particular = |time: f64| b / a * (u(t) + s * time) - b * s / (a * a);
+        x = particular(FAST) + (x - particular(0.0)) * (-a * FAST).exp();
+    }
+    let controls = Array2::from_shape_fn((SAMPLES - 1, 1), |(t, _)| u(t));
+    let x = Channel::new("x", "m", Kind::Plain, 1.0);
+    let spec = Spec { observation: vec![x.clone()], state: vec![x], dt: FAST, ..spec() };
+    (spec, Recording::even(FAST, states, Some(controls)))
+}
+
+#[test]
+fn inputs_are_doubted_where_they_are_not_held_although_residuals_are_white() {
+    for (intersample, expected) in [(InterSample::Zoh, None), (InterSample::Foh, Some(Doubt::NotHeld))] {
+        let (spec, recording) = fast(intersample);
+        let found = Identifier::new(&spec).with_noise(NoiseChoice::Estimated).identify_recordings(&[recording]);
+        let found = found.expect("equations");
+        assert_eq!(found.report.equations[0].doubt, expected, "{:?}", found.model.equations());
+    }
 }

@@ -12,6 +12,7 @@ mod derivatives;
 mod elsewhere;
 mod for_task;
 mod hypotheses;
+mod named;
 mod readings;
 mod robot;
 mod unmeasured;

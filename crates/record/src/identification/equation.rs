@@ -161,6 +161,7 @@ fn told(doubt: Doubt) -> &'static str {
             "correlated from sample to sample: a term is missing or approximated, or a state is not measured"
         }
         Doubt::OtherTerms => "but other sets of terms fit equally well",
+        Doubt::NotHeld => "but smaller with inputs that are linear between samples (first-order hold)",
         Doubt::Inconstant => {
             "but the coefficients differ between the halves of the data: a term is missing or approximated"
         }

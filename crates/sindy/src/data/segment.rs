@@ -42,6 +42,13 @@ impl Segment {
         }
     }
 
+    /// The same with controls that change linearly to those of the next step; without the last step, at whose end they are not known.
+    pub(crate) fn with_linear_inputs(&self) -> Self {
+        let last = self.len().saturating_sub(1);
+        let ramp = &self.u.slice(s![1.., ..]) - &self.u.slice(s![..last, ..]);
+        Self { ramp: Some(ramp), ..self.part(0, last) }
+    }
+
     /// Controls averaged over each step (T, k).
     pub(crate) fn mean_inputs(&self) -> Array2<f64> {
         self.ramp.as_ref().map_or_else(|| self.u.clone(), |ramp| &self.u + &(0.5 * ramp))

@@ -25,6 +25,8 @@ pub enum Doubt {
     Correlated,
     /// Other terms explain the data as well.
     OtherTerms,
+    /// Inputs that are linear between samples explain the data better than held ones.
+    NotHeld,
     /// Its coefficients differ between the first and the second half of the data: it approximates the true equation where the data
     /// are.
     Inconstant,
@@ -63,6 +65,7 @@ impl fmt::Display for Doubt {
             Self::TooFewSamples => "fewer than three samples per term",
             Self::Correlated => "its residuals are correlated",
             Self::OtherTerms => "other terms fit the data equally well",
+            Self::NotHeld => "inputs that are linear between samples fit the data better than held ones",
             Self::Inconstant => "its coefficients differ between the halves of the data",
             Self::Unfinished => "the search for its terms ended early",
             Self::Cancelling => "its terms cancel to less than a thousandth of their size",
@@ -140,6 +143,7 @@ impl Problem<'_> {
         let Searched { best, regressions, rivals, others, finished } = found;
         let n = self.rates.len();
         let constant = self.halves_agree(&best);
+        let not_held = self.speaks_for_linear_inputs(&best);
         let doubt = |i: usize| {
             if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
                 Some(Doubt::TooFewSamples)
@@ -147,6 +151,8 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
+            } else if not_held && self.acts_on(&best, i) {
+                Some(Doubt::NotHeld)
             } else if best.contributions[i] > CANCELLING {
                 Some(Doubt::Cancelling)
             } else if !self.is_coupled_symmetrically(&best.supports, i) {

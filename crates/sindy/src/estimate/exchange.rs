@@ -225,10 +225,13 @@ impl Problem<'_> {
         proposals.iter().find_map(|p| self.exchange(best, i, p).filter(|rival| self.is_rival(rival, best, i)))
     }
 
-    /// Whether the data do not tell `rival`, with other terms in equation `i`, from `best`. What was believed of the terms before tells it from no rival with
+    /// Whether the data do not tell `rival`, with other terms in equation `i` that say something else of the system, from `best`. What was believed of the terms before tells it from no rival with
     /// as few parameters.
     fn is_rival(&self, rival: &Hypothesis, best: &Hypothesis, i: usize) -> bool {
         let (own, other) = (&best.supports[i], &rival.supports[i]);
+        if self.are_the_same_by_substitution(other, &best.supports, i) {
+            return false;
+        }
         let as_few = self.n_parameters(other) <= self.n_parameters(own);
         let believed = |hypothesis: &Hypothesis, support| self.prior(support) + hypothesis.size;
         let before = if as_few { (believed(rival, other) - believed(best, own)).max(0.0) } else { 0.0 };

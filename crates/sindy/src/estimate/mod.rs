@@ -5,6 +5,7 @@
 
 mod account;
 mod alone;
+mod between;
 mod constancy;
 mod constraints;
 mod exchange;
@@ -30,6 +31,7 @@ mod series;
 mod simpler;
 mod size;
 mod strays;
+mod substitution;
 mod white;
 
 pub use account::Doubt;

@@ -28,13 +28,13 @@ impl Tiers {
 /// difference of two, and rates q, r:
 ///
 /// - 1, w, lengths and other states that are no rates: weights and springs,
-/// - q: friction; u: controls,
+/// - q: friction; u, u·w: controls, and forces along axes that turn with a body,
 /// - q r·w: centrifugal and Coriolis forces,
 /// - v̇, w·v̇ for the derivative v̇ of every rate: the entries of a mass matrix. The equations are linear in their coefficients
 ///   where solved for the accelerations they would be ratios.
 ///
 /// Without angles it is {1, a, a², ab, a²b} and sin ka, cos ka, k = 1, 2, 3, of states that are no rates. The second tier
-/// adds q·w, u·w, q² and all of [`auto`]. `rates` are the states that are declared to be rates.
+/// adds q·w, q² and all of [`auto`]. `rates` are the states that are declared to be rates.
 pub(crate) fn mechanical(inputs: &[Input], rates: &[usize]) -> Tiers {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
@@ -63,6 +63,9 @@ pub(crate) fn mechanical(inputs: &[Input], rates: &[usize]) -> Tiers {
             for product in products(&speeds) {
                 terms.add(product.times(wave.clone()), None);
             }
+        }
+        for wave in &single {
+            controls.iter().for_each(|&u| terms.add(Expr::Variable(u).times(wave.clone()), None));
         }
         for &l in rates {
             terms.add(Expr::Constant(1.0), Some(l));

@@ -14,6 +14,8 @@ pub(crate) struct Run {
     pub(crate) u: Array2<f64>,
     /// Standard deviation of the error of each state (T + 1, n).
     pub(crate) sigma: Array2<f64>,
+    /// Standard deviation of the error of each control (k): they were rounded too.
+    pub(crate) of_inputs: Vec<f64>,
 }
 
 impl Run {
@@ -28,6 +30,7 @@ impl Run {
             x: self.x.slice(s![first..=last, ..]).to_owned(),
             u: self.u.slice(s![first..last, ..]).to_owned(),
             sigma: self.sigma.slice(s![first..=last, ..]).to_owned(),
+            of_inputs: self.of_inputs.clone(),
         }
     }
 }
@@ -52,7 +55,8 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset, noise
             sigma.column_mut(i).mapv_inplace(|v| v.max(LEAST_ROUNDING * largest));
         }
         let steps = rollout.controls.nrows();
-        let whole = Run { x, u: rollout.controls.to_owned(), sigma };
+        let of_inputs = spec.control.iter().map(|c| c.prior.resolution / 12_f64.sqrt()).collect();
+        let whole = Run { x, u: rollout.controls.to_owned(), sigma, of_inputs };
         let mut first = 0;
         for t in 0..=steps {
             let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1), noise);

@@ -11,7 +11,7 @@ use crate::Model;
 const MOST: f64 = 30.0;
 
 /// Standard deviations of the errors that enter the rates of `run` (T, n) besides those of Δx/Δt: the errors of the states
-/// the terms are computed from, and with `numerical` what is wrong with the finest Runge–Kutta steps there are.
+/// and controls the terms are computed from, and with `numerical` what is wrong with the finest Runge–Kutta steps there are.
 pub(super) fn unseen(model: &Model, stepping: Stepping, run: &Run, dt: f64, numerical: bool) -> Array2<f64> {
     let n = run.x.ncols();
     let of = |substeps: usize| model.with_form(Stepping::Continuous { substeps }.form());
@@ -25,14 +25,15 @@ pub(super) fn unseen(model: &Model, stepping: Stepping, run: &Run, dt: f64, nume
     for t in 0..run.len() {
         let (x, u) = (run.x.row(t).to_vec(), run.u.row(t).to_vec());
         let mut squares = vec![0.0; n];
-        for j in 0..n {
-            let sigma = run.sigma[[t, j]];
-            let nudge = 1e-6 * x[j].abs().max(1e-3);
-            let mut moved = x.clone();
-            moved[j] = x[j] + nudge;
-            model.eval(&moved, &u, &mut up);
-            moved[j] = x[j] - nudge;
-            model.eval(&moved, &u, &mut down);
+        let z: Vec<f64> = x.iter().chain(&u).copied().collect();
+        let sigmas = run.sigma.row(t).into_iter().chain(&run.of_inputs);
+        for (j, &sigma) in sigmas.enumerate().filter(|(_, sigma)| **sigma > 0.0) {
+            let nudge = 1e-6 * z[j].abs().max(1e-3);
+            let mut moved = z.clone();
+            moved[j] = z[j] + nudge;
+            model.eval(&moved[..n], &moved[n..], &mut up);
+            moved[j] = z[j] - nudge;
+            model.eval(&moved[..n], &moved[n..], &mut down);
             for i in 0..n {
                 squares[i] += ((up[i] - down[i]) / (2.0 * nudge) * sigma).powi(2);
             }

@@ -1,7 +1,7 @@
 //! A log as it was read: its trajectories, and the equations found in them.
 
 use sindyna_core::{Dataset, FitError, Rollout};
-use sindyna_sindy::{EquationReport, Identified, Identifier, Recording, Watch};
+use sindyna_sindy::{Doubt, EquationReport, Identified, Identifier, Recording, Watch};
 
 use crate::logs::Samples;
 
@@ -15,9 +15,18 @@ pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
     data.rollouts().zip(times).map(recording).collect()
 }
 
-/// Whether equations leave what none of their terms explains.
+/// Whether equations leave what none of their terms explains, or are better with inputs that are not held.
 pub(super) fn is_spoilt(found: &Identified) -> bool {
-    found.report.equations.iter().any(EquationReport::is_spoilt)
+    let is = |equation: &EquationReport| equation.is_spoilt() || equation.doubt == Some(Doubt::NotHeld);
+    found.report.equations.iter().any(is)
+}
+
+/// Whether what equations leave is noise, and no other reading of the inputs leaves less; there may be better ones where the search ended early.
+pub(super) fn is_explained(found: &Identified) -> bool {
+    let leaves = |equation: &EquationReport| {
+        (equation.is_spoilt() && equation.doubt != Some(Doubt::Unfinished)) || equation.doubt == Some(Doubt::NotHeld)
+    };
+    !found.report.equations.iter().any(leaves)
 }
 
 /// Equations found in `kept` as it was read.

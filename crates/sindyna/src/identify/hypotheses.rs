@@ -8,6 +8,7 @@ use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
+use super::named::with_angles_that_explain;
 use super::readings::told_apart;
 use super::unmeasured::{Choice, Rates, Unmeasured, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
@@ -30,6 +31,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         _ => log,
     };
     let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
+    let log = with_angles_that_explain(log, asked)?;
     let kept = (asked.kept)(&log)?;
     let identifier = (asked.identifier)(&log.spec)?;
     let mut log = log;

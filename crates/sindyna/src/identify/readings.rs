@@ -4,7 +4,7 @@ use sindyna_core::{Dataset, FitError, InterSample, Spec};
 use sindyna_sindy::Identified;
 
 use super::ahead::{clearly_least, missed};
-use super::as_read::{as_read, is_spoilt};
+use super::as_read::{as_read, is_explained, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::{delayed, shifted};
@@ -213,6 +213,7 @@ impl<E: From<FitError>> Trial<'_, E> {
             rates: rates.clone(),
             score,
             spoilt: is_spoilt(&found),
+            explained: is_explained(&found),
             astray: found.report.rows_astray,
             missed: missed(&found.model, &identifier, &shifted, steps),
         };
@@ -226,8 +227,10 @@ struct Tried {
     /// Rates that were not measured, as (name, state).
     rates: Vec<(String, String)>,
     score: f64,
-    /// Whether it leaves what no term explains.
+    /// Whether it leaves what no term explains, or the search ended early.
     spoilt: bool,
+    /// Whether it leaves noise alone, whatever a longer search may find.
+    explained: bool,
     /// Steps left out.
     astray: usize,
     /// What its predictions of later samples miss, per window.
@@ -241,14 +244,14 @@ fn best_of(all: &[Tried], count: usize) -> Option<&Tried> {
     // One that leaves out more steps is contradicted by them: where an input changes, and nowhere else, its delay shows.
     let mut best = first;
     let mut left_out = first.astray;
-    for tried in all.iter().skip(1).filter(|tried| !tried.spoilt) {
+    for tried in all.iter().skip(1).filter(|tried| tried.explained) {
         if tried.astray <= left_out {
             left_out = tried.astray;
             // Those tried first are the likelier ones before there are data.
             best = if tried.score + told_apart < best.score { tried } else { best };
         }
     }
-    if !best.spoilt {
+    if best.explained {
         return Some(best);
     }
     // Of residuals that are not white the score counts each sample as if it told something of its own. What is predicted of other samples is not misled by that.

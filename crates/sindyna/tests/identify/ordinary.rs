@@ -59,3 +59,85 @@ fn angles_of_a_rotary_pendulum_are_known_by_their_names() {
     let (found, expected) = (gravity["coefficient"].as_f64().unwrap(), -0.13 * 9.81 * 0.15 / POLE);
     assert!((found / expected - 1.0).abs() < 1e-4, "{found}, not {expected}: {stdout}");
 }
+
+/// A planar quadrotor: place, pitch, and their rates, under two rotors.
+struct Quadrotor;
+
+impl VectorField for Quadrotor {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        const MASS: f64 = 0.5;
+        let (sin, cos) = x[2].sin_cos();
+        x_dot[..3].copy_from_slice(&x[3..]);
+        x_dot[3] = -(u[0] + u[1]) * sin / MASS;
+        x_dot[4] = (u[0] + u[1]) * cos / MASS - 9.81;
+        x_dot[5] = 37.5 * (u[0] - u[1]);
+    }
+}
+
+/// What regulates the quadrotor, with a random part.
+fn thrusts(x: &[f64; 6], t: f64, random: [f64; 2]) -> [f64; 2] {
+    let tilt = (0.75 * (x[0] - (0.7 * t).sin()) + 0.9 * x[3]).clamp(-0.8, 0.8);
+    let force = 0.5 * (9.81 + 4.0 * ((0.9 * t).sin() - x[1]) - 3.0 * x[4]);
+    let turn = 0.004 * (60.0 * (tilt - x[2]) - 12.0 * x[5]) / 0.15;
+    [0.5 * (force + turn) + 0.3 * random[0], 0.5 * (force - turn) + 0.3 * random[1]]
+}
+
+#[test]
+fn a_quadrotor_written_with_twelve_digits_is_exact() {
+    let mut rng = Seed::new(5).stream("thrusts", 0);
+    let plant = Held::new(Quadrotor, Scheme::Rk4 { substeps: 10 }, DT);
+    let (mut text, mut x) = ("t,x,z,pitch,vx,vz,pitch_rate,f1,f2\n".to_owned(), [0.0; 6]);
+    for row in 0..900 {
+        let t = DT * f64::from(row);
+        let written = |v: f64| format!("{v:.11e}");
+        let u = thrusts(&x, t, [(); 2].map(|()| rng.random::<f64>() - 0.5));
+        let cells: Vec<String> = x.iter().chain(&u).map(|v| written(*v)).collect();
+        writeln!(text, "{t},{}", cells.join(",")).unwrap();
+        let before = x;
+        plant.step(&before, &u, &mut rng, &mut x).unwrap();
+    }
+    let temp = tempfile::tempdir().unwrap();
+    fs::write(temp.path().join("log.csv"), text).unwrap();
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--no-report", "--strict"]));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("states were written with up to 12 digits"), "{stdout}");
+    for equation in [
+        "dvx/dt = \u{2212}2 f1\u{b7}sin pitch \u{2212} 2 f2\u{b7}sin pitch",
+        "dvz/dt = \u{2212}9.81 + 2 f1\u{b7}cos pitch + 2 f2\u{b7}cos pitch",
+        "dpitch_rate/dt = 37.5 f1 \u{2212} 37.5 f2",
+    ] {
+        assert!(stdout.contains(equation), "{equation} is missing: {stdout}");
+    }
+}
+
+/// A unicycle.
+struct Unicycle;
+
+impl VectorField for Unicycle {
+    fn eval(&self, x: &[f64], u: &[f64], x_dot: &mut [f64]) {
+        x_dot.copy_from_slice(&[u[0] * x[2].cos(), u[0] * x[2].sin(), u[1]]);
+    }
+}
+
+#[test]
+fn the_heading_of_a_vehicle_is_an_angle_although_its_rate_is_an_input() {
+    let mut rng = Seed::new(3).stream("speeds", 0);
+    let plant = Held::new(Unicycle, Scheme::Rk4 { substeps: 20 }, 0.05);
+    let (mut text, mut x) = ("t,x,y,theta,v,omega\n".to_owned(), [0.0, 0.0, 0.2]);
+    for row in 0..400 {
+        let t = 0.05 * f64::from(row);
+        let [a, b] = [(); 2].map(|()| rng.random::<f64>() - 0.5);
+        let u = [1.0 + 0.5 * t.sin() + 0.3 * a, (1.7 * t).sin() + 0.5 * b];
+        writeln!(text, "{t},{:.9},{:.9},{:.9},{:.9},{:.9}", x[0], x[1], x[2], u[0], u[1]).unwrap();
+        let before = x;
+        plant.step(&before, &u, &mut rng, &mut x).unwrap();
+    }
+    let temp = tempfile::tempdir().unwrap();
+    fs::write(temp.path().join("log.csv"), text).unwrap();
+    let args = ["identify", "log.csv", "--inputs", "v,omega", "--no-report", "--strict"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    for equation in ["v\u{b7}cos theta", "v\u{b7}sin theta", "dtheta/dt = omega"] {
+        assert!(stdout.contains(equation), "{equation} is missing: {stdout}");
+    }
+}
