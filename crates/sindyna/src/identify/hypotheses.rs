@@ -8,9 +8,9 @@ use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
-use super::named::with_angles_that_explain;
+use super::named::with_angles_by_name;
 use super::readings::told_apart;
-use super::unmeasured::{Choice, Rates, Unmeasured, lone, with_rates};
+use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
 
 /// What was found in a log.
@@ -31,7 +31,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         _ => log,
     };
     let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
-    let log = with_angles_that_explain(log, asked)?;
+    let log = with_angles_by_name(log, asked)?;
     let kept = (asked.kept)(&log)?;
     let identifier = (asked.identifier)(&log.spec)?;
     let mut log = log;
@@ -51,6 +51,13 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
+    let (log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
+        Some((turned, _, identifier, found)) if !is_spoilt(&found) => {
+            return Ok(Looked { found, identifier, log: turned });
+        }
+        Some((turned, kept, identifier, found)) => (turned, kept, identifier, Some(found)),
+        None => (log, kept, identifier, first),
+    };
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
     let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;
     let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {
@@ -88,6 +95,27 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         (Some(Rates { found, identifier, log }), _) => Ok(Looked { found, identifier, log }),
         (None, Some(found)) => Ok(Looked { found, identifier, log }),
         (None, None) => Err(FitError::Regression { reason: "no rate was named".into() }.into()),
+    }
+}
+
+/// A log with angles, what is kept of it, its identifier, and what was found.
+type Turned = (Log, Samples, Identifier, Identified);
+
+/// What is found in `log` with the states that may be angles as angles, if it is better than `first`, found without: what a part of the log explained without angles all of
+/// it may not.
+fn with_angles<E: From<FitError>>(
+    log: &Log,
+    first: Option<&Identified>,
+    asked: &Asked<'_, E>,
+) -> Result<Option<Turned>, E> {
+    let Some(turned) = log.turned() else { return Ok(None) };
+    let (kept, identifier) = ((asked.kept)(&turned)?, (asked.identifier)(&turned.spec)?);
+    match first_look(&identifier, &kept, asked) {
+        Err(FitError::Interrupted) => Err(FitError::Interrupted.into()),
+        Ok(Some(found)) if first.is_none_or(|first| is_better(&found, first)) => {
+            Ok(Some((turned, kept, identifier, found)))
+        }
+        _ => Ok(None),
     }
 }
 

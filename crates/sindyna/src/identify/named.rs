@@ -1,32 +1,40 @@
-//! Angles by name: what a part of a log tells of them before all of it is searched.
+//! States that may be angles, as their names or units say.
 
 use sindyna_core::{Certainty, FitError};
-use sindyna_sindy::Noise;
 
-use super::as_read::as_read;
+use super::ahead::clearly_least;
 use super::asked::Asked;
+use super::readings::{Reading, STEPS, TOLD_APART, Trial, Tried};
 use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 
-/// Steps that tell, and the part of the usual effort that finds what explains them to rounding.
-const STEPS: usize = 300;
-const EFFORT: f64 = 0.02;
+/// Part of the usual effort with which a part of a log is tried.
+const EFFORT: f64 = 0.3;
 
-/// `log` with the states that may be angles as angles, if equations explain a part of it up to rounding errors so, and none do as it stands; `log` otherwise.
+/// `log` with the states that may be angles as angles, if equations are adequate for a part of it so, or explain that better than others, or nothing explains it and they
+/// predict the rest no worse: what names and units say counts where the data do not contradict it. `log` otherwise: who turns little may as well be on a spring.
 ///
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
-pub(super) fn with_angles_that_explain<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Log, E> {
+pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Log, E> {
     let Some(turned) = log.turned().filter(|_| !matches!(asked.unmeasured, Unmeasured::Given(_))) else {
         return Ok(log);
     };
-    let explains = |log: &Log| -> Result<bool, E> {
-        let part = (asked.kept)(log)?.first(STEPS);
-        let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT);
-        match as_read(&identifier, &part, asked.watch) {
-            Err(FitError::Interrupted) => Err(FitError::Interrupted.into()),
-            found => Ok(found.is_ok_and(|f| f.report.noise == Noise::Rounding && f.certainty() > Certainty::Doubted)),
-        }
+    let kept = (asked.kept)(&log)?;
+    let tried = |log: &Log| {
+        let rates = &Unmeasured::None;
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0), effort: EFFORT }.of(Reading::GIVEN, STEPS)
     };
-    Ok(if !explains(&log)? && explains(&turned)? { turned } else { log })
+    let Some(named) = tried(&turned)? else { return Ok(log) };
+    let prefers = named.certainty >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));
+    Ok(if prefers { turned } else { log })
+}
+
+/// Whether angles are to be preferred.
+fn is_better(named: &Tried, given: &Tried) -> bool {
+    match (named.explained, given.explained) {
+        (true, true) => named.score + TOLD_APART < given.score,
+        (false, false) => clearly_least(&[&given.missed, &named.missed]) != Some(0),
+        (named, _) => named,
+    }
 }

@@ -1,6 +1,6 @@
-//! How a log may be read besides as it says: states that are angles, inputs that act earlier or later, or change between rows, and steps of a simulator.
+//! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
-use sindyna_core::{Dataset, FitError, InterSample, Spec};
+use sindyna_core::{Certainty, Dataset, FitError, InterSample, Spec};
 use sindyna_sindy::Identified;
 
 use super::ahead::{clearly_least, missed};
@@ -14,8 +14,6 @@ use crate::logs::{Log, Samples};
 /// How a log may be read.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Reading {
-    /// Whether states that may be angles are.
-    turned: bool,
     /// Rows by which inputs act later.
     rows: f64,
     /// Whether they are linear between rows.
@@ -26,25 +24,15 @@ pub(super) struct Reading {
 
 impl Reading {
     /// The log as it stands.
-    const GIVEN: Self = Self { turned: false, rows: 0.0, linear: false, simulated: false };
-
-    /// Angles, and the log as it stands otherwise.
-    const NAMED: Self = Self { turned: true, ..Self::GIVEN };
-
-    /// Part of the usual effort with which it is tried.
-    fn effort(self) -> f64 {
-        if self == Self::NAMED { NAMED } else { EFFORT }
-    }
+    pub(super) const GIVEN: Self = Self { rows: 0.0, linear: false, simulated: false };
 
     /// `log` as it is read so; `None` if that is as it stands.
     ///
     /// # Errors
     /// [`FitError::Regression`] if no trajectory is longer than the delay.
     pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
-        let turned = if self.turned { log.turned() } else { None };
-        let late = if self.rows == 0.0 { None } else { Some(delayed(turned.as_ref().unwrap_or(log), self.rows)?) };
-        let read = late.or(turned);
-        Ok(if self.linear { Some(linear(read.as_ref().unwrap_or(log), false)) } else { read })
+        let late = if self.rows == 0.0 { None } else { Some(delayed(log, self.rows)?) };
+        Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
     }
 }
 
@@ -65,27 +53,23 @@ const TRIED: [Reading; 5] = [
 ];
 
 /// Steps by which they are told apart, or four times as many where these are too few, and the part of the usual effort for each.
-const STEPS: usize = 300;
+pub(super) const STEPS: usize = 300;
 const EFFORT: f64 = 0.1;
-
-/// The same for angles, where nothing else is read otherwise: names and units say so, and it is the likeliest reading of all.
-const NAMED: f64 = 0.3;
 
 /// Steps after these that are predicted, at most.
 const AHEAD: usize = 900;
 
 /// Difference of scores at odds of twenty to one.
-const TOLD_APART: f64 = 6.0;
+pub(super) const TOLD_APART: f64 = 6.0;
 
 /// Rows of the longest delay that is always tried.
 const NEAR: f64 = 2.0;
 
-/// Readings of `log` besides that as it stands, in groups: with angles; longer delays, near those after which states follow inputs most; what is tried of every log with
+/// Readings of `log` besides that as it stands, in groups: longer delays, near those after which states follow inputs most; what is tried of every log with
 /// inputs, and other delays near those.
-fn tried(log: &Log) -> [Vec<Reading>; 3] {
-    let turned = if log.may_turn.is_empty() { Vec::new() } else { vec![Reading::NAMED] };
+fn tried(log: &Log) -> [Vec<Reading>; 2] {
     if log.spec.control_dim() == 0 {
-        return [turned, Vec::new(), Vec::new()];
+        return [Vec::new(), Vec::new()];
     }
     let (mut far, mut near) = (Vec::new(), TRIED.to_vec());
     for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
@@ -95,7 +79,7 @@ fn tried(log: &Log) -> [Vec<Reading>; 3] {
             group.push(Reading { rows, ..Reading::GIVEN });
         }
     }
-    [turned, far, near]
+    [far, near]
 }
 
 /// Steps at the beginning and the end of a trajectory that are not used, since delays of some `readings` need them.
@@ -131,12 +115,9 @@ pub(super) fn told_apart<E: From<FitError>>(
         return Ok(None);
     }
     (asked.say)(
-        "no term explains the residuals: trying other readings of the log (angles, delays of the inputs, first-order hold)",
+        "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
-    let turned = log.turned();
-    // Each is tried with angles, too.
-    let count = (others.len() + 1) * (1 + usize::from(turned.is_some()));
-    let trial = Trial { log, turned: turned.as_ref(), kept, rates: &rates, asked, margins: margins(&others) };
+    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others), effort: EFFORT };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
     let mut given = trial.of(Reading::GIVEN, steps)?;
@@ -152,40 +133,35 @@ pub(super) fn told_apart<E: From<FitError>>(
         }
         for reading in group {
             all.extend(trial.of(reading, steps)?);
-            // States that may be angles are only where that explains the data better: who turns little may as well be on a spring.
-            if turned.is_some() && !reading.turned {
-                all.extend(trial.of(Reading { turned: true, ..reading }, steps)?);
-            }
         }
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
-    Ok(best_of(&all, count).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
+    Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
 }
 
 /// How readings are tried on the first samples of a log.
-struct Trial<'a, E> {
-    log: &'a Log,
-    /// The log with angles.
-    turned: Option<&'a Log>,
-    kept: &'a Samples,
-    rates: &'a Unmeasured,
-    asked: &'a Asked<'a, E>,
+pub(super) struct Trial<'a, E> {
+    pub(super) log: &'a Log,
+    pub(super) kept: &'a Samples,
+    pub(super) rates: &'a Unmeasured,
+    pub(super) asked: &'a Asked<'a, E>,
     /// Steps at the beginning and the end of a trajectory that are not used.
-    margins: (usize, usize),
+    pub(super) margins: (usize, usize),
+    /// Part of the usual effort.
+    pub(super) effort: f64,
 }
 
 impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with `reading` in so many steps; `None` if nothing is.
-    fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
-        let Self { kept, rates, asked, margins, .. } = *self;
-        let log = self.turned.filter(|_| reading.turned).unwrap_or(self.log);
+    pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
+        let Self { log, kept, rates, asked, margins, effort } = *self;
         let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, steps + AHEAD)?;
         let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
         let shifted = Samples { data: foh(shifted.data), ..shifted };
         let samples = shifted.first(steps);
         let of = |spec: &Spec| {
             let identifier = (asked.identifier)(spec)?;
-            Ok::<_, E>(identifier.with_effort(reading.effort()).with_simulators(reading.simulated))
+            Ok::<_, E>(identifier.with_effort(effort).with_simulators(reading.simulated))
         };
         let plain = of(&log.spec)?;
         let first = match asked.unmeasured {
@@ -214,6 +190,7 @@ impl<E: From<FitError>> Trial<'_, E> {
             score,
             spoilt: is_spoilt(&found),
             explained: is_explained(&found),
+            certainty: found.certainty(),
             astray: found.report.rows_astray,
             missed: missed(&found.model, &identifier, &shifted, steps),
         };
@@ -222,19 +199,21 @@ impl<E: From<FitError>> Trial<'_, E> {
 }
 
 /// What was found with one reading.
-struct Tried {
+pub(super) struct Tried {
     reading: Reading,
     /// Rates that were not measured, as (name, state).
     rates: Vec<(String, String)>,
-    score: f64,
+    pub(super) score: f64,
     /// Whether it leaves what no term explains, or the search ended early.
     spoilt: bool,
     /// Whether it leaves noise alone, whatever a longer search may find.
-    explained: bool,
+    pub(super) explained: bool,
+    /// How far its equations are to be believed.
+    pub(super) certainty: Certainty,
     /// Steps left out.
     astray: usize,
     /// What its predictions of later samples miss, per window.
-    missed: Vec<f64>,
+    pub(super) missed: Vec<f64>,
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.
@@ -256,11 +235,5 @@ fn best_of(all: &[Tried], count: usize) -> Option<&Tried> {
     }
     // Of residuals that are not white the score counts each sample as if it told something of its own. What is predicted of other samples is not misled by that.
     let errors: Vec<&[f64]> = all.iter().map(|tried| &tried.missed[..]).collect();
-    if let Some(best) = clearly_least(&errors) {
-        return Some(&all[best]);
-    }
-    // What names and units say counts where the data do not contradict it.
-    let turned = all.iter().find(|tried| tried.reading == Reading::NAMED);
-    let named = turned.filter(|turned| clearly_least(&[&first.missed, &turned.missed]) != Some(0));
-    Some(named.unwrap_or(first))
+    Some(clearly_least(&errors).map_or(first, |best| &all[best]))
 }
