@@ -120,6 +120,7 @@ impl Problem<'_> {
             segments: &segments,
             floor: &floor,
             alone: &known,
+            before: None,
             budget: (SHARE * self.budget as f64) as u64,
             spent: &spent,
             ..*self

@@ -4,7 +4,8 @@ use ndarray::{Array2, s};
 
 use super::hypothesis::{Hypothesis, Start, TOLD_APART};
 use super::problem::Problem;
-use crate::data::Segment;
+use super::search::LARGER_SAMPLE;
+use crate::data::{Segment, stretches};
 use crate::motion::Stepping;
 
 impl Problem<'_> {
@@ -15,9 +16,14 @@ impl Problem<'_> {
         if !(held && continuous) || self.n_controls == 0 || self.leaves_nothing(best) {
             return false;
         }
-        let linear: Vec<(Segment, Array2<f64>)> = (self.segments.iter().zip(&best.fit.x))
-            .filter(|(segment, _)| segment.len() > 1)
-            .map(|(segment, x)| (segment.with_linear_inputs(), x.slice(s![..segment.len(), ..]).to_owned()))
+        // Of very many samples a part tells.
+        let linear: Vec<(Segment, Array2<f64>)> = stretches(self.segments, LARGER_SAMPLE)
+            .into_iter()
+            .filter(|(_, steps)| steps.len() > 1)
+            .map(|(at, steps)| {
+                let segment = self.segments[at].part(steps.start, steps.end).with_linear_inputs();
+                (segment, best.fit.x[at].slice(s![steps.start..steps.end, ..]).to_owned())
+            })
             .collect();
         let (linear, x): (Vec<Segment>, Vec<Array2<f64>>) = linear.into_iter().unzip();
         let held: Vec<Segment> = linear.iter().map(|s| Segment { ramp: None, ..s.clone() }).collect();

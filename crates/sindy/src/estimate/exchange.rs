@@ -49,6 +49,10 @@ impl Problem<'_> {
     /// improves the score. Of terms that the data do not tell apart the simplest are meant. Also the regressions of the last pass and, per equation,
     /// the terms that explain the data as well.
     pub(super) fn exchanged(&self, mut best: Hypothesis) -> Searched {
+        let compared = self.before.filter(|before| before.best.supports == best.supports && self.is_settled(&best));
+        if let Some(before) = compared {
+            return self.confirmed(best, before);
+        }
         let mut near = self.near(&best, &|_| true);
         let mut compared = vec![None; self.rates.len()];
         near.note(&best, &mut compared);
@@ -103,6 +107,22 @@ impl Problem<'_> {
             }
         }
         Searched { best, regressions, rivals, others, finished }
+    }
+
+    /// `best`, which has the terms of what was found `before` in a part of the samples, with those of the equally good terms there that are so in all samples.
+    fn confirmed(&self, best: Hypothesis, before: &Searched) -> Searched {
+        let mut others = Vec::new();
+        let mut is_left = |i: usize, rival: &Vec<usize>| {
+            let Some(like) = before.others.iter().find(|other| other.supports[i] == *rival) else { return true };
+            let found = self.with_reserve(|problem| problem.exchange(&best, i, &like.equation(i)));
+            let found = found.filter(|found| self.is_rival(found, &best, i));
+            others.extend(found.clone());
+            found.is_some()
+        };
+        let rivals = before.rivals.iter().enumerate();
+        let rivals = rivals.map(|(i, all)| all.iter().filter(|rival| is_left(i, rival)).cloned().collect()).collect();
+        let Searched { regressions, finished, .. } = before;
+        Searched { best, regressions: regressions.clone(), rivals, others, finished: finished.clone() }
     }
 
     /// What other terms in one of the equations `of` come to.

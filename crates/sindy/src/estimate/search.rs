@@ -89,21 +89,45 @@ pub(super) struct Accounted {
 }
 
 /// The equations with the best score, and the data without strays that they are fitted to. Where there are many samples, terms are looked for in a part
-/// of these, and judged with all of them.
+/// of these, where there are very many then in a larger one, and judged with all of them.
 fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     if !problem.is_long() {
         return accounted(problem, None, stepping);
     }
-    let (sample, spent) = (sample_of(problem.segments, SAMPLE), Cell::new(0));
-    let budget = (IN_SAMPLE * (problem.budget - problem.spent.get().min(problem.budget)) as f64) as u64;
+    let (few, mut complete) = in_part(problem, (SAMPLE, IN_SAMPLE), None, stepping);
+    let mut part = few;
+    let is_very_long = problem.samples() > 2.0 * LARGER_SAMPLE as f64;
+    if let Some(few) = part.as_ref().filter(|_| is_very_long) {
+        let (more, finished) = in_part(problem, (LARGER_SAMPLE, IN_LARGER), Some(&few.searched.best), stepping);
+        complete &= finished;
+        part = more.or(part);
+    }
     let signals = problem.smoother().signals(problem.floor);
-    let found = Problem { segments: &sample, spent: &spent, budget, ..*problem }.rejecting(None, stepping);
-    problem.charge(spent.get().min(budget));
     let all = Problem { noise: &signals.sigma, ..*problem };
-    let begun = found.and_then(|part| all.fitted(&part.searched.best, &signals));
-    let mut all = accounted(&Problem { again: begun.is_some(), ..*problem }, begun, stepping)?;
-    all.found.complete &= spent.get() <= budget;
+    let begun = part.as_ref().and_then(|part| all.fitted(&part.searched.best, &signals));
+    let before = part.as_ref().map(|part| &part.searched).filter(|_| is_very_long);
+    let mut all = accounted(&Problem { again: begun.is_some(), before, ..*problem }, begun, stepping)?;
+    all.found.complete &= complete;
     Some(all)
+}
+
+/// What is found in the `steps` steps that tell most, from `begun` where that is given, for a `share` of what is left of the budget; and whether that was enough.
+fn in_part(
+    problem: &Problem<'_>,
+    (steps, share): (usize, f64),
+    begun: Option<&Hypothesis>,
+    stepping: Stepping,
+) -> (Option<Rejecting>, bool) {
+    let (sample, spent) = (sample_of(problem.segments, steps), Cell::new(0));
+    let budget = (share * (problem.budget - problem.spent.get().min(problem.budget)) as f64) as u64;
+    let part = Problem { segments: &sample, spent: &spent, budget, again: begun.is_some(), ..*problem };
+    let begun = begun.and_then(|begun| {
+        let signals = part.smoother().signals(part.floor);
+        Problem { noise: &signals.sigma, ..part }.fitted(begun, &signals)
+    });
+    let found = part.rejecting(begun, stepping);
+    problem.charge(spent.get().min(budget));
+    (found, spent.get() <= budget)
 }
 
 /// The same, from `begun` or, without it, from nothing; terms are looked for in all samples.
@@ -115,11 +139,15 @@ pub(super) fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, steppi
     Some(Accounted { best, found, kept })
 }
 
-/// Part of the budget for that.
+/// Parts of what is left of the budget for the first part of the samples, and for a larger one.
 const IN_SAMPLE: f64 = 0.75;
+const IN_LARGER: f64 = 0.9;
 
 /// Steps of the part of long recordings in which terms are looked for first.
 pub(super) const SAMPLE: usize = 300;
+
+/// Steps of a larger part, in which terms are compared where there are twice as many or more.
+pub(super) const LARGER_SAMPLE: usize = 1800;
 
 /// How exact samples are taken to be: the smallest error of each state that is believed (n), and what the signals are then.
 pub(super) struct Level {

@@ -9,7 +9,7 @@ use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 
 /// Part of the usual effort with which a part of a log is tried.
-const EFFORT: f64 = 0.3;
+const EFFORT: f64 = 0.1;
 
 /// `log` with the states that may be angles as angles, if equations are adequate for a part of it so, or explain that better than others, or nothing explains it and they
 /// predict the rest no worse: what names and units say counts where the data do not contradict it. `log` otherwise: who turns little may as well be on a spring.
