@@ -103,11 +103,12 @@ const NOT_OF_ROBOTS: [&str; 14] = [
 
 /// What to do about residuals that no term explains.
 const HELP: &str = "\
-what may help: --limits STATE=LOW:HIGH where a state saturates, --term FORMULA for a term that is missing, such as
-               v*w*abs(w) or, with numbers that are known, sqrt(p - 101.3), --unmeasured RATE=OF for an unmeasured
-               rate, --delay ROWS for inputs that act late, --intersample foh for inputs that are linear between
-               rows, --angles for angles, --target discrete for a map from row to row, a log in which states and
-               inputs move more; `sindyna inspect` shows it
+what may help: --inputs COLUMNS for commands that are read as states, --limits STATE=LOW:HIGH where a state
+               saturates, --term FORMULA for a term that is missing, such as v*w*abs(w) or, with numbers that are
+               known, sqrt(p - 101.3), --unmeasured RATE=OF for an unmeasured rate, --delay ROWS for inputs that act
+               late, --intersample foh for inputs that are linear between rows, --angles for angles,
+               --target discrete for a map from row to row, a log in which states and inputs move more;
+               `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\
