@@ -120,12 +120,11 @@ impl Problem<'_> {
             segments: &segments,
             floor: &floor,
             alone: &known,
-            before: None,
             budget: (SHARE * self.budget as f64) as u64,
             spent: &spent,
             ..*self
         };
-        let found = accounted(&part, None, stepping)?.found;
+        let found = accounted(&part, (None, None), stepping)?.found;
         if found.doubts.iter().any(Option::is_some) || found.stepping.is_continuous() != stepping.is_continuous() {
             return None;
         }

@@ -48,8 +48,10 @@ impl Problem<'_> {
     /// `best` with the terms of one equation at a time exchanged for others that explain nearly as much near it, as long as that
     /// improves the score. Of terms that the data do not tell apart the simplest are meant. Also the regressions of the last pass and, per equation,
     /// the terms that explain the data as well.
-    pub(super) fn exchanged(&self, mut best: Hypothesis) -> Searched {
-        let compared = self.before.filter(|before| before.best.supports == best.supports && self.is_settled(&best));
+    ///
+    /// Where a part of the samples was searched `before`, and found the same terms, those that explained the data as well there are fitted to all samples.
+    pub(super) fn exchanged(&self, mut best: Hypothesis, before: Option<&Searched>) -> Searched {
+        let compared = before.filter(|before| before.best.supports == best.supports && self.is_settled(&best));
         if let Some(before) = compared {
             return self.confirmed(best, before);
         }

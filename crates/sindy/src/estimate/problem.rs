@@ -3,7 +3,6 @@
 use std::cell::Cell;
 
 use super::constraints::Constraints;
-use super::searched::Searched;
 use crate::data::Segment;
 use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
@@ -43,8 +42,6 @@ pub(crate) struct Problem<'a> {
     pub(crate) spent: &'a Cell<u64>,
     /// Whether the search begins with equations that were found in a part of the samples.
     pub(crate) again: bool,
-    /// What was found in a part of the samples, where these are too many for other terms to be compared in all of them.
-    pub(crate) before: Option<&'a Searched>,
     /// Whether positions whose rates were not measured may be those of a simulator.
     pub(crate) discrete: bool,
     pub(crate) watch: &'a Watch<'a>,

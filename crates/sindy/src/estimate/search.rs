@@ -40,7 +40,7 @@ pub(crate) fn completed(problem: &Problem<'_>, stepping: Stepping) -> Option<Est
     let signals = problem.smoother().signals(problem.floor);
     let with_noise = Problem { noise: &signals.sigma, ..*problem };
     let begun = with_noise.proposed_by_parts(&signals, stepping).filter(|found| with_noise.is_settled(found))?;
-    let found = accounted(&Problem { again: true, ..*problem }, Some(begun), stepping)?.found;
+    let found = accounted(&Problem { again: true, ..*problem }, (Some(begun), None), stepping)?.found;
     Some(problem.as_stepped(found))
 }
 
@@ -72,7 +72,7 @@ pub(super) fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Est
     let signals = problem.smoother().signals(problem.floor);
     let begun = Problem { noise: &signals.sigma, ..*problem }.fitted(&best, &signals);
     let begun = begun.filter(|begun| begun.score + paid < best.score);
-    let growing = begun.and_then(|begun| accounted(problem, Some(begun), stepping));
+    let growing = begun.and_then(|begun| accounted(problem, (Some(begun), None), stepping));
     let growing = growing.filter(|g| g.found.score + kept.price + paid < found.score);
     let with_shares = |g: Accounted| {
         let score = g.found.score + kept.price + paid;
@@ -92,7 +92,7 @@ pub(super) struct Accounted {
 /// of these, where there are very many then in a larger one, and judged with all of them.
 fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     if !problem.is_long() {
-        return accounted(problem, None, stepping);
+        return accounted(problem, (None, None), stepping);
     }
     let (few, mut complete) = in_part(problem, (SAMPLE, IN_SAMPLE), None, stepping);
     let mut part = few;
@@ -106,7 +106,7 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     let all = Problem { noise: &signals.sigma, ..*problem };
     let begun = part.as_ref().and_then(|part| all.fitted(&part.searched.best, &signals));
     let before = part.as_ref().map(|part| &part.searched).filter(|_| is_very_long);
-    let mut all = accounted(&Problem { again: begun.is_some(), before, ..*problem }, begun, stepping)?;
+    let mut all = accounted(&Problem { again: begun.is_some(), ..*problem }, (begun, before), stepping)?;
     all.found.complete &= complete;
     Some(all)
 }
@@ -125,14 +125,18 @@ fn in_part(
         let signals = part.smoother().signals(part.floor);
         Problem { noise: &signals.sigma, ..part }.fitted(begun, &signals)
     });
-    let found = part.rejecting(begun, stepping);
+    let found = part.rejecting((begun, None), stepping);
     problem.charge(spent.get().min(budget));
     (found, spent.get() <= budget)
 }
 
-/// The same, from `begun` or, without it, from nothing; terms are looked for in all samples.
-pub(super) fn accounted(problem: &Problem<'_>, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Accounted> {
-    let Rejecting { searched, signals, kept } = problem.rejecting(begun, stepping)?;
+/// The same, from `begun` or, without it, from nothing; terms are looked for in all samples, and compared in all of them or as a part told `before`.
+pub(super) fn accounted(
+    problem: &Problem<'_>,
+    (begun, before): (Option<Hypothesis>, Option<&Searched>),
+    stepping: Stepping,
+) -> Option<Accounted> {
+    let Rejecting { searched, signals, kept } = problem.rejecting((begun, before), stepping)?;
     let best = searched.best.clone();
     let found = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem }.account(searched, &signals);
     let found = Estimate { score: found.score + kept.price, astray: kept.astray, ..found };
@@ -225,7 +229,7 @@ impl Problem<'_> {
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
-                let searched = problem.finished(found, signals);
+                let searched = problem.finished(found, signals, None);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));
                 }
@@ -264,9 +268,15 @@ impl Problem<'_> {
         self.with_reserve(|problem| problem.hypothesis(found.supports.clone(), stepping, start, 2..4))
     }
 
-    /// The hypothesis with the best score, from `begun` where that leaves noise alone.
-    pub(super) fn search(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Searched> {
-        self.first(signals, begun, stepping).map(|first| self.finished(first, signals))
+    /// The hypothesis with the best score, from `begun` where that leaves noise alone; other terms are compared with its own in all samples, or were so in a part of
+    /// them `before`.
+    pub(super) fn search(
+        &self,
+        signals: &Signals,
+        (begun, before): (Option<Hypothesis>, Option<&Searched>),
+        stepping: Stepping,
+    ) -> Option<Searched> {
+        self.first(signals, begun, stepping).map(|first| self.finished(first, signals, before))
     }
 
     /// The best of what regressions propose, from `begun` where that leaves noise alone.
@@ -282,13 +292,13 @@ impl Problem<'_> {
     }
 
     /// `best` with terms that multiply their own derivative, and with others in place of its own, as long as that improves the score.
-    fn finished(&self, mut best: Hypothesis, signals: &Signals) -> Searched {
+    fn finished(&self, mut best: Hypothesis, signals: &Signals, before: Option<&Searched>) -> Searched {
         // The part of the samples in which these equations were found was searched for shorter ones.
         if !(self.again && self.is_settled(&best)) && self.implicit(&mut best, signals) {
             self.prune(&mut best);
         }
         self.mirror(&mut best);
-        self.exchanged(best)
+        self.exchanged(best, before)
     }
 
     /// `base` with other terms in equation `i`, fitted anew.

@@ -4,7 +4,7 @@ use super::hypothesis::Hypothesis;
 use super::regression::Regression;
 
 /// What a search found.
-pub(crate) struct Searched {
+pub(super) struct Searched {
     pub(super) best: Hypothesis,
     /// The regressions along its path.
     pub(super) regressions: Vec<Regression>,

@@ -38,7 +38,12 @@ pub(super) struct Rejecting {
 
 impl Problem<'_> {
     /// The hypothesis with the best score, from `begun` or from equations that were looked for roughly, and the data without what they do not follow.
-    pub(super) fn rejecting(&self, mut begun: Option<Hypothesis>, stepping: Stepping) -> Option<Rejecting> {
+    /// `before` is what was found in a part of very many samples.
+    pub(super) fn rejecting(
+        &self,
+        (mut begun, before): (Option<Hypothesis>, Option<&Searched>),
+        stepping: Stepping,
+    ) -> Option<Rejecting> {
         let mut kept = Kept { segments: self.segments.to_vec(), astray: 0, price: 0.0 };
         for round in 0..=ROUNDS {
             let signals = Smoother::new(&kept.segments, self.rates, self.floor, self.watch.asks()).signals(self.floor);
@@ -60,7 +65,7 @@ impl Problem<'_> {
             }
             let mut fewer = begun.as_ref().and_then(&without);
             if fewer.is_none() {
-                let searched = searched.or_else(|| problem.search(&signals, begun.take(), stepping))?;
+                let searched = searched.or_else(|| problem.search(&signals, (begun.take(), before), stepping))?;
                 fewer = without(&searched.best);
                 if fewer.is_none() {
                     return Some(Rejecting { searched, signals, kept });

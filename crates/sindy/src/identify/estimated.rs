@@ -231,7 +231,6 @@ impl Identifier {
             whole,
             budget: whole,
             again: false,
-            before: None,
             // Simulators hold their inputs.
             discrete: self.simulators && segments.iter().all(|s| s.ramp.is_none()),
             spent: &Cell::new(0),

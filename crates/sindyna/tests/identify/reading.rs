@@ -58,7 +58,7 @@ fn rates_are_recognised_declared_or_left_alone() {
     for (option, says) in [
         (&[][..], "w [rad/s] (rate of th); inputs"),
         (&["--rates", "w=th"], "w [rad/s] (rate of th); inputs"),
-        (&["--rates", "none"], "th [rad], w [rad/s]; inputs"),
+        (&["--rates", "none"], "th [rad] (angle), w [rad/s]; inputs"),
     ] {
         let (code, stdout, stderr) = identify(temp.path(), &example(), &[&COLUMNS[..], option].concat());
         assert_eq!(code, 0, "{stderr}");
