@@ -198,12 +198,13 @@ impl Log {
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
         declare::show(&mut spec, &readings);
         declare::limit(&mut spec, &options.limits)?;
-        if matches!(options.clock, Clock::Resampled(_)) || options.precision.is_some() {
+        let is_as_written = !matches!(options.clock, Clock::Resampled(_)) && options.precision.is_none();
+        if !is_as_written {
             steps = vec![Step::None; options.states.len()];
         }
         declare::errors(&mut spec, &options.states, &steps, &options.noise)?;
         let of_inputs = digits.written.iter().skip(sources[0].columns.states.len());
-        if options.precision.is_none() {
+        if is_as_written {
             spec.control.iter_mut().zip(of_inputs).for_each(|(input, written)| input.prior.resolution = written.fine());
         }
         notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));

@@ -15,18 +15,20 @@ pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
     data.rollouts().zip(times).map(recording).collect()
 }
 
-/// Whether equations leave what none of their terms explains, or are better with inputs that are not held.
-pub(super) fn is_spoilt(found: &Identified) -> bool {
-    let is = |equation: &EquationReport| equation.is_spoilt() || equation.doubt == Some(Doubt::NotHeld);
-    found.report.equations.iter().any(is)
+/// Whether what equations leave is noise, and inputs that are not held leave no less; there may be better ones where the search ended early.
+pub(super) fn is_explained(found: &Identified) -> bool {
+    let leaves_more = |equation: &EquationReport| match equation.doubt {
+        Some(Doubt::Unfinished) => false,
+        Some(Doubt::NotHeld) => true,
+        _ => equation.is_spoilt(),
+    };
+    !found.report.equations.iter().any(leaves_more)
 }
 
-/// Whether what equations leave is noise, and no other reading of the inputs leaves less; there may be better ones where the search ended early.
-pub(super) fn is_explained(found: &Identified) -> bool {
-    let leaves = |equation: &EquationReport| {
-        (equation.is_spoilt() && equation.doubt != Some(Doubt::Unfinished)) || equation.doubt == Some(Doubt::NotHeld)
-    };
-    !found.report.equations.iter().any(leaves)
+/// Whether they leave more, or the search ended early.
+pub(super) fn is_spoilt(found: &Identified) -> bool {
+    let ended_early = |equation: &EquationReport| equation.doubt == Some(Doubt::Unfinished);
+    !is_explained(found) || found.report.equations.iter().any(ended_early)
 }
 
 /// Equations found in `kept` as it was read.

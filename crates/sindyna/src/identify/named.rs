@@ -8,9 +8,6 @@ use super::readings::{Reading, STEPS, TOLD_APART, Trial, Tried};
 use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 
-/// Part of the usual effort with which a part of a log is tried.
-const EFFORT: f64 = 0.1;
-
 /// `log` with the states that may be angles as angles, if equations are adequate for a part of it so, or explain that better than others, or nothing explains it and they
 /// predict the rest no worse: what names and units say counts where the data do not contradict it. `log` otherwise: who turns little may as well be on a spring.
 ///
@@ -23,7 +20,7 @@ pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_,
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
         let rates = &Unmeasured::None;
-        Trial { log, kept: &kept, rates, asked, margins: (0, 0), effort: EFFORT }.of(Reading::GIVEN, STEPS)
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0) }.of(Reading::GIVEN, STEPS)
     };
     let Some(named) = tried(&turned)? else { return Ok(log) };
     let prefers = named.certainty >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));

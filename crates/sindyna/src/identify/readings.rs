@@ -117,7 +117,7 @@ pub(super) fn told_apart<E: From<FitError>>(
     (asked.say)(
         "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
-    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others), effort: EFFORT };
+    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others) };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
     let mut given = trial.of(Reading::GIVEN, steps)?;
@@ -147,21 +147,19 @@ pub(super) struct Trial<'a, E> {
     pub(super) asked: &'a Asked<'a, E>,
     /// Steps at the beginning and the end of a trajectory that are not used.
     pub(super) margins: (usize, usize),
-    /// Part of the usual effort.
-    pub(super) effort: f64,
 }
 
 impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with `reading` in so many steps; `None` if nothing is.
     pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
-        let Self { log, kept, rates, asked, margins, effort } = *self;
+        let Self { log, kept, rates, asked, margins } = *self;
         let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, steps + AHEAD)?;
         let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
         let shifted = Samples { data: foh(shifted.data), ..shifted };
         let samples = shifted.first(steps);
         let of = |spec: &Spec| {
             let identifier = (asked.identifier)(spec)?;
-            Ok::<_, E>(identifier.with_effort(effort).with_simulators(reading.simulated))
+            Ok::<_, E>(identifier.with_effort(EFFORT).with_simulators(reading.simulated))
         };
         let plain = of(&log.spec)?;
         let first = match asked.unmeasured {
