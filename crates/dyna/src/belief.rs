@@ -133,7 +133,7 @@ impl<'a> Belief<'a> {
         }
         let support = support(&systems, data, rng);
         let (stakes, penalty) = Stakes::of(&*model, task, &support, data, discount, rng);
-        let noise = knowledge.sensor_noise.as_ref().map(|noise| of_states(task.spec(), noise));
+        let noise = knowledge.sensor_noise.as_ref().map(|noise| noise_of_states(task.spec(), noise));
         let trust = Trust::new(support, (model, rivals), noise, penalty);
         Self { systems: systems.into(), task, trust: Arc::new(trust), stakes }
     }
@@ -166,7 +166,7 @@ fn as_uncertain(estimated: &Sensors, data: &Dataset, rng: &mut Rng) -> Sensors {
 
 /// The standard deviation of each state of `spec` as it is seen, of those of the observations in `noise`; that of an angle is that of its cosine and its sine, and
 /// what is not seen has none.
-fn of_states(spec: &Spec, noise: &[f64]) -> Vec<f64> {
+pub(crate) fn noise_of_states(spec: &Spec, noise: &[f64]) -> Vec<f64> {
     let of_state = |(i, state): (usize, &Channel)| {
         let shows = |o: &Channel| o.name == state.name || o.kind == Kind::CosOf(i) || o.kind == Kind::SinOf(i);
         spec.observation.iter().zip(noise).filter(|(o, _)| shows(o)).map(|(_, noise)| *noise).fold(0.0, f64::max)

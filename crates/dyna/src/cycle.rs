@@ -349,12 +349,13 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         let replanned = !self.planned.is_empty() && self.course.turns >= REPLANNED;
         let exhausted = replanned || self.base.progress.updates >= rule.max_updates;
         let next = self.collected(observer)?;
-        // A policy that works far from the data has widened their support: there may be more to gain beyond.
-        let earlier = shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
+        // A policy that works far from the data has widened their support: there may be more to gain beyond for one that was trained within.
+        let earlier = self.planned.is_empty() && shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
         let refits = self.parts.schedule.refit == Refit::AfterRollouts;
         if exhausted || (agrees && !(self.course.trials.is_far() && earlier)) {
             self.course.in_review = agrees && refits && self.certainty() < Certainty::Exact;
-            self.course.tried_from = self.course.trials.episodes(rule);
+            self.course.tried_from =
+                if self.planned.is_empty() { self.course.trials.episodes(rule) } else { plan::EPISODES };
             return Ok(if self.course.in_review { next } else { Phase::Predict });
         }
         if refits {

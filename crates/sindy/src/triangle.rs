@@ -1,6 +1,7 @@
 //! The triangular factor every solver works on.
 
 use faer::{Mat, MatRef};
+use nalgebra::{DMatrix, DVector};
 use ndarray::{ArrayView2, Axis};
 use serde::{Deserialize, Serialize};
 
@@ -307,6 +308,16 @@ impl Triangle {
         });
         let b = Mat::from_fn(n + extra, 1, |i, _| if i < n { self.r[(i, target)] } else { 0.0 });
         (a, b)
+    }
+
+    /// (RᵀR)⁻¹ g for all columns but the last, `g` one number for each; `None` where the columns depend on each other.
+    pub(crate) fn shift(&self, g: &[f64]) -> Option<Vec<f64>> {
+        let p = g.len();
+        let entry = |i: usize, j: usize| self.column(j).get(i).copied().unwrap_or(0.0);
+        let r = DMatrix::from_fn(p, p, entry);
+        let down = r.transpose().solve_lower_triangular(&DVector::from_column_slice(g))?;
+        let up = r.solve_upper_triangular(&down)?;
+        up.iter().all(|v| v.is_finite()).then(|| up.iter().copied().collect())
     }
 
     /// ‖Θ_S ξ − y‖ for coefficients `xi` of the columns `support`.

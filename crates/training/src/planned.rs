@@ -11,11 +11,17 @@ use sindyna_sindy::Model;
 use crate::Error;
 use crate::problem::Problem;
 
-/// The planner called `name` in `model`, as a run had it; `None` if there is none of that name.
-pub fn planner(problem: &dyn Problem, name: &str, model: Model) -> Result<Option<impl Policy>, Error> {
+/// The planner called `name` in `model`, as a run had it, for measurements of the states with errors of the standard deviations `noise` (none for exact ones);
+/// `None` if there is none of that name.
+pub fn planner(
+    problem: &dyn Problem,
+    name: &str,
+    model: Model,
+    noise: &[f64],
+) -> Result<Option<impl Policy + use<>>, Error> {
     let Some(method) = Method::ALL.into_iter().find(|method| method.name() == name) else { return Ok(None) };
     let planners = Planners::new(&[method], problem.task(), Arc::default())?;
-    Ok(Some(planners.planner(method, Arc::new(model))?))
+    Ok(Some(planners.planner(method, Arc::new(model), noise)?))
 }
 
 /// A policy whose actions are timed.

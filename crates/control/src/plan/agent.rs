@@ -29,13 +29,14 @@ impl Planners {
         Ok(Self { methods: methods.to_vec(), task, stop })
     }
 
-    /// The planner in `model`, within the declared bounds of its states.
+    /// The planner in `model`, within the declared bounds of its states, for measurements with errors of the standard deviations `noise` (n; none for exact ones).
     ///
     /// # Errors
     /// [`ControlError::Unseen`] if a state is not observed.
-    pub fn planner(&self, method: Method, model: Arc<dyn Dynamics>) -> Result<Planner, ControlError> {
+    pub fn planner(&self, method: Method, model: Arc<dyn Dynamics>, noise: &[f64]) -> Result<Planner, ControlError> {
         let bounded = Arc::new(Bounded::new(model, &self.task.spec().state));
-        Ok(Planner::new(method, bounded, self.task.clone())?.with_stop(self.stop.clone()).prepared())
+        let planner = Planner::new(method, bounded, self.task.clone())?;
+        Ok(planner.with_noise(noise).with_stop(self.stop.clone()).prepared())
     }
 }
 
@@ -68,10 +69,10 @@ impl Agent for Planners {
         Ok(())
     }
 
-    fn plan(&self, model: &Arc<dyn Dynamics>) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
+    fn plan(&self, model: &Arc<dyn Dynamics>, noise: &[f64]) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
         let mut all: Vec<(&'static str, Arc<dyn TrainedPolicy>)> = Vec::new();
         for &method in &self.methods {
-            let Ok(planner) = self.planner(method, model.clone()) else { continue };
+            let Ok(planner) = self.planner(method, model.clone(), noise) else { continue };
             let several = self.methods.len() > 1;
             let enough = several && planner.is_enough();
             // Where the regulator falls short, iLQR holds as it does and finds ways.

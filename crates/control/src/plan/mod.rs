@@ -2,6 +2,7 @@
 
 mod agent;
 mod course;
+mod filter;
 mod front;
 mod goal;
 mod guess;

@@ -8,6 +8,7 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Seed, Task};
 
 use super::course::{Course, is_enough};
+use super::filter::Filter;
 use super::goal::Goal;
 use super::mppi::Sampled;
 use super::plant::{Plant, unused};
@@ -75,6 +76,8 @@ pub struct Planner {
     plant: Plant,
     inverse: Inverse,
     method: Method,
+    /// Standard deviations of the errors of the states as measured (n); none for exact ones.
+    noise: Vec<f64>,
     /// Goals that are the same in every episode.
     goals: OnceLock<Vec<Goal>>,
     /// The course from one start state, and what it earns: others may be near it.
@@ -88,7 +91,15 @@ impl Planner {
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn new(method: Method, dynamics: Arc<dyn Dynamics>, task: Arc<dyn Task>) -> Result<Self, ControlError> {
         let inverse = Inverse::of(task.spec())?;
-        Ok(Self { plant: Plant::new(dynamics, task), inverse, method, goals: OnceLock::new(), first: None })
+        let plant = Plant::new(dynamics, task);
+        Ok(Self { plant, inverse, method, noise: Vec::new(), goals: OnceLock::new(), first: None })
+    }
+
+    /// The same for sensors that show the states with errors of the standard deviations `noise` (n; none for exact sensors): an extended Kalman filter
+    /// estimates the states that it plans from.
+    #[must_use]
+    pub fn with_noise(self, noise: &[f64]) -> Self {
+        Self { noise: noise.to_vec(), ..self }
     }
 
     /// The same that ends its plans soon after `stop` is set: its actions are of no use then.
@@ -195,8 +206,9 @@ impl Policy for Planner {
 /// A planner in the middle of an episode.
 struct Episode<'a> {
     planner: &'a Planner,
-    /// The state as of the last step.
+    /// The state as of the last step; with a filter, as it was expected after that.
     x: Vec<f64>,
+    filter: Option<Filter>,
     steps: usize,
     goals: Vec<Goal>,
     course: Option<Course>,
@@ -230,6 +242,7 @@ impl<'a> Episode<'a> {
         Self {
             planner,
             x,
+            filter: Filter::new(&planner.plant, &planner.noise),
             steps: 0,
             goals: Vec::new(),
             course: None,
@@ -302,6 +315,10 @@ impl Memory for Episode<'_> {
         }
         let before = self.x.clone();
         inverse.state(observation, &before, &mut self.x);
+        if let Some(filter) = &mut self.filter {
+            let measured = std::mem::replace(&mut self.x, before);
+            filter.update(&measured, &mut self.x);
+        }
         if self.steps == 0 {
             self.goals = self.planner.goals(&self.x);
         }
@@ -324,6 +341,9 @@ impl Memory for Episode<'_> {
             let mut next = vec![0.0; self.x.len()];
             let stepped = plant.step(&self.x, &u, &mut unused(), &mut next);
             self.expected.earned -= stepped.map_or(0.0, |stepped| stepped.reward);
+        }
+        if let Some(filter) = &mut self.filter {
+            filter.predict(plant, &mut self.x, &u);
         }
         self.steps += 1;
     }

@@ -6,11 +6,12 @@ use sindyna_core::{Dynamics, DynamicsLearner, Event, Observer};
 
 use super::{Best, Loop, Phase};
 use crate::DynaError;
+use crate::belief::noise_of_states;
 use crate::imagine::Imagination;
 use crate::tried::{TRIAL, Tried};
 
 /// Episodes of each planner in the model: every step of them is planned.
-const EPISODES: usize = 4;
+pub(super) const EPISODES: usize = 4;
 
 impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     /// Tries what the agent plans in the model and keeps the one that earns most; of those that earn about the same, the first. `None` for an agent that learns.
@@ -23,7 +24,8 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
             return Ok(None);
         };
         let model: Arc<dyn Dynamics> = knowledge.model.clone();
-        let policies = self.base.agent.plan(&model);
+        let noise = knowledge.sensor_noise.as_ref().map(|noise| noise_of_states(self.parts.task.spec(), noise));
+        let policies = self.base.agent.plan(&model, &noise.unwrap_or_default());
         if policies.is_empty() {
             return Ok(None);
         }

@@ -154,6 +154,18 @@ impl Account {
         }
     }
 
+    /// Standard deviation of the measurement noise of each of `states`, 0 for those that were not measured; none where it was not estimated, or is nothing
+    /// but rounding.
+    #[must_use]
+    pub fn noise_of(&self, states: &[Channel]) -> Vec<f64> {
+        if self.noise_deviations.is_empty() || self.certainty() == Some(Certainty::Exact) {
+            return Vec::new();
+        }
+        let of =
+            |state: &Channel| self.noise_deviations.iter().find(|n| n.state == state.name).map_or(0.0, |n| n.sigma);
+        states.iter().map(of).collect()
+    }
+
     /// How well all equations together explain the data; `None` where no size of errors is known.
     #[must_use]
     pub fn certainty(&self) -> Option<Certainty> {

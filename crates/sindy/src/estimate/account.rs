@@ -5,7 +5,7 @@ use std::fmt;
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
-use super::hypothesis::{FLOOR, TOLD_APART};
+use super::hypothesis::{FLOOR, Hypothesis, TOLD_APART};
 use super::posterior::Posterior;
 use super::problem::Problem;
 use super::searched::Searched;
@@ -140,8 +140,12 @@ const BEYOND: f64 = 10.0;
 impl Problem<'_> {
     /// What was found, and what speaks against it.
     pub(super) fn account(&self, found: Searched, signals: &Signals) -> Estimate {
-        let Searched { best, regressions, rivals, others, finished } = found;
+        let Searched { mut best, regressions, rivals, others, finished } = found;
         let n = self.rates.len();
+        if best.fit.expansion > 0.0 {
+            let Hypothesis { flow, fit, part, .. } = &mut best;
+            self.working(|work| fit.integrate_over_states(flow, self.segments, *part, (work, self.watch.asks())));
+        }
         let constant = self.halves_agree(&best);
         let not_held = self.speaks_for_linear_inputs(&best);
         let doubt = |i: usize| {

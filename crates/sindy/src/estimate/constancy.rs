@@ -49,7 +49,15 @@ impl Problem<'_> {
             linearised(flow, &segments, (&fit.xi, &x), &fit.sigma, last, (work, self.watch.asks()))
         })?;
         let p = flow.n_parameters();
-        let moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
+        let mut moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
+        if fit.expansion > 0.0 {
+            let at = (&fit.xi[..], &x[..]);
+            let slopes =
+                self.working(|work| fit.slopes(flow, &segments, at, PARTS.len() - 1, (work, self.watch.asks())))?;
+            // What is not determined is not compared.
+            let shift = triangle.shift(&slopes)?;
+            moved.iter_mut().zip(shift).for_each(|(moved, shift)| *moved -= shift);
+        }
         Some((triangle, moved))
     }
 }

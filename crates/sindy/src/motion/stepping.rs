@@ -53,12 +53,17 @@ const NEIGHBOURS: usize = 2;
 /// Difference of −2 ln L below which two ways of stepping are as good as each other.
 pub(super) const CLEAR: f64 = 12.0;
 
+/// States with the states that are their rates.
+fn pairs(rates: &[Option<usize>]) -> Vec<(usize, usize)> {
+    rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect()
+}
+
 /// The stepping that the states with known rates show: whether they moved by the rate before the step, after it, or by
 /// something between the two. `rates` holds, per state, the state that is its rate. `None` where no state has one.
 ///
 /// What the data cannot tell is taken as continuous.
 pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<Stepping> {
-    let pairs: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect();
+    let pairs = pairs(rates);
     if pairs.is_empty() {
         return None;
     }
@@ -75,12 +80,19 @@ pub(crate) fn shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Option<St
 }
 
 /// Ways in which a simulator may have gone from sample to sample, the likeliest first, where the states with known rates do not show one that is
-/// discrete.
+/// discrete: those that they do not contradict.
 pub(crate) fn simulators(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Vec<Stepping> {
     match shown(runs, rates, dt) {
         None => vec![Stepping::Euler],
         Some(Stepping::Continuous { .. }) => {
-            substeps_shown(runs, rates, dt).into_iter().map(|substeps| Stepping::SemiImplicit { substeps }).collect()
+            let shown = substeps_shown(runs, rates, dt).into_iter().map(|substeps| Stepping::SemiImplicit { substeps });
+            // Noise may hide a single step of what the whole equations show.
+            let pairs = pairs(rates);
+            let misfit = |old: f64, new: f64| misfit(runs, &pairs, dt, (old, new));
+            let single =
+                [(Stepping::SemiImplicit { substeps: 1 }, misfit(0.0, 1.0)), (Stepping::Euler, misfit(1.0, 0.0))];
+            let bar = misfit(0.5, 0.5) + CLEAR;
+            shown.chain(single.into_iter().filter(|(_, misfit)| *misfit < bar).map(|(stepping, _)| stepping)).collect()
         }
         Some(_) => Vec::new(),
     }
@@ -91,7 +103,7 @@ pub(crate) fn simulators(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Vec<
 ///
 /// With m steps of the same acceleration x⁺ = x + Δt ((m − 1) v + (m + 1) v⁺)/(2 m).
 pub(super) fn substeps_shown(runs: &[Run], rates: &[Option<usize>], dt: f64) -> Vec<usize> {
-    let pairs: Vec<(usize, usize)> = rates.iter().enumerate().filter_map(|(i, r)| r.map(|v| (i, v))).collect();
+    let pairs = pairs(rates);
     let of = |substeps: usize| {
         let after = (substeps + 1) as f64 / (2 * substeps) as f64;
         misfit(runs, &pairs, dt, (1.0 - after, after))

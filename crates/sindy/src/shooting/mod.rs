@@ -2,6 +2,7 @@
 
 mod checks;
 mod eliminate;
+mod expansion;
 mod fit;
 mod flow;
 mod lanes;

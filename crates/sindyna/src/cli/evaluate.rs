@@ -6,6 +6,7 @@ use anyhow::Context as _;
 use serde::Serialize;
 use sindyna_core::number::{fixed, shortest};
 use sindyna_core::{Policy, Seed, Space, Spec};
+use sindyna_record::ModelRecord;
 use sindyna_record::run::{Evaluation, Summary};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
@@ -122,7 +123,9 @@ fn planned(
     let model = Model::from_json(&text("model.json")?).context("model.json is no model")?;
     let summary = Summary::from_json(&text("summary.json")?).context("summary.json is not that of a run")?;
     let name = &summary.training.algorithm;
-    let Some(planner) = planner(problem, name, model)? else {
+    let identified = ModelRecord::read(&args.run)?;
+    let noise = identified.map(|identified| identified.account.noise_of(&problem.spec().state));
+    let Some(planner) = planner(problem, name, model, &noise.unwrap_or_default())? else {
         return Err(Failure::new(format!("{} has no planner: its algorithm is `{name}`", args.run.display()))
             .hint("run it again with `sindyna train --config RUN/config.toml`"));
     };
