@@ -116,6 +116,11 @@ pub trait Agent: Policy + Checkpoint {
         Vec::new()
     }
 
+    /// Whether its policies are planned in a model, by [`Self::plan`], instead of learned.
+    fn plans(&self) -> bool {
+        false
+    }
+
     /// Policies in `model` that need no update, with their names, the quickest first: those of planners, for measurements of the states with errors of the
     /// standard deviations `noise` (n; none for exact ones). None for agents that learn.
     fn plan(&self, _model: &Arc<dyn Dynamics>, _noise: &[f64]) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {

@@ -22,7 +22,7 @@ use crate::gap::Gap;
 use crate::imagine::Imagination;
 use crate::optimality::Trials;
 use crate::predict::Prediction;
-use crate::real::{Confirmation, confirm};
+use crate::real::{Confirmation, PREDICTED, confirm};
 use crate::surprise::is_surprised;
 use crate::tried::{TRIAL, Tried, held};
 use crate::{DynaError, Refit, Rollouts};
@@ -242,7 +242,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             return Ok(Phase::CollectMore);
         }
         let in_review = std::mem::take(&mut self.course.in_review);
-        if !in_review && self.wants_more() {
+        if !in_review && (self.wants_more() || self.wants_one_model()) {
             return Ok(Phase::CollectMore);
         }
         self.course.believed = self.base.data().n_steps();
@@ -333,7 +333,9 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         let inverse = Inverse::of(self.parts.task.spec())?;
         // Returns near 0 are no measure of what matters.
         let scale = best.model_return.abs().max(self.course.trials.difference());
-        let view = (belief, &inverse, scale);
+        let planned = !self.planned.is_empty();
+        let models = if planned { belief.n_systems().min(PREDICTED) } else { belief.n_systems() };
+        let view = (belief, models, &inverse, scale);
         let confirmation = confirm(env, &*best.policy, view, &mut self.base.progress.real, interrupted)?;
         if interrupted() {
             return Ok(Phase::Confirm);
@@ -346,16 +348,15 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
             self.tried = Some((best.clone(), confirmation));
         }
         // Planners make no updates: they are asked a few times.
-        let replanned = !self.planned.is_empty() && self.course.turns >= REPLANNED;
+        let replanned = planned && self.course.turns >= REPLANNED;
         let exhausted = replanned || self.base.progress.updates >= rule.max_updates;
         let next = self.collected(observer)?;
         // A policy that works far from the data has widened their support: there may be more to gain beyond for one that was trained within.
-        let earlier = self.planned.is_empty() && shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
+        let earlier = !planned && shown.is_none_or(|shown| best_return - shown > rule.gain * scale);
         let refits = self.parts.schedule.refit == Refit::AfterRollouts;
         if exhausted || (agrees && !(self.course.trials.is_far() && earlier)) {
             self.course.in_review = agrees && refits && self.certainty() < Certainty::Exact;
-            self.course.tried_from =
-                if self.planned.is_empty() { self.course.trials.episodes(rule) } else { plan::EPISODES };
+            self.course.tried_from = if planned { plan::EPISODES } else { self.course.trials.episodes(rule) };
             return Ok(if self.course.in_review { next } else { Phase::Predict });
         }
         if refits {

@@ -17,8 +17,9 @@ const EPISODES: usize = 50;
 /// Episodes where there is one model.
 const EPISODES_OF_ONE: usize = 200;
 
-/// One in so many of these for a policy that plans, which takes its time for every step.
-const PLANNED: usize = 20;
+/// Models and episodes in each, and episodes where there is one model, of a policy that plans, which takes its time for every step.
+const PLANNED: (usize, usize) = (5, 2);
+const PLANNED_IN_ONE: usize = 10;
 
 /// Probability of the interval that is called wide.
 const LEVEL: f64 = 0.9;
@@ -52,10 +53,12 @@ pub struct Prediction {
 impl Prediction {
     /// What `policy` earns in the models of `belief`.
     pub(crate) fn new(belief: &Belief<'_>, policy: &dyn Policy, seed: Seed) -> Result<Self, EnvError> {
-        let part = if policy.begin().is_some() { PLANNED } else { 1 };
-        let (models, episodes) = match belief.n_systems() {
-            1 => (1, EPISODES_OF_ONE / part),
-            n => (n.min(MODELS), EPISODES / part),
+        let plans = policy.begin().is_some();
+        let (models, episodes) = match (belief.n_systems(), plans) {
+            (1, false) => (1, EPISODES_OF_ONE),
+            (1, true) => (1, PLANNED_IN_ONE),
+            (n, false) => (n.min(MODELS), EPISODES),
+            (n, true) => (n.min(PLANNED.0), PLANNED.1),
         };
         let one = |i: usize| {
             let mut systems: Vec<Trial<'_>> = (0..episodes).map(|_| Trial::new(belief, i)).collect();

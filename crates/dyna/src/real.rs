@@ -26,8 +26,8 @@ const TOLERANCE: f64 = 0.03;
 /// The same for the disagreement of the models, as a standard deviation.
 const DISAGREEMENT: f64 = 0.1;
 
-/// Predicted episodes where there are fewer models: noise alone makes returns differ.
-const PREDICTED: usize = 8;
+/// Predicted episodes where there are fewer models, since noise alone makes returns differ, and of planners, each step of which takes time.
+pub(crate) const PREDICTED: usize = 8;
 
 /// Standard deviations of the predicted returns by which the real one may differ from their mean.
 const LIKELY: f64 = 2.0;
@@ -76,12 +76,12 @@ impl Confirmation {
     }
 }
 
-/// One real episode of `policy` at its best, added to the data, beside the same in each of the models believed in. `inverse` tells in which state it
+/// One real episode of `policy` at its best, added to the data, beside the same in `models` of the models believed in. `inverse` tells in which state it
 /// began; returns of the task are of the magnitude `scale`.
 pub(crate) fn confirm(
     env: &mut dyn Environment,
     policy: &dyn Policy,
-    (belief, inverse, scale): (&Belief<'_>, &Inverse, f64),
+    (belief, models, inverse, scale): (&Belief<'_>, usize, &Inverse, f64),
     system: &mut Collector,
     interrupted: &dyn Fn() -> bool,
 ) -> Result<Confirmation, CollectError> {
@@ -94,9 +94,9 @@ pub(crate) fn confirm(
     let mut start = vec![0.0; env.spec().state_dim()];
     inverse.state(&first, &vec![0.0; start.len()], &mut start);
     let common = rng.clone();
-    let alike = (0..belief.n_systems()).map(|i| predict(belief, i, policy, &start, &mut common.clone()));
+    let alike = (0..models).map(|i| predict(belief, i, policy, &start, &mut common.clone()));
     let disagreement = deviation(&alike.collect::<Result<Vec<f64>, _>>()?);
-    let predicted = (0..belief.n_systems().max(PREDICTED)).map(|i| predict(belief, i, policy, &start, rng));
+    let predicted = (0..models.max(PREDICTED)).map(|i| predict(belief, i, policy, &start, rng));
     let predicted = predicted.collect::<Result<_, _>>()?;
     Ok(Confirmation { real: rollout.rewards.sum(), predicted, disagreement, scale })
 }

@@ -69,6 +69,10 @@ impl Agent for Planners {
         Ok(())
     }
 
+    fn plans(&self) -> bool {
+        true
+    }
+
     fn plan(&self, model: &Arc<dyn Dynamics>, noise: &[f64]) -> Vec<(&'static str, Arc<dyn TrainedPolicy>)> {
         let mut all: Vec<(&'static str, Arc<dyn TrainedPolicy>)> = Vec::new();
         for &method in &self.methods {

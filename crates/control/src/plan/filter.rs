@@ -12,16 +12,18 @@ const STEPS: f64 = 100.0;
 
 /// An extended Kalman filter, all of whose states are measured.
 ///
-/// Prediction: x ← F(x, u), P ← λ A P Aᵀ with A = ∂F/∂x. Update by each state yᵢ = xᵢ + vᵢ, v of variance rᵢ: x ← x + P·ᵢ (yᵢ − xᵢ) / (Pᵢᵢ + rᵢ). The
-/// fading factor λ ≥ 1 is such that the squares of the innovations are on average what P and r let expect (D. H. Zhou and P. M. Frank, Strong tracking filtering of
-/// nonlinear time-varying stochastic systems, International Journal of Control 65, 1996): where the model is wrong, measurements count for more.
+/// Prediction: x ← F(x, u), P ← A P Aᵀ with A = ∂F/∂x. Update by each state yᵢ = xᵢ + vᵢ, v of variance rᵢ: x ← x + P·ᵢ (yᵢ − xᵢ) / (Pᵢᵢ + rᵢ). Before it,
+/// Pᵢᵢ is at least what the mean square of the innovations is more than rᵢ: where the model is wrong, measurements count for more.
+///
+/// # References
+/// Myers and Tapley (1976), IEEE Transactions on Automatic Control 21(4): noise of the process by matching covariances.
 #[derive(Debug, Clone)]
 pub(crate) struct Filter {
     variances: Array1<f64>,
     /// P; none before the first measurement.
     covariance: Option<Array2<f64>>,
-    /// Mean square of the innovations, in variances of their measurements.
-    seen: f64,
+    /// Mean square of the innovations of each state, in variances of its measurements.
+    seen: Array1<f64>,
 }
 
 impl Filter {
@@ -30,7 +32,8 @@ impl Filter {
         let noisy = deviations.len() == plant.scales.len() && deviations.iter().any(|deviation| *deviation > 0.0);
         let variance = |(deviation, scale): (&f64, &f64)| deviation.max(FLOOR * scale).powi(2);
         let variances = deviations.iter().zip(&plant.scales).map(variance).collect();
-        noisy.then_some(Self { variances, covariance: None, seen: 1.0 })
+        let seen = Array1::ones(deviations.len());
+        noisy.then_some(Self { variances, covariance: None, seen })
     }
 
     /// Moves `x` from the predicted to the most likely state after the `measured` one.
@@ -40,12 +43,11 @@ impl Filter {
             self.covariance = Some(Array2::from_diag(&self.variances));
             return;
         };
-        let n = x.len();
-        let squares = measured.iter().zip(&*x).zip(&self.variances).map(|((y, x), r)| (y - x).powi(2) / r);
-        self.seen += (squares.sum::<f64>() / n as f64 - self.seen) / STEPS;
-        let expected = p.diag().iter().zip(&self.variances).map(|(p, r)| p / r).sum::<f64>() / n as f64;
-        *p *= ((self.seen - 1.0) / expected.max(f64::MIN_POSITIVE)).max(1.0);
-        for i in 0..n {
+        for i in 0..x.len() {
+            self.seen[i] += ((measured[i] - x[i]).powi(2) / self.variances[i] - self.seen[i]) / STEPS;
+            p[[i, i]] = p[[i, i]].max((self.seen[i] - 1.0) * self.variances[i]);
+        }
+        for i in 0..x.len() {
             let gain = &p.column(i) / (p[[i, i]] + self.variances[i]);
             let innovation = measured[i] - x[i];
             x.iter_mut().zip(&gain).for_each(|(x, gain)| *x += gain * innovation);

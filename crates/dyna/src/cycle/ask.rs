@@ -60,6 +60,14 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         self.certainty() == Certainty::Doubted && !self.course.is_tested && self.may_double()
     }
 
+    /// Whether to collect as much data again before anything is planned, as long as that costs less than the episode that confirms a plan: several models are as good,
+    /// and a plan holds in one of them.
+    pub(super) fn wants_one_model(&self) -> bool {
+        let steps = self.base.data().n_steps();
+        let is_cheap = 2 * steps <= self.parts.task.max_steps();
+        self.base.agent.plans() && self.certainty() == Certainty::Ambiguous && is_cheap && self.may_double()
+    }
+
     /// Whether a run asks the system for what it needs.
     pub(super) fn asks(&self) -> bool {
         let Schedule { imagined_rollouts, refit, .. } = *self.parts.schedule;
