@@ -6,6 +6,8 @@
 mod acrobot;
 #[path = "common/cart.rs"]
 mod cart;
+#[path = "common/weak.rs"]
+mod weak;
 
 use std::io::{self, Write as _};
 use std::sync::Arc;
@@ -63,4 +65,22 @@ fn an_acrobot_is_swung_up_from_anywhere() {
     let task: Arc<dyn Task> = Arc::new(acrobot::Swingup::new());
     let returns = returns(&acrobot::dynamics(), task, 10);
     assert!(returns.iter().sum::<f64>() >= 6_500.0);
+}
+
+/// What an episode from each of some starts returns: planned, and by value iteration on a grid, whose interpolation loses some steps.
+#[test]
+#[ignore = "takes half a minute"]
+fn a_weak_pendulum_is_swung_up_as_soon_as_it_can_be() {
+    const STARTS: usize = 20;
+    let task: Arc<dyn Task> = Arc::new(weak::Swingup::new());
+    let planned = returns(&weak::Swingup::dynamics(), task.clone(), STARTS);
+    let lost = weak::Lost::at_best();
+    let best = (0..STARTS).map(|episode| {
+        let mut x = [0.0; 2];
+        task.initial(&mut Seed::new(1000).stream("swing-ups", episode as u64), &mut x);
+        lost.earned(&x)
+    });
+    let best: Vec<f64> = best.collect();
+    writeln!(io::stderr(), "by value iteration {best:.1?}").expect("it can be written");
+    assert!(planned.iter().zip(&best).all(|(planned, best)| planned + 3.0 >= *best));
 }

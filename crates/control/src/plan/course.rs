@@ -28,6 +28,10 @@ const SHORTEST: f64 = 4.0;
 const LONGER: f64 = 1.3;
 const ENOUGH: usize = 2;
 
+/// Factor between the lengths that are tried once a goal is reached, from that of the best way downward, and their number: of these one may need a swing less.
+const SHORTER: f64 = 1.06;
+const SHORTER_TRIED: i32 = 10;
+
 /// Iterations that close the gaps of a guess, the part of the guesses of one length that is then improved further, and the iterations of that.
 const CLOSING: usize = 20;
 const KEPT: usize = 4;
@@ -49,7 +53,7 @@ const NOTHING: f64 = 1e-3;
 const BEYOND: usize = 30;
 
 /// Steps of differences of the reward, in scales: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
-const WIDTHS: [f64; 2] = [1e-3, 0.1];
+const WIDTHS: [f64; 6] = [1e-3, 0.1, 0.3, 0.1, 0.03, 0.1];
 
 /// Iterations by which the best is improved for its reward.
 const POLISH: usize = 40;
@@ -273,27 +277,47 @@ pub(crate) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 }
 
 impl Found {
-    /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more.
+    /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more; then some that are a little shorter than the best.
     fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, numbers: Range<usize>) {
         let (mut length, mut without) = ((SHORTEST / plant.pace).max(2.0), 0);
         while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
-            let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
-            let all: Vec<(usize, usize)> = all.collect();
-            let close = |&(goal, number): &(usize, usize)| {
-                let objective = Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
-                let states = guess::between(plant, x, &goals[goal], length as usize, number);
-                let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length as usize])?;
-                Some((goal, plan.improved(plant, &objective, CLOSING)))
-            };
-            let mut closed: Vec<(usize, Plan)> = all.par_iter().filter_map(close).collect();
-            closed.retain(|(_, plan)| plan.is_closed());
-            closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
-            closed.truncate(all.len().div_ceil(KEPT));
-            let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
-            let gained = self.better(plant, goals, x, steps, tries.collect());
+            let gained = self.guess_of(length as usize, plant, goals, x, steps, numbers.clone());
             without = if gained || !self.arrived { 0 } else { without + 1 };
             length = (LONGER * length).max(length + 1.0);
         }
+        let planned = self.course.plan.as_ref().filter(|_| self.arrived).map_or(0, |plan| plan.u.len());
+        for shorter in 1..=SHORTER_TRIED {
+            let length = (planned as f64 / SHORTER.powi(shorter)) as usize;
+            if length > 1 && !plant.stopped() {
+                self.guess_of(length, plant, goals, x, steps, numbers.clone());
+            }
+        }
+    }
+
+    /// Guesses ways of `length` steps to each goal; whether one of them earns more.
+    fn guess_of(
+        &mut self,
+        length: usize,
+        plant: &Plant,
+        goals: &[Goal],
+        x: &[f64],
+        steps: usize,
+        numbers: Range<usize>,
+    ) -> bool {
+        let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
+        let all: Vec<(usize, usize)> = all.collect();
+        let close = |&(goal, number): &(usize, usize)| {
+            let objective = Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
+            let states = guess::between(plant, x, &goals[goal], length, number);
+            let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length])?;
+            Some((goal, plan.improved(plant, &objective, CLOSING)))
+        };
+        let mut closed: Vec<(usize, Plan)> = all.par_iter().filter_map(close).collect();
+        closed.retain(|(_, plan)| plan.is_closed());
+        closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
+        closed.truncate(all.len().div_ceil(KEPT));
+        let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
+        self.better(plant, goals, x, steps, tries.collect())
     }
 
     /// Looks at all ways through cells so many scales wide.

@@ -1,7 +1,7 @@
 //! Many joints: equations from few real steps, and planners in them.
 //!
-//! Runs `sindyna train --task-file examples/planning/TASK.toml --controller C --real-steps R --max-real-steps R --seed S` for every task and seed, holds the equations against
-//! MuJoCo's own steps, and writes results/OUT.json and docs/OUT.md. What was run before is taken from runs/planning; delete that folder after a change of the
+//! Runs `sindyna train --task-file examples/planning/TASK.toml --controller C --real-steps R --max-real-steps R --seed S` for every task and seed, or, with `--noise N`, as
+//! many real steps as it takes (`--noise N` instead of `--max-real-steps R`), holds the equations against MuJoCo's own steps, and writes results/OUT.json and docs/OUT.md. What was run before is taken from runs/planning; delete that folder after a change of the
 //! identifier or the planners.
 
 mod page;
@@ -29,6 +29,9 @@ struct Options {
                          reacher_easy:ilqr:20:20:0-9,reacher_hard:ilqr:20:20:0-9,reacher_v5:ilqr:20:20:0-9,acrobot_swingup:ilqr:20:4:0-9"
     )]
     tasks: Vec<Case>,
+    /// Noise of the sensors, as parts of the scales of their channels: every task at each; the runs may then add to the real steps.
+    #[arg(long, value_delimiter = ',')]
+    noise: Vec<f64>,
     /// Runs at a time, a thread each.
     #[arg(long, default_value_t = 1)]
     jobs: usize,
@@ -76,11 +79,18 @@ fn main() -> Result {
 
 fn measure(options: &Options) -> Result<Figures> {
     let sindyna = Sindyna::build()?;
-    let cases: Vec<(&Case, u64)> =
-        options.tasks.iter().flat_map(|case| case.seeds.iter().map(move |seed| (case, seed))).collect();
-    let runs = each(options.jobs, &cases, |(case, seed)| run(&sindyna, case, *seed))?;
+    let levels: Vec<Option<f64>> =
+        if options.noise.is_empty() { vec![None] } else { options.noise.iter().copied().map(Some).collect() };
+    let settings: Vec<(&Case, Option<f64>)> =
+        options.tasks.iter().flat_map(|case| levels.iter().map(move |noise| (case, *noise))).collect();
+    let mut cases: Vec<(&Case, Option<f64>, u64)> = Vec::new();
+    for (case, noise) in &settings {
+        cases.extend(case.seeds.iter().map(|seed| (*case, *noise, seed)));
+    }
+    let runs = each(options.jobs, &cases, |(case, noise, seed)| run(&sindyna, (case, *noise), *seed))?;
     let mut runs = runs.into_iter();
-    let groups = options.tasks.iter().map(|case| Group {
+    let groups = settings.iter().map(|(case, noise)| Group {
+        noise: *noise,
         task: case.task.clone(),
         controller: case.controller.clone(),
         steps: case.steps,
@@ -90,17 +100,19 @@ fn measure(options: &Options) -> Result<Figures> {
 }
 
 /// One run, from its record if it was run before.
-fn run(sindyna: &Sindyna, case: &Case, seed: u64) -> Result<Run> {
+fn run(sindyna: &Sindyna, (case, noise): (&Case, Option<f64>), seed: u64) -> Result<Run> {
     let Case { task, controller, steps, episodes, .. } = case;
-    let out = root().join("runs/planning").join(format!("{task}-{controller}-{steps}-{episodes}-{seed}"));
+    let noisy = noise.map_or_else(String::new, |noise| format!("-{noise}"));
+    let out = root().join("runs/planning").join(format!("{task}-{controller}-{steps}-{episodes}{noisy}-{seed}"));
     let (steps, episodes) = (steps.to_string(), episodes.to_string());
+    let limit = noise.map_or(("--max-real-steps", steps.clone()), |noise| ("--noise", noise.to_string()));
     let options = [
         "--controller",
         controller,
         "--real-steps",
         &steps,
-        "--max-real-steps",
-        &steps,
+        limit.0,
+        &limit.1,
         "--episodes",
         &episodes,
         "--threads",

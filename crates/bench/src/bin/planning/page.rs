@@ -18,6 +18,9 @@ pub(crate) struct Group {
     pub(crate) task: String,
     pub(crate) controller: String,
     pub(crate) steps: usize,
+    /// Noise of the sensors, as a part of the scales of their channels; none where the real steps were limited.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) noise: Option<f64>,
     pub(crate) runs: Vec<Run>,
 }
 
@@ -69,8 +72,8 @@ impl Group {
     fn row(&self) -> Vec<String> {
         let exact = count(&self.runs, Run::is_exact);
         let worst = self.runs.iter().filter_map(|run| run.deviation).max_by(f64::total_cmp);
-        vec![
-            self.task.replace('_', " "),
+        let noise = self.noise.map(|noise| vec![short(Some(100.0 * noise))]).unwrap_or_default();
+        let rest = vec![
             self.controller.clone(),
             self.steps.to_string(),
             self.most_steps().to_string(),
@@ -81,7 +84,8 @@ impl Group {
             short(self.middle(|run| run.act_seconds.map(|s| 1e3 * s))),
             short(self.middle(|run| run.slowest_act_seconds)),
             short(self.middle(|run| Some(run.wall_seconds))),
-        ]
+        ];
+        [vec![self.task.replace('_', " ")], noise, rest].concat()
     }
 }
 
@@ -95,8 +99,8 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
         format!("In {exact} of {} runs the equations are exact.", runs().count()),
         format!("In {wrong} runs the record calls equations exact that are not."),
     ];
-    let head = [
-        "task",
+    let is_noisy = groups.iter().any(|group| group.noise.is_some());
+    let rest = [
         "planner",
         "first real steps",
         "real steps, maximum",
@@ -108,18 +112,25 @@ pub(crate) fn page(document: &Document<Figures>, stem: &str) -> Result<String> {
         "the slowest [s]",
         "all [s]",
     ];
+    let head = [&["task"][..], if is_noisy { &["noise [%]"] } else { &[] }, &rest].concat();
+    let steps = if is_noisy {
+        "so many real steps at first, to which it may add, with Gaussian noise of so many percent of the scale of each channel, in the data and in the evaluation, \
+         which it is not told; all else default"
+    } else {
+        "so many real steps, which it may not add to (`--max-real-steps`), all else default"
+    };
     Ok(Page::new("Planning on identified equations")
         .list(findings)
         .table(&head, groups.iter().map(Group::row))
         .section("How it was measured")
-        .text(
-            "Every run is `sindyna train` of a task file in examples/planning with the given planner and so many real steps, which it may not add to (`--max-real-steps`), all else default, on MuJoCo. *Exact*: from 1,000 \
+        .text(&format!(
+            "Every run is `sindyna train` of a task file in examples/planning with the given planner and {steps}, on MuJoCo. *Exact*: from 1,000 \
              states and controls (angles within 3 rad, rates within 3, positions within 0.5 m) what a step changes of each rate differs from MuJoCo's own step by less than \
              1e-4 of the standard deviation of that, in every rate and at every place. What no step shows is left out: joints at or beyond their stops, and rates \
              of targets, which stay at rest. *Real steps* count all before the evaluation. Returns are those on MuJoCo, over \
              all episodes of all seeds. Times are medians over the seeds, wall clock, one thread, on a machine that \
-             did other work as well.",
-        )
+             did other work as well."
+        ))
         .text(&document.made.origin(stem))
         .markdown())
 }
