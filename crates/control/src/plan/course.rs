@@ -52,7 +52,8 @@ const NOTHING: f64 = 1e-3;
 /// Steps after a plan that are improved with it, and as many as it has.
 const BEYOND: usize = 30;
 
-/// Steps of differences of the reward, in scales: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
+/// Steps of differences of the reward, in scales, one after the other: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
+/// On the way only the first two.
 const WIDTHS: [f64; 6] = [1e-3, 0.1, 0.3, 0.1, 0.03, 0.1];
 
 /// Iterations by which the best is improved for its reward.
@@ -176,7 +177,7 @@ impl Course {
         }
         let polished = |(course, earned): (Self, f64)| {
             let length = 2 * course.length(plant, goals, x, steps) + BEYOND;
-            course.polished(plant, goals, x, steps, earned, (POLISH, length))
+            course.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))
         };
         let polished: Vec<(Self, f64)> = courses.into_par_iter().map(polished).collect();
         let best = polished.into_iter().reduce(|best, other| if other.1 > best.1 { other } else { best });
@@ -186,7 +187,7 @@ impl Course {
     /// The same with the rest of its plan improved again for the reward of the next `steps` steps.
     pub(crate) fn again(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, earned: f64) -> (Self, f64) {
         let length = self.length(plant, goals, x, steps);
-        self.polished(plant, goals, x, steps, earned, (AGAIN, length))
+        self.polished(plant, goals, x, steps, earned, (AGAIN, length, &WIDTHS[..2]))
     }
 
     /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned.
@@ -207,7 +208,7 @@ impl Course {
     pub(crate) fn improved(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let earned = self.earns(plant, goals, x, steps).0;
         let length = self.length(plant, goals, x, steps);
-        self.polished(plant, goals, x, steps, earned, (POLISH, length))
+        self.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))
     }
 
     /// Steps that are left of its plan; without one those after which it has reached its goal from x.
@@ -236,7 +237,7 @@ impl Course {
         x: &[f64],
         steps: usize,
         earned: f64,
-        (iterations, length): (usize, usize),
+        (iterations, length, widths): (usize, usize, &[f64]),
     ) -> (Self, f64) {
         // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
         let goal = self.goal.map(|goal| &goals[goal]);
@@ -245,7 +246,7 @@ impl Course {
         // Nothing is held after the last step.
         let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
         let (mut best, mut earned) = (self, earned);
-        for width in WIDTHS {
+        for &width in widths {
             let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
             let (_, controls) = best.earns(plant, goals, x, steps.min(length));
             let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };

@@ -24,9 +24,9 @@ struct Options {
     #[arg(
         long,
         value_delimiter = ',',
-        default_value = "cartpole_balance:auto:20:4:0-9,cartpole_swingup:ilqr:20:4:0-9,cartpole_swingup_sparse:ilqr:20:4:0-9,\
-                         pendulum_swingup:ilqr:20:10:0-9,reacher_easy:ilqr:20:20:0-9,reacher_hard:ilqr:20:20:0-9,\
-                         reacher_v5:ilqr:20:20:0-9,inverted_double_pendulum:auto:20:10:0-99"
+        default_value = "inverted_double_pendulum:auto:20:10:0-99,cartpole_balance:auto:20:4:0-9,cartpole_swingup:ilqr:20:4:0-9,\
+                         cartpole_swingup_sparse:ilqr:20:4:0-9,cartpole_two_poles:ilqr:50:4:0-9,pendulum_swingup:ilqr:20:10:0-9,\
+                         reacher_easy:ilqr:20:20:0-9,reacher_hard:ilqr:20:20:0-9,reacher_v5:ilqr:20:20:0-9,acrobot_swingup:ilqr:20:4:0-9"
     )]
     tasks: Vec<Case>,
     /// Noise of the sensors, as parts of the scales of their channels: every task at each; the runs may then add to the real steps.
