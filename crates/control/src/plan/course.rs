@@ -29,8 +29,8 @@ const LONGER: f64 = 1.3;
 const ENOUGH: usize = 2;
 
 /// Factor between the lengths that are tried once a goal is reached, from that of the best way downward, and their number: of these one may need a swing less.
-const SHORTER: f64 = 1.06;
-const SHORTER_TRIED: i32 = 10;
+const SHORTER: f64 = 1.12;
+const SHORTER_TRIED: i32 = 4;
 
 /// Iterations that close the gaps of a guess, the part of the guesses of one length that is then improved further, and the iterations of that.
 const CLOSING: usize = 20;
@@ -54,7 +54,7 @@ const BEYOND: usize = 30;
 
 /// Steps of differences of the reward, in scales, one after the other: small ones for smooth rewards, and wide enough to see the edge of what is paid in some place only.
 /// On the way only the first two.
-const WIDTHS: [f64; 6] = [1e-3, 0.1, 0.3, 0.1, 0.03, 0.1];
+const WIDTHS: [f64; 4] = [1e-3, 0.1, 0.3, 0.1];
 
 /// Iterations by which the best is improved for its reward.
 const POLISH: usize = 40;
@@ -208,7 +208,7 @@ impl Course {
     pub(crate) fn improved(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let earned = self.earns(plant, goals, x, steps).0;
         let length = self.length(plant, goals, x, steps);
-        self.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))
+        self.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS[..2]))
     }
 
     /// Steps that are left of its plan; without one those after which it has reached its goal from x.
