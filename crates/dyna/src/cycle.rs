@@ -24,7 +24,7 @@ use crate::optimality::Trials;
 use crate::predict::Prediction;
 use crate::real::{Confirmation, PREDICTED, confirm};
 use crate::surprise::is_surprised;
-use crate::tried::{TRIAL, Tried, held};
+use crate::tried::{OF_PLANNERS, TRIAL, Tried, held};
 use crate::{DynaError, Refit, Rollouts};
 
 /// What a [`Loop`] does next.
@@ -356,7 +356,7 @@ impl<'a, L: DynamicsLearner + ?Sized> Loop<'a, L> {
         let refits = self.parts.schedule.refit == Refit::AfterRollouts;
         if exhausted || (agrees && !(self.course.trials.is_far() && earlier)) {
             self.course.in_review = agrees && refits && self.certainty() < Certainty::Exact;
-            self.course.tried_from = if planned { plan::EPISODES } else { self.course.trials.episodes(rule) };
+            self.course.tried_from = if planned { OF_PLANNERS } else { self.course.trials.episodes(rule) };
             return Ok(if self.course.in_review { next } else { Phase::Predict });
         }
         if refits {

@@ -11,6 +11,9 @@ use crate::imagine::Trial;
 /// The stream of the start states of trials.
 pub(crate) const TRIAL: &str = "trial in the model";
 
+/// Episodes of each planner in the model: every step of them is planned.
+pub(crate) const OF_PLANNERS: usize = 4;
+
 /// Episodes of a policy in the models that are believed in, a model each.
 pub(crate) struct Tried {
     /// What each earned, less what was charged for going far from the data.

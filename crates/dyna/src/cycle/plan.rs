@@ -8,10 +8,7 @@ use super::{Best, Loop, Phase};
 use crate::DynaError;
 use crate::belief::noise_of_states;
 use crate::imagine::Imagination;
-use crate::tried::{TRIAL, Tried};
-
-/// Episodes of each planner in the model: every step of them is planned.
-pub(super) const EPISODES: usize = 4;
+use crate::tried::{OF_PLANNERS, TRIAL, Tried};
 
 impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
     /// Tries what the agent plans in the model and keeps the one that earns most; of those that earn about the same, the first. `None` for an agent that learns.
@@ -33,7 +30,7 @@ impl<L: DynamicsLearner + ?Sized> Loop<'_, L> {
         (self.planned, self.best, self.prediction) = (Vec::new(), None, None);
         let mut kept: Option<(Best, Tried)> = None;
         for (name, policy) in policies {
-            let tried = Tried::new(belief, &*policy, (EPISODES, self.parts.seed, TRIAL))?;
+            let tried = Tried::new(belief, &*policy, (OF_PLANNERS, self.parts.seed, TRIAL))?;
             if interrupted() {
                 return Ok(Some(Phase::Improve));
             }
