@@ -310,14 +310,17 @@ impl Triangle {
         (a, b)
     }
 
-    /// (RᵀR)⁻¹ g for all columns but the last, `g` one number for each; `None` where the columns depend on each other.
+    /// R⁻¹ over all columns but the last (p, p); `None` where these depend on each other.
+    pub(crate) fn inverse(&self) -> Option<DMatrix<f64>> {
+        let p = self.n_columns - 1;
+        let r = DMatrix::from_fn(p, p, |i, j| self.column(j).get(i).copied().unwrap_or(0.0));
+        r.solve_upper_triangular(&DMatrix::identity(p, p)).filter(|inverse| inverse.iter().all(|v| v.is_finite()))
+    }
+
+    /// (RᵀR)⁻¹ g over all columns but the last, `g` one number for each; `None` where these depend on each other.
     pub(crate) fn shift(&self, g: &[f64]) -> Option<Vec<f64>> {
-        let p = g.len();
-        let entry = |i: usize, j: usize| self.column(j).get(i).copied().unwrap_or(0.0);
-        let r = DMatrix::from_fn(p, p, entry);
-        let down = r.transpose().solve_lower_triangular(&DVector::from_column_slice(g))?;
-        let up = r.solve_upper_triangular(&down)?;
-        up.iter().all(|v| v.is_finite()).then(|| up.iter().copied().collect())
+        let inverse = self.inverse()?;
+        Some((&inverse * inverse.tr_mul(&DVector::from_column_slice(g))).iter().copied().collect())
     }
 
     /// ‖Θ_S ξ − y‖ for coefficients `xi` of the columns `support`.

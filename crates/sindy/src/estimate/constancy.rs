@@ -72,9 +72,6 @@ fn distance(one: &(Triangle, Vec<f64>), other: &(Triangle, Vec<f64>), columns: &
 
 /// The covariance of the coefficients `columns` of a triangle over all of them and a right-hand side, in units of their own.
 fn block(triangle: &Triangle, columns: &[usize]) -> Option<DMatrix<f64>> {
-    let p = triangle.n_columns() - 1;
-    let r = DMatrix::from_fn(p, p, |i, j| triangle.column(j).get(i).copied().unwrap_or(0.0));
-    let inverse = r.solve_upper_triangular(&DMatrix::identity(p, p))?;
-    let rows = inverse.select_rows(columns);
+    let rows = triangle.inverse()?.select_rows(columns);
     Some(&rows * rows.transpose())
 }
