@@ -11,6 +11,7 @@ mod mppi;
 mod objective;
 mod plant;
 mod policy;
+mod search;
 mod small;
 
 pub use agent::Planners;

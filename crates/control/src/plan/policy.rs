@@ -7,11 +7,12 @@ use std::sync::{Arc, OnceLock};
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Seed, Task};
 
-use super::course::{Course, is_enough};
+use super::course::Course;
 use super::filter::Filter;
 use super::goal::Goal;
 use super::mppi::Sampled;
 use super::plant::{Plant, unused};
+use super::search::{is_enough, search};
 use crate::ControlError;
 
 /// Steps that are looked ahead when an episode is longer.
@@ -116,7 +117,7 @@ impl Planner {
         }
         let x = self.start();
         let (plant, goals) = (&self.plant, self.goals(&x));
-        let first = Course::search(plant, &goals, &x, plant.task.max_steps().min(HORIZON));
+        let first = search(plant, &goals, &x, plant.task.max_steps().min(HORIZON));
         Self { first: Some(first).filter(|_| !plant.stopped()), ..self }
     }
 
@@ -169,7 +170,7 @@ impl Planner {
             plant.task.initial(&mut Seed::new(0).stream("starts", start), &mut x);
             let goals = self.goals(&x);
             let earned = match self.method {
-                Method::Ilqr => Course::search(plant, &goals, &x, steps).1,
+                Method::Ilqr => search(plant, &goals, &x, steps).1,
                 _ => Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0,
             };
             is_enough(&goals, earned, steps)
@@ -274,7 +275,7 @@ impl<'a> Episode<'a> {
             None => {
                 let near = self.planner.first.as_ref().filter(|_| self.steps == 0);
                 let near = near.and_then(|first| first.0.adapted(plant, goals, &self.x, ahead, first.1));
-                let (course, earned) = near.unwrap_or_else(|| Course::search(plant, goals, &self.x, ahead));
+                let (course, earned) = near.unwrap_or_else(|| search(plant, goals, &self.x, ahead));
                 self.expected.set(earned);
                 course
             }
@@ -288,7 +289,7 @@ impl<'a> Episode<'a> {
                     (best, earned) = (held, of_held);
                 }
                 if self.expected.is_missed(earned) {
-                    let (found, of_found) = Course::search(plant, goals, &self.x, ahead);
+                    let (found, of_found) = search(plant, goals, &self.x, ahead);
                     if of_found > earned {
                         (best, earned) = (found, of_found);
                     }

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use std::cell::OnceCell;
+
 use ndarray::Array2;
 use serde::{Deserialize, Serialize};
 
@@ -142,12 +144,14 @@ impl Problem<'_> {
     pub(super) fn account(&self, found: Searched, signals: &Signals) -> Estimate {
         let Searched { mut best, regressions, rivals, others, finished } = found;
         let n = self.rates.len();
-        if best.fit.expansion > 0.0 {
+        // Where more than noise is left, standard errors tell nothing, and a shift by some of them is none.
+        if best.fit.expansion > 0.0 && self.is_settled(&best) {
             let Hypothesis { flow, fit, part, .. } = &mut best;
             self.working(|work| fit.integrate_over_states(flow, self.segments, *part, (work, self.watch.asks())));
         }
-        let constant = self.halves_agree(&best);
-        let not_held = self.speaks_for_linear_inputs(&best);
+        let (constant, not_held) = (OnceCell::new(), OnceCell::new());
+        let is_constant = |i: usize| constant.get_or_init(|| self.halves_agree(&best))[i];
+        let not_held = || *not_held.get_or_init(|| self.speaks_for_linear_inputs(&best));
         let doubt = |i: usize| {
             if self.samples() < ROWS_A_TERM * best.supports[i].len() as f64 {
                 Some(Doubt::TooFewSamples)
@@ -155,7 +159,7 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
-            } else if not_held && self.acts_on(&best, i) {
+            } else if not_held() && self.acts_on(&best, i) {
                 Some(Doubt::NotHeld)
             } else if best.contributions[i] > CANCELLING {
                 Some(Doubt::Cancelling)
@@ -165,7 +169,7 @@ impl Problem<'_> {
                 Some(Doubt::OtherTerms)
             } else if self.is_series(&best, i) {
                 Some(Doubt::Series)
-            } else if !constant[i] && !self.leaves_nothing(&best) {
+            } else if !is_constant(i) && !self.leaves_nothing(&best) {
                 Some(Doubt::Inconstant)
             } else {
                 (!finished[i]).then_some(Doubt::Unfinished)

@@ -114,6 +114,7 @@ impl Problem<'_> {
             terms: &terms,
             n_plain: terms.len(),
             of_parts: None,
+            instead: None,
             lagrangian: None,
             rates: &rates,
             constraints: &[],

@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use super::account::Estimate;
 use super::constraints::Constraints;
 use crate::data::Segment;
 use crate::library::{Lagrangian, Term};
@@ -17,6 +18,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) n_plain: usize,
     /// What explains parts of the data: to rounding, or as was found when there were fewer.
     pub(crate) of_parts: Option<&'a Structure>,
+    /// Whether what explains the data otherwise is better than these equations, which leave more than noise of a part of them: then all samples need not be searched.
+    pub(crate) instead: Option<&'a dyn Fn(&Estimate) -> bool>,
     /// Mechanics of these variables, if they may be such.
     pub(crate) lagrangian: Option<&'a Lagrangian>,
     /// Per state: the state that is declared to be its rate.

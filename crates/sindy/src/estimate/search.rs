@@ -89,7 +89,7 @@ pub(super) struct Accounted {
 }
 
 /// The equations with the best score, and the data without strays that they are fitted to. Where there are many samples, terms are looked for in a part
-/// of these, where there are very many then in a larger one, and judged with all of them.
+/// of these, where there are very many then in a larger one, and judged with all of them. `None` if something else explains the data better than what was found in that.
 fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     if !problem.is_long() {
         return accounted(problem, (None, None), stepping);
@@ -101,6 +101,13 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
         let (more, finished) = in_part(problem, (LARGER_SAMPLE, IN_LARGER), Some(&few.searched.best), stepping);
         complete &= finished;
         part = more.or(part);
+        if let (Some(instead), Some(Rejecting { searched, signals, kept })) = (problem.instead, &part) {
+            let of_part = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem };
+            let account = || Estimate { complete, ..of_part.account(searched.clone(), signals) };
+            if !of_part.is_settled(&searched.best) && instead(&account()) {
+                return None;
+            }
+        }
     }
     let signals = problem.smoother().signals(problem.floor);
     let all = Problem { noise: &signals.sigma, ..*problem };

@@ -4,6 +4,7 @@ use super::hypothesis::Hypothesis;
 use super::regression::Regression;
 
 /// What a search found.
+#[derive(Clone)]
 pub(super) struct Searched {
     pub(super) best: Hypothesis,
     /// The regressions along its path.

@@ -218,6 +218,7 @@ impl Identifier {
             terms: &terms,
             n_plain,
             of_parts: of_parts.as_ref(),
+            instead: None,
             lagrangian: lagrangian.as_ref(),
             rates: &rates,
             n_controls,

@@ -1,6 +1,6 @@
 //! Which of two accounts of the same data is believed: noise alone, or disturbances.
 
-use std::cell::Cell;
+use std::cell::{Cell, OnceCell};
 
 use super::Identifier;
 use super::estimated::written;
@@ -20,24 +20,59 @@ impl Identifier {
     /// these leave noise alone of all data, they are the equations, and if not those of the system disturbed, with sentences about the pieces. Of two that
     /// are approximations the one counts that leaves less of most pieces.
     ///
-    /// The search for noise alone is made in any case: pieces that do not follow may as well be those in which a term acts that is missing.
+    /// The search for noise alone is made in any case, in all data or a large part of them: pieces that do not follow may as well be those in which a term acts that
+    /// is missing.
     pub(super) fn estimated_or_in_pieces(
         &self,
         problem: &Problem<'_>,
         stepping: Stepping,
         space: &Space,
     ) -> (Option<Estimate>, Vec<String>) {
-        let found = estimate(problem, stepping);
-        let is_open = |doubt: &Doubt| doubt.is_spoilt() || *doubt == Doubt::Asymmetric;
-        let is_settled = |found: &Estimate| !found.doubts.iter().flatten().any(is_open);
-        if found.as_ref().is_some_and(is_settled) || !self.may_be_disturbed() || !problem.watch.go_on() {
+        let joints = if self.may_be_disturbed() { Joints::any(&self.inputs(), problem.rates, &[]) } else { None };
+        let cut = joints.as_ref().and_then(|joints| Cut::new(problem.segments, problem.floor, &joints.speeds()));
+        let (in_pieces, complete) = (OnceCell::new(), Cell::new(true));
+        let in_pieces = || {
+            let found = || self.in_pieces(problem, stepping, space, (joints.as_ref()?, cut.as_ref()?));
+            in_pieces.get_or_init(found).as_ref()
+        };
+        let is_better = |found: &Estimate, left: f64| {
+            let model = written(found, space, self.spec.dt).ok();
+            let by_noise = model.and_then(|model| cut.as_ref()?.left_by(&model, problem.watch));
+            by_noise.is_some_and(|by_noise| by_noise < left)
+        };
+        let instead = |of_part: &Estimate| {
+            complete.set(of_part.complete);
+            !is_settled(of_part)
+                && in_pieces()
+                    .is_some_and(|pieces| pieces.whole.is_some() || !is_better(of_part, pieces.disturbed.left))
+        };
+        // Less than the usual effort is made to compare scores, which equations of pieces have not.
+        let instead = (self.effort >= 1.0).then_some(&instead as &dyn Fn(&Estimate) -> bool);
+        let found = estimate(&Problem { instead, ..*problem }, stepping);
+        if found.as_ref().is_some_and(is_settled) || !problem.watch.go_on() {
             return (found, Vec::new());
         }
-        let Some(joints) = Joints::any(&self.inputs(), problem.rates, &[]) else { return (found, Vec::new()) };
-        let Some(cut) = Cut::new(problem.segments, problem.floor, &joints.speeds()) else { return (found, Vec::new()) };
+        let Some(InPieces { disturbed, whole }) = in_pieces() else { return (found, Vec::new()) };
+        if whole.is_some() || self.effort < 1.0 {
+            return (whole.clone().or(found), Vec::new());
+        }
+        let complete = found.as_ref().map_or(complete.get(), |found| found.complete);
+        match found.filter(|found| is_better(found, disturbed.left)) {
+            Some(found) => (Some(found), Vec::new()),
+            None => (Some(Estimate { complete, ..disturbed.found.clone() }), disturbed.notes.clone()),
+        }
+    }
+
+    /// Equations of the pieces `cut` of a system of `joints`.
+    fn in_pieces(
+        &self,
+        problem: &Problem<'_>,
+        stepping: Stepping,
+        space: &Space,
+        (joints, cut): (&Joints, &Cut<'_>),
+    ) -> Option<InPieces> {
         let search = (problem.solver, problem.watch);
-        let disturbed = cut.disturbed(&joints, problem.rates, (space, self.spec.dt), search);
-        let Some(Disturbed { found: of_pieces, left, notes }) = disturbed else { return (found, Vec::new()) };
+        let disturbed = cut.disturbed(joints, problem.rates, (space, self.spec.dt), search)?;
         // Few samples with much noise may tell the equations of pieces, and not those of the whole, until these are known.
         let whole = |model: Model| {
             let structure = self.structure_of(&model, problem.terms)?;
@@ -45,22 +80,8 @@ impl Identifier {
             let of_parts = Some(&structure);
             completed(&Problem { of_parts, whole, budget: whole, spent: &spent, ..*problem }, stepping)
         };
-        let whole = written(&of_pieces, space, self.spec.dt).ok().and_then(whole);
-        if let Some(whole) = whole.filter(is_settled) {
-            return (Some(whole), Vec::new());
-        }
-        if self.effort < 1.0 {
-            return (found, Vec::new());
-        }
-        let is_better = |found: &Estimate| {
-            let model = written(found, space, self.spec.dt).ok();
-            model.and_then(|model| cut.left_by(&model, problem.watch)).is_some_and(|by_noise| by_noise < left)
-        };
-        let complete = found.as_ref().is_none_or(|found| found.complete);
-        match found.filter(is_better) {
-            Some(found) => (Some(found), Vec::new()),
-            None => (Some(Estimate { complete, ..of_pieces }), notes),
-        }
+        let whole = written(&disturbed.found, space, self.spec.dt).ok().and_then(whole).filter(is_settled);
+        Some(InPieces { disturbed, whole })
     }
 
     /// Whether nothing is told of the equations that those of a Lagrangian could not have, and more than the simplest is looked for.
@@ -70,4 +91,15 @@ impl Identifier {
             && self.constraints.is_empty()
             && self.own_terms.is_empty()
     }
+}
+
+/// Equations of the pieces of a log.
+struct InPieces {
+    disturbed: Disturbed,
+    /// Those with the same terms, and with others near these, if they leave noise alone of all data.
+    whole: Option<Estimate>,
+}
+
+fn is_settled(found: &Estimate) -> bool {
+    !found.doubts.iter().flatten().any(|doubt| doubt.is_spoilt() || *doubt == Doubt::Asymmetric)
 }

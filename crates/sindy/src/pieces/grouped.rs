@@ -89,15 +89,24 @@ fn misfits(groups: &[Group], support: &[usize], xi: &[f64]) -> Vec<f64> {
     groups.iter().map(of).collect()
 }
 
-/// One triangle for each block, rows weighed by their group.
-fn triangles(groups: &[Group], weights: &[f64]) -> Option<Vec<Triangle>> {
-    let width = groups.first()?.rows.ncols();
-    let mut all = vec![Triangle::new(width); BLOCKS];
-    for (group, weight) in groups.iter().zip(weights) {
+/// The triangle of the `columns` of some groups, rows weighed by their group.
+fn triangle<'a>(groups: impl Iterator<Item = (&'a Group, &'a f64)>, columns: &[usize]) -> Option<Triangle> {
+    let mut values = Vec::new();
+    for (group, weight) in groups {
         let by = (weight / group.rows.nrows().max(1) as f64).sqrt();
-        all[group.block].push((&group.rows * by).view()).ok()?;
+        group.rows.rows().into_iter().for_each(|row| values.extend(columns.iter().map(|&j| by * row[j])));
     }
+    let rows = Array2::from_shape_vec((values.len() / columns.len().max(1), columns.len()), values).ok()?;
+    let mut all = Triangle::new(columns.len());
+    all.push(rows.view()).ok()?;
     Some(all)
+}
+
+/// The coefficients of the columns `support`, rows weighed by their group.
+fn solved(groups: &[Group], weights: &[f64], support: &[usize], target: usize) -> Option<Vec<f64>> {
+    let columns = [support, &[target]].concat();
+    let own: Vec<usize> = (0..support.len()).collect();
+    Some(triangle(groups.iter().zip(weights), &columns)?.solve_unit(&own, support.len()))
 }
 
 /// The columns that explain most of the `groups`, as few as predict blocks that are left out about as well as any more: within [`ERRORS`] standard errors of the
@@ -118,7 +127,11 @@ pub(super) fn chosen(
         if !go_on() {
             return None;
         }
-        let blocks = triangles(groups, &weight)?;
+        let of_block = |b: usize| {
+            let all = groups.iter().zip(&weight).filter(|(group, _)| group.block == b);
+            triangle(all, &(0..=target).collect::<Vec<_>>())
+        };
+        let blocks: Vec<Triangle> = (0..BLOCKS).map(of_block).collect::<Option<_>>()?;
         let mut whole = Triangle::new(target + 1);
         for block in &blocks {
             whole.merge(block).ok()?;
@@ -161,9 +174,7 @@ pub(super) fn chosen(
         for _ in 0..SWEEPS {
             let misfits = misfits(groups, &support, &xi);
             weight = weights(&misfits, self::half(&misfits));
-            let mut all = Triangle::new(target + 1);
-            triangles(groups, &weight)?.iter().for_each(|block| all.merge(block).unwrap_or_default());
-            xi = all.solve_unit(&support, target);
+            xi = solved(groups, &weight, &support, target)?;
         }
         let whole_loss = sum(&0).max(f64::MIN_POSITIVE);
         let same = found.as_ref().is_some_and(|before| before.support == support);

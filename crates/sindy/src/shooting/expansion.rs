@@ -1,6 +1,8 @@
 //! What the likelihood of coefficients owes to the states: those of a system that runs away are known the better the faster it does.
 
-use ndarray::Array2;
+use std::ops::Range;
+
+use ndarray::{Array2, s};
 
 use super::eliminate::Elimination;
 use super::fit::{Fit, PARTS};
@@ -11,6 +13,10 @@ use crate::data::Segment;
 
 /// Newton steps towards the most likely coefficients.
 const STEPS: usize = 2;
+
+/// Steps of a piece of the data, and pieces by which the information about all states is judged, at most: it grows by as much along every piece.
+const PIECE: usize = 500;
+const PIECES: usize = 4;
 
 /// Coefficients ξ (p) and states (T + 1, n) of each segment.
 type At<'a> = (&'a [f64], &'a [Array2<f64>]);
@@ -54,8 +60,8 @@ impl Fit {
         }
     }
 
-    /// ∇ ln √det I(ξ) at the coefficients and states `at`, along `segments`, by central differences over the standard errors of the coefficients. `None` if a step is not
-    /// finite or `go_on` says no; 0 for coefficients without a standard error.
+    /// ∇ ln √det I(ξ) at the coefficients and states `at`, along `segments`, by central differences over the standard errors of the coefficients; of long data by some
+    /// pieces of them. `None` if a step is not finite or `go_on` says no; 0 for coefficients without a standard error.
     pub(crate) fn slopes(
         &self,
         flow: &Flow,
@@ -64,21 +70,38 @@ impl Fit {
         part: usize,
         (work, go_on): (&Work, &dyn Fn() -> bool),
     ) -> Option<Vec<f64>> {
+        let (pieces, x, times) = some_pieces(segments, x);
         let volume = |j: usize, by: f64| {
             let mut moved = xi.to_vec();
             moved[j] += by;
-            work.elimination(flow, segments);
-            let mut state = State::new(moved, x.to_vec(), self.sigma.clone());
-            let finite = state.miss(flow, segments, work);
-            let found = finite.then(|| state.eliminated(flow, segments, (PARTS[part], false), go_on, None))??;
+            work.elimination(flow, &pieces);
+            let mut state = State::new(moved, x.clone(), self.sigma.clone());
+            let finite = state.miss(flow, &pieces, work);
+            let found = finite.then(|| state.eliminated(flow, &pieces, (PARTS[part], false), go_on, None))??;
             Some(found.1.iter().map(Elimination::volume).sum::<f64>())
         };
         let slope = |(j, &error): (usize, &f64)| {
             if !error.is_finite() || error <= 0.0 {
                 return Some(0.0);
             }
-            Some((volume(j, error)? - volume(j, -error)?) / (2.0 * error))
+            Some(times * (volume(j, error)? - volume(j, -error)?) / (2.0 * error))
         };
         self.errors.iter().enumerate().map(slope).collect()
     }
+}
+
+/// Some of the pieces of `segments`, spread evenly over all of them, with the states `x` there, and how many times as many steps all of them have.
+fn some_pieces(segments: &[Segment], x: &[Array2<f64>]) -> (Vec<Segment>, Vec<Array2<f64>>, f64) {
+    let of_segment = |at: usize| {
+        let count = segments[at].len().div_ceil(PIECE).max(1);
+        let end = move |piece: usize| piece * segments[at].len() / count;
+        (0..count).map(move |piece| (at, end(piece)..end(piece + 1)))
+    };
+    let pieces: Vec<_> = (0..segments.len()).flat_map(of_segment).collect();
+    let taken: Vec<_> = pieces.iter().step_by(pieces.len().div_ceil(PIECES).max(1)).collect();
+    let steps = |pieces: &[&(usize, Range<usize>)]| pieces.iter().map(|(_, steps)| steps.len()).sum::<usize>() as f64;
+    let times = steps(&pieces.iter().collect::<Vec<_>>()) / steps(&taken);
+    let parts = taken.iter().map(|(at, steps)| segments[*at].part(steps.start, steps.end)).collect();
+    let paths = taken.iter().map(|(at, steps)| x[*at].slice(s![steps.start..=steps.end, ..]).to_owned()).collect();
+    (parts, paths, times)
 }

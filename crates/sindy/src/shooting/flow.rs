@@ -249,6 +249,7 @@ impl Flow {
             f_x: zeros(n * n),
             f_xi: zeros(n * self.n_parameters),
             modes: zeros(self.switches.len()),
+            turns: [false; L],
             sliding: None,
             slopes: zeros(STAGES * n),
             s_stage: zeros(n * width),

@@ -39,30 +39,7 @@ impl Flow {
         derivatives: bool,
         visit: &mut dyn FnMut(&Made<'_>) -> bool,
     ) -> bool {
-        // Where switches turn, every step has its own stages.
-        if self.switches.is_empty() {
-            self.side_by_side::<LANES>(samples, xi, derivatives, visit)
-        } else {
-            self.one_by_one(samples, xi, derivatives, visit)
-        }
-    }
-
-    fn one_by_one(
-        &self,
-        Samples { segment, x, every }: Samples<'_>,
-        xi: &[f64],
-        derivatives: bool,
-        visit: &mut dyn FnMut(&Made<'_>) -> bool,
-    ) -> bool {
-        let mut scratch = self.scratch();
-        let (mut next, mut s) = (vec![0.0; self.n], self.derivatives_of(derivatives));
-        (0..segment.len()).step_by(every).all(|t| {
-            let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
-            let slopes = derivatives.then_some(&mut s[..]);
-            let finite =
-                self.step((&now, (&u, &ramp), segment.dt[t]), xi, &mut next, slopes, &mut scratch, &mut |_| {});
-            visit(&Made { t, finite, next: &next, s: &s })
-        })
+        self.side_by_side::<LANES>(samples, xi, derivatives, visit)
     }
 
     fn side_by_side<const L: usize>(
@@ -73,7 +50,7 @@ impl Flow {
         visit: &mut dyn FnMut(&Made<'_>) -> bool,
     ) -> bool {
         let steps: Vec<usize> = (0..segment.len()).step_by(every).collect();
-        let mut scratch = self.scratch::<L>();
+        let (mut scratch, mut alone) = (self.scratch::<L>(), self.scratch::<1>());
         let (mut now, mut u, mut ramp) = (vec![[0.0; L]; self.n], vec![[0.0; L]; self.n_controls], Vec::new());
         let (mut next, mut of_next) = (vec![[0.0; L]; self.n], vec![0.0; self.n]);
         let mut of_s = self.derivatives_of(derivatives);
@@ -97,9 +74,18 @@ impl Flow {
             let finite =
                 self.step_side_by_side((&now, (&u, &ramp), dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
             steps.iter().enumerate().all(|(l, &t)| {
-                of_next.iter_mut().zip(&next).for_each(|(slot, v)| *slot = v[l]);
-                of_s.iter_mut().zip(&s).for_each(|(slot, v)| *slot = v[l]);
-                visit(&Made { t, finite: finite[l], next: &of_next, s: &of_s })
+                let mut finite = finite[l];
+                if scratch.turns[l] {
+                    // A step in which a sign turns has its own stages.
+                    let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
+                    let (step, slopes) =
+                        ((&now[..], (&u[..], &ramp[..]), segment.dt[t]), derivatives.then_some(&mut of_s[..]));
+                    finite = self.step(step, xi, &mut of_next, slopes, &mut alone, &mut |_| {});
+                } else {
+                    of_next.iter_mut().zip(&next).for_each(|(slot, v)| *slot = v[l]);
+                    of_s.iter_mut().zip(&s).for_each(|(slot, v)| *slot = v[l]);
+                }
+                visit(&Made { t, finite, next: &of_next, s: &of_s })
             })
         })
     }
@@ -127,10 +113,8 @@ mod tests {
             rate,
             shape: None,
         };
-        let terms = [term("u", None), term("w^2*sin(a)", None), term("cos(a)", Some(3)), term("sin(a)", None)];
-        let xi = [0.9, 0.045, -0.045, 14.7];
-        // Thirteen steps: some lanes stay empty.
-        let wave = |t: usize, i: usize| (0.7 * t as f64 + 1.3 * i as f64).sin();
+        // Thirteen steps: some lanes stay empty. One is at rest, two turn, and one sticks.
+        let wave = |t: usize, i: usize| if (t, i) == (3, 2) { 0.0 } else { (0.7 * t as f64 + 1.3 * i as f64).sin() };
         let segment = Segment {
             x: Array2::from_shape_fn((14, 4), |(t, i)| wave(t, i)),
             u: Array2::from_shape_fn((13, 1), |(t, _)| wave(t, 5)),
@@ -138,24 +122,29 @@ mod tests {
             ramp: None,
             relative: None,
         };
+        let smooth = [term("u", None), term("w^2*sin(a)", None), term("cos(a)", Some(3)), term("sin(a)", None)];
+        let jumping = [term("u", None), term("sign(v)", None), term("cos(a)", Some(3)), term("sin(a)*abs(w)", None)];
         let continuous = [2, 16].map(|substeps| Stepping::Continuous { substeps });
         let held = [Stepping::Euler, Stepping::SemiImplicit { substeps: 3 }, Stepping::Classical { substeps: 2 }];
-        for stepping in continuous.into_iter().chain(held) {
-            let supports = vec![vec![], vec![], vec![0, 1, 2], vec![3]];
-            let rates = [Some(2), Some(3), None, None];
-            let flow = Flow::new(&terms, (&supports, &[], &[]), &rates, 1, stepping);
-            let (mut one, mut many): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-            let samples = Samples { segment: &segment, x: &segment.x, every: 1 };
-            flow.one_by_one(samples, &xi, true, &mut |made| {
-                one.extend(made.next.iter().chain(made.s));
-                made.finite
-            });
-            flow.each_step(samples, &xi, true, &mut |made| {
-                many.extend(made.next.iter().chain(made.s));
-                made.finite
-            });
-            assert_eq!(one.len(), 13 * 4 * 9);
-            assert_eq!(one, many, "{stepping:?}");
+        for (terms, xi) in [(smooth, [0.9, 0.045, -0.045, 14.7]), (jumping, [0.9, -0.7, -0.045, 14.7])] {
+            for stepping in continuous.into_iter().chain(held) {
+                let supports = vec![vec![], vec![], vec![0, 1, 2], vec![3]];
+                let rates = [Some(2), Some(3), None, None];
+                let flow = Flow::new(&terms, (&supports, &[], &[]), &rates, 1, stepping);
+                let mut scratch = flow.scratch();
+                let samples = Samples { segment: &segment, x: &segment.x, every: 1 };
+                let mut count = 0;
+                flow.each_step(samples, &xi, true, &mut |made| {
+                    let (mut next, mut s) = (vec![0.0; 4], vec![0.0; 4 * 8]);
+                    let (now, u) = (segment.x.row(made.t).to_vec(), segment.u.row(made.t).to_vec());
+                    let step = (&now[..], (&u[..], &[][..]), segment.dt[made.t]);
+                    assert!(flow.step(step, &xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {}));
+                    assert_eq!((&next[..], &s[..]), (made.next, made.s), "{stepping:?}, step {}", made.t);
+                    count += 1;
+                    made.finite
+                });
+                assert_eq!(count, 13);
+            }
         }
     }
 }

@@ -21,6 +21,8 @@ pub(crate) struct Scratch<const L: usize = 1> {
     pub(super) f_xi: Vec<[f64; L]>,
     /// What stands for the sign of each switch.
     pub(super) modes: Vec<[f64; L]>,
+    /// Whether a sign turned, or one was not told, in a step that was made side by side with others.
+    pub(super) turns: [bool; L],
     /// The switch whose argument stays zero, if there is one.
     pub(super) sliding: Option<usize>,
     pub(super) slopes: Vec<[f64; L]>,

@@ -60,7 +60,7 @@ impl Flow {
         finite(next, s.as_deref())[0]
     }
 
-    /// The same from `L` samples side by side, of equations without switches.
+    /// The same from `L` samples side by side, with the signs with which each step begins. Where one turns within it, `scratch` says so, and the step is not the right one.
     pub(super) fn step_side_by_side<const L: usize>(
         &self,
         (x, u, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
@@ -72,16 +72,22 @@ impl Flow {
     ) -> [bool; L] {
         self.start((x, u, dt), xi, next, s.as_deref_mut(), scratch);
         let rates = |derivatives: bool, scratch: &mut Scratch<L>| self.rates_between_switches(xi, derivatives, scratch);
+        let held = |derivatives: bool, scratch: &mut Scratch<L>| {
+            self.begin_between_switches(scratch);
+            rates(derivatives, scratch);
+        };
         match self.stepping {
             Stepping::Euler | Stepping::SemiImplicit { .. } => {
-                self.held(dt, next, s.as_deref_mut(), scratch, &rates, visit);
+                self.held(dt, next, s.as_deref_mut(), scratch, &held, visit);
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
                 let h = (dt.map(|dt| dt / substeps as f64), 1.0 / substeps as f64);
+                self.begin_between_switches(scratch);
                 for _ in 0..substeps {
                     self.advance(tableau, h, next, s.as_deref_mut(), scratch, &rates, visit);
                     scratch.over += h.1;
+                    self.look_for_turns(next, scratch);
                 }
             }
         }
@@ -111,7 +117,7 @@ impl Flow {
         }
         scratch.ramp.clear();
         scratch.ramp.extend_from_slice(ramp);
-        (scratch.dt, scratch.over) = (dt, 0.0);
+        (scratch.dt, scratch.over, scratch.turns) = (dt, 0.0, [false; L]);
         self.fill_inside(&mut scratch.registers, xi);
     }
 

@@ -88,6 +88,31 @@ impl Flow {
         }
     }
 
+    /// The signs with which steps side by side begin. One that has none there begins a step of its own.
+    pub(super) fn begin_between_switches<const L: usize>(&self, scratch: &mut Scratch<L>) {
+        if self.switches.is_empty() {
+            return;
+        }
+        self.signs(&mut scratch.registers, &mut scratch.modes);
+        for mode in &scratch.modes {
+            scratch.turns.iter_mut().zip(mode).for_each(|(turns, mode)| *turns |= *mode == 0.0);
+        }
+    }
+
+    /// Notes which of the steps side by side that have come to `x` have a switch that has turned by then. Classical steps turn theirs at every stage.
+    pub(super) fn look_for_turns<const L: usize>(&self, x: &[[f64; L]], scratch: &mut Scratch<L>) {
+        if self.switches.is_empty() || self.is_classical() {
+            return;
+        }
+        let Scratch { registers, modes, turns, .. } = scratch;
+        registers[..self.n].copy_from_slice(x);
+        self.tape.run_first(registers, self.n_ops_of_rates);
+        for (mode, &argument) in modes.iter().zip(&self.arguments) {
+            let margin = mode.iter().zip(&registers[argument as usize]).map(|(mode, argument)| mode * argument);
+            turns.iter_mut().zip(margin).for_each(|(turns, margin)| *turns |= margin.is_nan() || margin < 0.0);
+        }
+    }
+
     /// ẋ with the sign `side` for a switch, and the rate of its argument.
     fn on_side(&self, switch: usize, side: f64, xi: &[f64], scratch: &mut Scratch) -> (Vec<[f64; 1]>, f64) {
         let mode = std::mem::replace(&mut scratch.modes[switch], [side]);

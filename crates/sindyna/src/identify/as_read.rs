@@ -31,6 +31,11 @@ pub(super) fn is_spoilt(found: &Identified) -> bool {
     !is_explained(found) || found.report.equations.iter().any(ended_early)
 }
 
+/// Whether they are those of pieces of a disturbed system.
+pub(super) fn is_disturbed(found: &Identified) -> bool {
+    found.report.equations.iter().any(|equation| equation.doubt == Some(Doubt::Disturbed))
+}
+
 /// Equations found in `kept` as it was read.
 pub(super) fn as_read(identifier: &Identifier, kept: &Samples, watch: &Watch<'_>) -> Result<Identified, FitError> {
     match &kept.times {

@@ -4,7 +4,7 @@ use sindyna_core::{Certainty, Dataset, FitError, InterSample, Spec};
 use sindyna_sindy::Identified;
 
 use super::ahead::{clearly_least, missed};
-use super::as_read::{as_read, is_explained, is_spoilt};
+use super::as_read::{as_read, is_disturbed, is_explained, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::delay::{delayed, shifted};
@@ -110,6 +110,10 @@ pub(super) fn told_apart<E: From<FitError>>(
         late && linear && (!reading.simulated || steps)
     };
     let groups = tried(log).map(|group| group.into_iter().filter(is_open).collect::<Vec<Reading>>());
+    let groups = match first.filter(|first| is_disturbed(first)) {
+        Some(first) => with_which_it_predicts_better(first, log, kept, groups, asked)?,
+        None => groups,
+    };
     let others = groups.concat();
     if others.is_empty() {
         return Ok(None);
@@ -137,6 +141,34 @@ pub(super) fn told_apart<E: From<FitError>>(
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
     Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
+}
+
+/// Those of the readings with which the equations `first` of a disturbed system, found without them, predict `log` better: noise alone explains it with none of them, as
+/// far as a part of the log can show, unless one of them is what disturbed it.
+fn with_which_it_predicts_better<E: From<FitError>>(
+    first: &Identified,
+    log: &Log,
+    kept: &Samples,
+    groups: [Vec<Reading>; 2],
+    asked: &Asked<'_, E>,
+) -> Result<[Vec<Reading>; 2], E> {
+    let identifier = (asked.identifier)(&log.spec)?;
+    let margins = margins(&groups.concat());
+    let misses = |reading: &Reading| -> Result<Vec<f64>, FitError> {
+        let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, usize::MAX)?;
+        let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
+        Ok(missed(&first.model, &identifier, &Samples { data: foh(shifted.data), ..shifted }, 0))
+    };
+    let given = misses(&Reading::GIVEN)?;
+    let mut better = [Vec::new(), Vec::new()];
+    for (better, group) in better.iter_mut().zip(groups) {
+        for reading in group {
+            if clearly_least(&[&given, &misses(&reading)?]) == Some(1) {
+                better.push(reading);
+            }
+        }
+    }
+    Ok(better)
 }
 
 /// How readings are tried on the first samples of a log.
