@@ -1,7 +1,7 @@
 //! The gain that is best under quadratic costs.
 
 use faer::linalg::solvers::Solve as _;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatRef, Side};
 use ndarray::Array2;
 use sindyna_core::Spec;
 
@@ -65,13 +65,29 @@ pub struct Regulator {
 /// Fan, Lin, Wang (2004), Int. J. Control 77(8), doi:10.1080/00207170410001714988, algorithm 3.1.
 pub fn regulate(linear: &Linear, costs: &Costs) -> Result<Regulator, ControlError> {
     check(linear, costs)?;
+    let (n, k) = linear.b.dim();
+    let mut all = Array2::zeros((n + k, n + k));
+    costs.state.iter().chain(&costs.control).enumerate().for_each(|(i, cost)| all[[i, i]] = *cost);
+    regulate_coupled(linear, &all)
+}
+
+/// The same for costs yᵀHy of y = (x − x₀; u − u₀), with H = \[Q S; Sᵀ R\] (n + k, n + k) positive definite: with u = v − R⁻¹Sᵀx the costs of v are not coupled to those
+/// of x.
+///
+/// # References
+/// Anderson, Moore (1990), Optimal Control: Linear Quadratic Methods, §3.4.
+pub(crate) fn regulate_coupled(linear: &Linear, costs: &Array2<f64>) -> Result<Regulator, ControlError> {
     let (a, b) = (inner(linear.a.view()), inner(linear.b.view()));
-    let (q, r) = (diagonal(&costs.state), diagonal(&costs.control));
-    let inverse = diagonal(&costs.control.iter().map(|c| c.recip()).collect::<Vec<_>>());
-    let p = doubled(a.as_ref(), (&b * &inverse) * b.transpose(), q)?;
-    let gain = (&r + b.transpose() * &p * &b).partial_piv_lu().solve(b.transpose() * &p * &a);
-    let closed = &a - &b * &gain;
+    let (n, k) = (a.nrows(), b.ncols());
+    let all = inner(costs.view());
+    let (q, s, r) = (all.submatrix(0, 0, n, n), all.submatrix(0, n, n, k), all.submatrix(n, n, k, k));
     let not_stable = ControlError::NotStabilisable { doublings: DOUBLINGS };
+    let factor = r.llt(Side::Lower).map_err(|_| not_stable.clone())?;
+    let first = factor.solve(s.transpose());
+    let (uncoupled, q) = (&a - &b * &first, q - s * &first);
+    let p = doubled(uncoupled.as_ref(), &b * factor.solve(b.transpose()), q)?;
+    let gain = (r + b.transpose() * &p * &b).partial_piv_lu().solve(b.transpose() * &p * &uncoupled) + first;
+    let closed = &a - &b * &gain;
     let eigenvalues = closed.eigenvalues().map_err(|_| not_stable.clone())?;
     let spectral_radius = eigenvalues.iter().map(|z| z.re.hypot(z.im)).fold(0.0, f64::max);
     if spectral_radius < 1.0 {
@@ -101,10 +117,6 @@ fn doubled(a: MatRef<'_, f64>, mut g: Mat<f64>, mut h: Mat<f64>) -> Result<Mat<f
         }
     }
     Err(ControlError::NotStabilisable { doublings: DOUBLINGS })
-}
-
-fn diagonal(values: &[f64]) -> Mat<f64> {
-    Mat::from_fn(values.len(), values.len(), |i, j| if i == j { values[i] } else { 0.0 })
 }
 
 fn check(linear: &Linear, costs: &Costs) -> Result<(), ControlError> {

@@ -10,6 +10,8 @@ use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::{Kind, Rng, Seed};
 
 use super::plant::{Plant, unused};
+use super::slopes::costs;
+use crate::riccati::regulate_coupled;
 use crate::{Costs, Linear, Regulator, regulate};
 
 /// States from which rest is looked for.
@@ -28,13 +30,17 @@ const NEIGHBOURS: usize = 48;
 const NEAREST: f64 = 0.01;
 const FARTHEST: f64 = 0.5;
 
-/// Weights on controls of the regulators that may hold a goal, besides 1; what another one must earn more, from how many states so many scales away and for
-/// how many steps that is simulated.
+/// Weights on controls of the regulators that may hold a goal, besides 1 and the costs that the reward itself has near it; what another one must earn more, from how many
+/// states so many scales away and for how many steps that is simulated.
 const WEIGHTS: [f64; 3] = [0.1, 0.01, 0.001];
 const BETTER: f64 = 0.01;
 const HELD: usize = 16;
 const AWAY: f64 = 0.2;
 const FOR: usize = 200;
+
+/// Step of differences of the reward at a state of rest, in scales, and the part of the largest cost of a scale that every state and control costs at least.
+const NEAR: f64 = 1e-3;
+const FLAT: f64 = 1e-6;
 
 /// Scales by which two goals differ.
 const APART: f64 = 0.1;
@@ -248,23 +254,36 @@ impl Rest {
             gain
         };
         let first = regulator(1.0)?;
+        let own = self.costs(plant, &all, &moved).and_then(|costs| regulate_coupled(&linear, &costs).ok());
         let mut value = Array2::zeros((n, n));
         for (i, &column) in moved.iter().enumerate() {
             moved.iter().enumerate().for_each(|(j, &row)| value[[row, column]] = first.value[[j, i]]);
         }
         let ends = plant.task.terminated(&self.x);
         let turns = plant.turns.clone();
-        let mut goal = Goal { x: self.x, u: self.u, pay: self.pay, ends, gain: gain(&first), value, turns };
-        let mut most = goal.holds(plant);
-        for weight in WEIGHTS {
-            let Some(other) = regulator(weight) else { continue };
+        let mut goal = Goal { x: self.x, u: self.u, pay: self.pay, ends, gain: Array2::zeros((k, n)), value, turns };
+        let mut most = f64::NEG_INFINITY;
+        for other in own.into_iter().chain([first]).chain(WEIGHTS.into_iter().filter_map(regulator)) {
             let other = Goal { gain: gain(&other), ..goal.clone() };
             let earned = other.holds(plant);
-            if earned > most + BETTER * most.abs() {
+            if most == f64::NEG_INFINITY || earned > most + BETTER * most.abs() {
                 (goal, most) = (other, earned);
             }
         }
         Some(goal)
+    }
+
+    /// What the reward costs near it, to second order over the states `moved` and the controls; a little more, so that every one of them costs something. `None` where the
+    /// reward is flat.
+    fn costs(&self, plant: &Plant, linear: &Linear, moved: &[usize]) -> Option<Array2<f64>> {
+        let (_, curvature) = costs(plant, (&self.x, &self.u, &self.x), (&linear.a, &linear.b), NEAR);
+        let (n, k) = plant.dims();
+        let among: Vec<usize> = moved.iter().copied().chain(n..n + k).collect();
+        let size = |i: usize| if i < n { plant.scales[i] } else { plant.half(i - n) };
+        let mut costs = Array2::from_shape_fn((among.len(), among.len()), |(i, j)| curvature[[among[i], among[j]]]);
+        let most = among.iter().enumerate().map(|(at, i)| costs[[at, at]] * size(*i).powi(2)).fold(0.0, f64::max);
+        among.iter().enumerate().for_each(|(at, i)| costs[[at, at]] += FLAT * most / size(*i).powi(2));
+        (most.is_finite() && most > 0.0).then_some(costs)
     }
 }
 

@@ -12,6 +12,7 @@ mod objective;
 mod plant;
 mod policy;
 mod search;
+mod slopes;
 mod small;
 
 pub use agent::Planners;

@@ -1,11 +1,11 @@
 //! What a plan is to make small, and its second-order expansion.
 
-use ndarray::{Array1, Array2, s};
+use ndarray::{Array1, Array2};
 use sindyna_core::Rng;
 
 use super::goal::Goal;
 use super::plant::Plant;
-use super::small::without_negative;
+use super::slopes::costs;
 
 /// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + `end`·(x_T − x*)ᵀP(x_T − x*).
 #[derive(Debug, Clone, Copy)]
@@ -72,65 +72,12 @@ impl Objective<'_> {
         (x, u, next): (&[f64], &[f64], &[f64]),
         rng: &mut Rng,
     ) -> Option<Expansion> {
-        let (n, k) = plant.dims();
         let (a, b) = plant.linearize(x, u, rng).ok()?;
         let (a, b) = (a.as_standard_layout().into_owned(), b.as_standard_layout().into_owned());
         let reward = (self.reward > 0.0).then(|| {
-            let (g, h) = of_reward(plant, (x, u, next), self.width);
-            // z = (x; u; x⁺), of which the last is A x + B u.
-            let mut through = Array2::zeros((2 * n + k, n + k));
-            (0..n + k).for_each(|i| through[[i, i]] = 1.0);
-            through.slice_mut(s![n + k.., ..n]).assign(&a);
-            through.slice_mut(s![n + k.., n..]).assign(&b);
-            let bend = without_negative(&(through.t().dot(&h).dot(&through) * -self.reward));
-            (through.t().dot(&g) * -self.reward, bend)
+            let (g, h) = costs(plant, (x, u, next), (&a, &b), self.width);
+            (g * self.reward, h * self.reward)
         });
         Some(Expansion { a, b, reward })
     }
-}
-
-/// Gradient and Hessian of r over z = (x; u; x⁺), by central differences. Values of z on which r does not depend cost two evaluations each.
-fn of_reward(plant: &Plant, (x, u, next): (&[f64], &[f64], &[f64]), width: f64) -> (Array1<f64>, Array2<f64>) {
-    let (n, k) = plant.dims();
-    let size = 2 * n + k;
-    let mut z = [x, u, next].concat();
-    let reward = |z: &[f64]| plant.reward(&z[..n], &z[n..n + k], &z[n + k..]);
-    let step = |i: usize| {
-        width
-            * match i {
-                i if i < n => plant.scales[i],
-                i if i < n + k => plant.half(i - n),
-                i => plant.scales[i - n - k],
-            }
-    };
-    let middle = reward(&z);
-    let (mut g, mut h) = (Array1::zeros(size), Array2::zeros((size, size)));
-    let mut active = Vec::new();
-    for i in 0..size {
-        let (at, d) = (z[i], step(i));
-        z[i] = at + d;
-        let above = reward(&z);
-        z[i] = at - d;
-        let below = reward(&z);
-        z[i] = at;
-        if above - middle == 0.0 && below - middle == 0.0 {
-            continue;
-        }
-        g[i] = (above - below) / (2.0 * d);
-        h[[i, i]] = (above - 2.0 * middle + below) / (d * d);
-        active.push((i, at, d));
-    }
-    for (p, &(i, zi, di)) in active.iter().enumerate() {
-        for &(j, zj, dj) in &active[..p] {
-            let mut at = |si: f64, sj: f64| {
-                (z[i], z[j]) = (zi + si * di, zj + sj * dj);
-                let value = reward(&z);
-                (z[i], z[j]) = (zi, zj);
-                value
-            };
-            let mixed = (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * di * dj);
-            (h[[i, j]], h[[j, i]]) = (mixed, mixed);
-        }
-    }
-    (g, h)
 }

@@ -171,6 +171,9 @@ fn told(doubt: Doubt) -> &'static str {
         }
         Doubt::Asymmetric => "but the coupling to another joint is not symmetric, as that of masses is",
         Doubt::Cancelling => "but its terms cancel to less than a thousandth of their size: they approximate others",
+        Doubt::Still => {
+            "but a state among its terms does not move by more than its noise: leave it out, or measure it better"
+        }
         Doubt::Large => {
             "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
         }

@@ -41,6 +41,8 @@ pub enum Doubt {
     Series,
     /// It is coupled to the acceleration of another joint by other terms than that joint to its own: no matrix of masses is like that.
     Asymmetric,
+    /// It has terms of a state that does not move by more than its noise: what that is cannot be told from a constant.
+    Still,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
@@ -73,6 +75,7 @@ impl fmt::Display for Doubt {
             Self::Cancelling => "its terms cancel to less than a thousandth of their size",
             Self::Series => "its last terms explain little: they approximate others, as a series does",
             Self::Asymmetric => "its coupling to another joint is not symmetric, as that of masses is",
+            Self::Still => "a state among its terms does not move by more than its noise",
             Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
             Self::AboveRounding => "its residuals are above the level of rounding",
             Self::Disturbed => "it was fitted to short pieces of the data, because the system is disturbed",
@@ -159,6 +162,8 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
+            } else if self.has_still_state(&best, i) {
+                Some(Doubt::Still)
             } else if not_held() && self.acts_on(&best, i) {
                 Some(Doubt::NotHeld)
             } else if best.contributions[i] > CANCELLING {

@@ -30,6 +30,7 @@ mod searched;
 mod series;
 mod simpler;
 mod size;
+mod still;
 mod strays;
 mod substitution;
 mod white;

@@ -7,6 +7,7 @@ use sindyna_core::{Dataset, FitError, InterSample, Rollout, number::significant}
 
 use super::Identifier;
 use super::NoiseChoice;
+use super::ends;
 use super::in_motion::stays;
 use super::models::Models;
 use super::recording::{Recording, dataset};
@@ -251,6 +252,9 @@ impl Identifier {
         let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..counts };
         let mut report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
         report.warnings.extend(notes);
+        if found.astray > 0 {
+            report.warnings.extend(ends::met(&self.names(), &model, segments, floor));
+        }
         let dt = self.spec.dt;
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
         Ok(Some(Identified { model, report, models }))

@@ -4,6 +4,7 @@ use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, FitError};
 
 use super::Identifier;
+use super::ends;
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
@@ -113,7 +114,7 @@ impl Identifier {
             fit.reached_floor &= explained;
         }
         let counts = Counts { rows: rows - strays, at_limit: at_limits, astray: strays };
-        let report = Report::in_motion(
+        let mut report = Report::in_motion(
             &self.names(),
             &tiers.terms,
             counts,
@@ -122,6 +123,9 @@ impl Identifier {
             &residuals,
             (&model, &errors),
         );
+        if strays > 0 {
+            report.warnings.extend(ends::met(&self.names(), &model, &segments, &floor));
+        }
         Ok(warned(Identified { model, report, models: None }))
     }
 

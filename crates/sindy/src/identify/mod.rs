@@ -4,6 +4,7 @@ mod choices;
 mod compare;
 mod constraints;
 mod derivatives;
+mod ends;
 mod estimated;
 mod feature;
 mod in_motion;
