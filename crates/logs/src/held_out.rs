@@ -17,14 +17,33 @@ pub struct Samples {
 }
 
 impl Samples {
-    fn empty(log: &Log) -> Self {
-        let data = &log.data;
+    /// None of them.
+    fn empty(&self) -> Self {
+        let data = &self.data;
         let (m, k) = (data.observation_dim(), data.control_dim());
         Self {
             data: Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample()),
-            times: log.times.is_some().then(Vec::new),
-            derivatives: log.derivatives.is_some().then(Vec::new),
+            times: self.times.is_some().then(Vec::new),
+            derivatives: self.derivatives.is_some().then(Vec::new),
         }
+    }
+
+    /// The first `steps` of them, and the rest.
+    ///
+    /// # Errors
+    /// [`DatasetError`] if a row is not finite.
+    pub fn split(&self, steps: usize) -> Result<(Self, Self), DatasetError> {
+        let (mut first, mut last, mut begun) = (self.empty(), self.empty(), 0);
+        for (number, rollout) in self.data.rollouts().enumerate() {
+            let times = self.times.as_ref().and_then(|all| all.get(number)).map(Vec::as_slice);
+            let derivatives = self.derivatives.as_ref().and_then(|all| all.get(number));
+            let length = rollout.controls.nrows();
+            let cut = steps.saturating_sub(begun).min(length);
+            first.copy(&rollout, (times, derivatives), 0, cut)?;
+            last.copy(&rollout, (times, derivatives), cut, length)?;
+            begun += length;
+        }
+        Ok((first, last))
     }
 
     /// The first `steps` of them.
@@ -83,16 +102,5 @@ impl Log {
 /// [`DatasetError`] if a row is not finite.
 pub fn held_out(log: &Log, share: f64) -> Result<(Samples, Samples), DatasetError> {
     let total = log.data.n_steps();
-    let kept = total - (share * total as f64).round() as usize;
-    let (mut first, mut last, mut begun) = (Samples::empty(log), Samples::empty(log), 0);
-    for (number, rollout) in log.data.rollouts().enumerate() {
-        let times = log.times.as_ref().and_then(|all| all.get(number)).map(Vec::as_slice);
-        let derivatives = log.derivatives.as_ref().and_then(|all| all.get(number));
-        let steps = rollout.controls.nrows();
-        let cut = kept.saturating_sub(begun).min(steps);
-        first.copy(&rollout, (times, derivatives), 0, cut)?;
-        last.copy(&rollout, (times, derivatives), cut, steps)?;
-        begun += steps;
-    }
-    Ok((first, last))
+    log.samples().split(total - (share * total as f64).round() as usize)
 }

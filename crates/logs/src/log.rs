@@ -282,6 +282,7 @@ fn rates_of(
         let (rate, of) = (names[seen.rate].clone(), names[seen.of].clone());
         Note::Rate { rate, of, percent: (100.0 * seen.off_by).max(0.1) }
     }));
+    notes.extend(rates::in_other_units(states, names, &seen));
     Ok(seen.into_iter().map(|seen| (seen.rate, seen.of)).collect())
 }
 

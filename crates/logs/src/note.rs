@@ -197,6 +197,15 @@ pub enum Note {
         /// RMS deviation of the change of the state from the integral of the rate, as a share of the change, at least 0.1 \[%\].
         percent: f64,
     },
+    /// A state changes as if another one were its rate in some unit that nobody declared.
+    RateInOtherUnit {
+        /// The rate.
+        rate: String,
+        /// What it would be the rate of.
+        of: String,
+        /// The unit.
+        unit: String,
+    },
     /// A column is the measured derivative of a state, by its name and by how that changes.
     Derivative {
         /// The column.
@@ -228,6 +237,15 @@ pub enum Note {
     Printed {
         /// Most digits of a number of the states that were written so.
         digits: usize,
+    },
+    /// No equations hold for all of the log, but the same with other coefficients do for its beginning and its end.
+    Changed {
+        /// Share of the steps that the beginning is, and the end \[%\].
+        percent: f64,
+        /// Equations of the beginning.
+        first: Vec<String>,
+        /// Equations of the end.
+        last: Vec<String>,
     },
     /// Trajectories of one row, which have no step, are left out.
     Skipped {
@@ -361,6 +379,12 @@ impl fmt::Display for Note {
             Self::Rate { rate, of, percent } => {
                 write!(f, "{rate} is used as the rate of {of} (RMS deviation at most {percent:.1} %)")
             }
+            Self::RateInOtherUnit { rate, of, unit } => {
+                write!(
+                    f,
+                    "{rate} would be the rate of {of} if it were in {unit}; its unit is not declared, and it is used as it is"
+                )
+            }
             Self::Derivative { column, of, percent } => {
                 write!(f, "{column} is used as the measured derivative of {of} (RMS deviation at most {percent:.1} %)")
             }
@@ -383,6 +407,13 @@ impl fmt::Display for Note {
             Self::Printed { digits } => {
                 write!(f, "states were written with up to {digits} digits; they are read as rounded to these")
             }
+            Self::Changed { percent, first, last } => write!(
+                f,
+                "the first {percent:.0} % of the log follow {}; the last {percent:.0} % follow {}: the system changed, or a term is missing; identify the parts \
+                 separately",
+                first.join(", "),
+                last.join(", ")
+            ),
             Self::Skipped { trajectories } => {
                 let verbs = if *trajectories == 1 { "has no step and is" } else { "have no step and are" };
                 write!(f, "{} of one row {verbs} left out", parts(*trajectories))

@@ -1,5 +1,7 @@
 //! Which states are the rates of others.
 
+use std::f64::consts::PI;
+
 use crate::positions::positions;
 use crate::recording::Recording;
 use crate::{DeclarationError, LogError, Note, StateOption};
@@ -41,6 +43,22 @@ pub(crate) fn recognised(recordings: &[Recording]) -> Vec<Seen> {
         }
     }
     kept
+}
+
+/// Units of rates, and how many radians per second one of each is; those of angles, whose rates are in radians per second, are not among them.
+const UNITS: [(&str, f64); 3] = [("deg/s", PI / 180.0), ("rpm", PI / 30.0), ("rev/s", 2.0 * PI)];
+
+/// Notes of states that no other one was `seen` to be the rate of, and that change by one in another unit.
+pub(crate) fn in_other_units(recordings: &[Recording], names: &[String], seen: &[Seen]) -> Vec<Note> {
+    let n = names.len();
+    let is_free = |rate: usize, of: usize| rate != of && seen.iter().all(|s| s.rate != rate && s.of != of);
+    let pairs = (0..n).flat_map(|of| (0..n).map(move |rate| (rate, of))).filter(|(rate, of)| is_free(*rate, *of));
+    let unit = |(rate, of): (usize, usize)| {
+        let follows = |factor: f64| off_by_times(recordings, (rate, factor), of).is_some_and(|off| off <= CLOSE);
+        let unit = UNITS.iter().find(|(_, factor)| follows(*factor))?.0.to_owned();
+        Some(Note::RateInOtherUnit { rate: names[rate].clone(), of: names[of].clone(), unit })
+    };
+    pairs.filter_map(unit).collect()
 }
 
 /// Whether following "is the rate of" in `kept` from the state of which `rate` is one leads back to `rate`; each pair is a rate and
@@ -91,6 +109,11 @@ const NEW: [f64; 3] = [0.5, 1.0, 0.0];
 /// RMS of (change of `of` − integral of `rate`), over the RMS of the change, by the sum that fits best; `None` where
 /// nothing changes. Changes are those over the fewest steps, from ten on, over which noise of single samples is small beside them; or over those over which there is most change.
 pub(crate) fn off_by(recordings: &[Recording], rate: usize, of: usize) -> Option<f64> {
+    off_by_times(recordings, (rate, 1.0), of)
+}
+
+/// The same of a rate that is multiplied by a factor.
+fn off_by_times(recordings: &[Recording], rate: (usize, f64), of: usize) -> Option<f64> {
     let pairs: Vec<Pair> = recordings.iter().map(|recording| Pair::new(recording, rate, of)).collect();
     let longest = pairs.iter().map(|pair| pair.x.len() / 4).max()?;
     // Over one step the noise of two samples is all there is of a difference, and nearly nothing of what differs slowly.
@@ -113,8 +136,8 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(recording: &Recording, rate: usize, of: usize) -> Self {
-        let v = recording.states.column(rate);
+    fn new(recording: &Recording, (rate, factor): (usize, f64), of: usize) -> Self {
+        let v = &recording.states.column(rate) * factor;
         let steps: Vec<f64> = recording.steps().collect();
         let integral = |new: f64| {
             let step = |sum: &mut f64, i: usize| {
@@ -176,6 +199,19 @@ mod tests {
         assert_eq!(recognised(&[recording(2, |t, j| [t.sinh(), t.cosh()][j])]).len(), 1);
         // What never changes has no rate.
         check(2, |_, j| [1.0, 0.0][j], &[]);
+    }
+
+    #[test]
+    fn rates_in_degrees_and_turns_are_noted() {
+        let names = ["th".to_owned(), "w".to_owned()];
+        let noted = |factor: f64| {
+            let log = [recording(2, |t, j| [(2.0 * t).sin(), factor * 2.0 * (2.0 * t).cos()][j])];
+            let seen = recognised(&log);
+            in_other_units(&log, &names, &seen).iter().map(ToString::to_string).collect::<Vec<_>>().join(" ")
+        };
+        assert!(noted(180.0 / PI).starts_with("w would be the rate of th if it were in deg/s"));
+        assert!(noted(30.0 / PI).contains("in rpm") && noted(0.5 / PI).contains("in rev/s"));
+        assert!(noted(1.0).is_empty() && noted(50.0).is_empty());
     }
 
     #[test]

@@ -7,6 +7,7 @@ mod ahead;
 mod as_read;
 mod asked;
 mod between;
+mod changed;
 mod delay;
 mod derivatives;
 mod elsewhere;

@@ -102,7 +102,10 @@ fn times(at: &[At]) -> String {
 
 impl fmt::Display for Finding {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let percent = |share: &f64| significant(100.0 * share, 2);
+        let percent = |share: &f64| match share {
+            share if *share > 0.99 => "more than 99".to_owned(),
+            share => significant(100.0 * share, 2),
+        };
         match self {
             Self::Gaps { longest, at } => {
                 write!(

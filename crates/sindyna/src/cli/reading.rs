@@ -247,6 +247,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Circle { .. } => "; --circles none turns this off",
         Note::Derivative { .. } => "; --derivatives none turns this off",
         Note::Rate { .. } => "; --rates none turns this off",
+        Note::RateInOtherUnit { .. } => "; --units NAME=UNIT declares it",
         Note::Rounded { .. } | Note::Printed { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::MissingCode { .. } => "; --missing none turns this off",
         Note::Layout { .. } => "; --delimiter changes this",

@@ -6,6 +6,7 @@ use sindyna_sindy::{Identified, Identifier};
 use super::as_read::{as_read, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
+use super::changed::changed;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::named::with_angles_by_name;
@@ -51,13 +52,18 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
-    let (log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
+    let (mut log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
         Some((turned, _, identifier, found)) if !is_spoilt(&found) => {
             return Ok(Looked { found, identifier, log: turned });
         }
         Some((turned, kept, identifier, found)) => (turned, kept, identifier, Some(found)),
         None => (log, kept, identifier, first),
     };
+    // Of a system that changed no reading leaves noise alone.
+    if let (Some(found), Some(note)) = (&first, changed(&log, &kept, asked)?) {
+        log.notes.push(note);
+        return Ok(Looked { found: found.clone(), identifier, log });
+    }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
     let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;
     let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {

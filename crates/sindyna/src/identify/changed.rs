@@ -1,0 +1,72 @@
+//! Systems that change during a log.
+
+use sindyna_core::FitError;
+use sindyna_sindy::{EquationReport, Identified};
+
+use super::as_read::{as_read, is_spoilt};
+use super::asked::Asked;
+use crate::logs::{Log, Note, Samples};
+
+/// Part of the steps at the beginning and at the end of a log that are looked at alone, and how many they are at least.
+const PART: f64 = 0.3;
+const FEWEST: usize = 100;
+
+/// Part of the usual effort for each of them.
+const EFFORT: f64 = 0.25;
+
+/// Standard errors by which a coefficient differs.
+const APART: f64 = 6.0;
+
+/// A note of the equations at the beginning and at the end of `log`, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
+/// hold for all of it.
+///
+/// # Errors
+/// [`FitError::Interrupted`] if whoever watches said so.
+pub(super) fn changed<E: From<FitError>>(log: &Log, kept: &Samples, asked: &Asked<'_, E>) -> Result<Option<Note>, E> {
+    let all = kept.data.n_steps();
+    let steps = (PART * all as f64) as usize;
+    if steps < FEWEST {
+        return Ok(None);
+    }
+    let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT);
+    let of = |samples: &Samples| -> Result<Option<Identified>, E> {
+        match as_read(&identifier, samples, asked.watch) {
+            Err(FitError::Interrupted) => Err(FitError::Interrupted.into()),
+            found => Ok(found.ok().filter(|found| !is_spoilt(found))),
+        }
+    };
+    let (_, end) = kept.split(all - steps).map_err(|e| FitError::Regression { reason: e.to_string() })?;
+    let Some(first) = of(&kept.first(steps))? else { return Ok(None) };
+    let Some(last) = of(&end)? else { return Ok(None) };
+    Ok(differ(&first, &last).then(|| Note::Changed {
+        percent: 100.0 * PART,
+        first: of_motion(&first),
+        last: of_motion(&last),
+    }))
+}
+
+/// Whether the equations have the same terms, but not the same coefficients.
+fn differ(one: &Identified, other: &Identified) -> bool {
+    let pairs = || one.report.equations.iter().zip(&other.report.equations);
+    let terms = |found: &Identified, equation: &EquationReport| -> Vec<String> {
+        equation.support.iter().map(|j| found.report.features[*j].clone()).collect()
+    };
+    let apart = |one: &EquationReport, other: &EquationReport| {
+        let errors = one.standard_errors.iter().zip(&other.standard_errors);
+        let each = one.coefficients.iter().zip(&other.coefficients).zip(errors);
+        each.into_iter().any(|((a, b), (e, f))| (a - b).abs() > APART * e.hypot(*f))
+    };
+    pairs().all(|(a, b)| terms(one, a) == terms(other, b)) && pairs().any(|(a, b)| apart(a, b))
+}
+
+/// The equations that are fitted.
+fn of_motion(found: &Identified) -> Vec<String> {
+    let fitted = found.report.equations.iter().map(|equation| !equation.standard_errors.is_empty());
+    found
+        .model
+        .equations()
+        .into_iter()
+        .zip(fitted)
+        .filter_map(|(equation, fitted)| fitted.then_some(equation))
+        .collect()
+}
