@@ -240,8 +240,8 @@ pub enum Note {
     },
     /// No equations hold for all of the log, but the same with other coefficients do for its beginning and its end.
     Changed {
-        /// Share of the steps that the beginning is, and the end \[%\].
-        percent: f64,
+        /// Steps of the beginning, and of the end.
+        steps: usize,
         /// Equations of the beginning.
         first: Vec<String>,
         /// Equations of the end.
@@ -407,9 +407,9 @@ impl fmt::Display for Note {
             Self::Printed { digits } => {
                 write!(f, "states were written with up to {digits} digits; they are read as rounded to these")
             }
-            Self::Changed { percent, first, last } => write!(
+            Self::Changed { steps, first, last } => write!(
                 f,
-                "the first {percent:.0} % of the log follow {}; the last {percent:.0} % follow {}: the system changed, or a term is missing; identify the parts \
+                "the first {steps} steps follow {}; the last {steps} follow {}: the system changed, or a term is missing; identify the parts \
                  separately",
                 first.join(", "),
                 last.join(", ")

@@ -40,5 +40,5 @@ pub(crate) use account::Estimate;
 pub(crate) use constraints::Constraints;
 pub(crate) use hypothesis::budget;
 pub(crate) use posterior::Posterior;
-pub(crate) use problem::{Problem, Structure};
+pub(crate) use problem::{OfPart, Problem, Structure};
 pub(crate) use search::{completed, estimate};

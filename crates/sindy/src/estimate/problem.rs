@@ -2,11 +2,11 @@
 
 use std::cell::Cell;
 
-use super::account::Estimate;
 use super::constraints::Constraints;
 use crate::data::Segment;
 use crate::library::{Lagrangian, Term};
 use crate::motion::Stepping;
+use crate::solve::Selected;
 use crate::{BestSubset, Watch};
 
 /// What is to be explained, and by what.
@@ -19,7 +19,7 @@ pub(crate) struct Problem<'a> {
     /// What explains parts of the data: to rounding, or as was found when there were fewer.
     pub(crate) of_parts: Option<&'a Structure>,
     /// Whether what explains the data otherwise is better than these equations, which leave more than noise of a part of them: then all samples need not be searched.
-    pub(crate) instead: Option<&'a dyn Fn(&Estimate) -> bool>,
+    pub(crate) instead: Option<&'a dyn Fn(OfPart<'_>) -> bool>,
     /// Mechanics of these variables, if they may be such.
     pub(crate) lagrangian: Option<&'a Lagrangian>,
     /// Per state: the state that is declared to be its rate.
@@ -48,6 +48,16 @@ pub(crate) struct Problem<'a> {
     /// Whether positions whose rates were not measured may be those of a simulator.
     pub(crate) discrete: bool,
     pub(crate) watch: &'a Watch<'a>,
+}
+
+/// Equations of a part of the data, in which they leave more than noise.
+#[derive(Clone, Copy)]
+pub(crate) struct OfPart<'a> {
+    pub(crate) terms: &'a [Term],
+    pub(crate) fits: &'a [Selected],
+    pub(crate) stepping: Stepping,
+    /// Whether no proposal was passed over because the budget was spent.
+    pub(crate) complete: bool,
 }
 
 /// Terms of each equation, and their coefficients one equation after the other.

@@ -6,7 +6,7 @@ use ndarray::Array2;
 
 use super::account::Estimate;
 use super::hypothesis::{FLOOR, Hypothesis, Start};
-use super::problem::Problem;
+use super::problem::{OfPart, Problem};
 use super::regression::Proposal;
 use super::searched::{Rough, Searched};
 use super::strays::{Kept, Rejecting};
@@ -103,9 +103,11 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
         part = more.or(part);
         if let (Some(instead), Some(Rejecting { searched, signals, kept })) = (problem.instead, &part) {
             let of_part = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem };
-            let account = || Estimate { complete, ..of_part.account(searched.clone(), signals) };
-            if !of_part.is_settled(&searched.best) && instead(&account()) {
-                return None;
+            if !of_part.is_settled(&searched.best) {
+                let Estimate { terms, fits, stepping, .. } = of_part.account(searched.clone(), signals);
+                if instead(OfPart { terms: &terms, fits: &fits, stepping, complete }) {
+                    return None;
+                }
             }
         }
     }

@@ -5,12 +5,12 @@ use std::cell::{Cell, OnceCell};
 use super::Identifier;
 use super::estimated::written;
 use crate::LibraryChoice;
-use crate::estimate::{Doubt, Estimate, Problem, budget, completed, estimate};
+use crate::estimate::{Doubt, Estimate, OfPart, Problem, budget, completed, estimate};
 use crate::library::Joints;
 use crate::model::Model;
 use crate::motion::Stepping;
 use crate::pieces::{Cut, Disturbed};
-use crate::regression::Space;
+use crate::regression::{Space, model};
 
 /// Part of the usual effort from which on pieces are looked at. Equations of the system disturbed are those of the whole effort: their score is no other one's.
 const LEAST: f64 = 0.1;
@@ -35,19 +35,18 @@ impl Identifier {
             let found = || self.in_pieces(problem, stepping, space, (joints.as_ref()?, cut.as_ref()?));
             in_pieces.get_or_init(found).as_ref()
         };
-        let is_better = |found: &Estimate, left: f64| {
-            let model = written(found, space, self.spec.dt).ok();
+        let is_better = |model: Option<Model>, left: f64| {
             let by_noise = model.and_then(|model| cut.as_ref()?.left_by(&model, problem.watch));
             by_noise.is_some_and(|by_noise| by_noise < left)
         };
-        let instead = |of_part: &Estimate| {
-            complete.set(of_part.complete);
-            !is_settled(of_part)
-                && in_pieces()
-                    .is_some_and(|pieces| pieces.whole.is_some() || !is_better(of_part, pieces.disturbed.left))
+        let instead = |OfPart { terms, fits, stepping, complete: finished }: OfPart<'_>| {
+            complete.set(finished);
+            let Some(InPieces { disturbed, whole }) = in_pieces() else { return false };
+            let of_part = || model(space.clone(), terms, fits, stepping.form(), self.spec.dt).ok();
+            whole.is_some() || !is_better(of_part(), disturbed.left)
         };
         // Less than the usual effort is made to compare scores, which equations of pieces have not.
-        let instead = (self.effort >= 1.0).then_some(&instead as &dyn Fn(&Estimate) -> bool);
+        let instead = (self.effort >= 1.0).then_some(&instead as &dyn Fn(OfPart<'_>) -> bool);
         let found = estimate(&Problem { instead, ..*problem }, stepping);
         if found.as_ref().is_some_and(is_settled) || !problem.watch.go_on() {
             return (found, Vec::new());
@@ -57,7 +56,7 @@ impl Identifier {
             return (whole.clone().or(found), Vec::new());
         }
         let complete = found.as_ref().map_or(complete.get(), |found| found.complete);
-        match found.filter(|found| is_better(found, disturbed.left)) {
+        match found.filter(|found| is_better(written(found, space, self.spec.dt).ok(), disturbed.left)) {
             Some(found) => (Some(found), Vec::new()),
             None => (Some(Estimate { complete, ..disturbed.found.clone() }), disturbed.notes.clone()),
         }
@@ -86,7 +85,8 @@ impl Identifier {
 
     /// Whether nothing is told of the equations that those of a Lagrangian could not have, and more than the simplest is looked for.
     fn may_be_disturbed(&self) -> bool {
-        self.effort >= LEAST
+        self.disturbances
+            && self.effort >= LEAST
             && self.library == LibraryChoice::Auto
             && self.constraints.is_empty()
             && self.own_terms.is_empty()

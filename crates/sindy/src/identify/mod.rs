@@ -86,6 +86,7 @@ pub struct Identifier {
     noise: NoiseChoice,
     effort: f64,
     simulators: bool,
+    disturbances: bool,
     constraints: Vec<(usize, EquationConstraint)>,
     previous: Option<Model>,
 }
@@ -104,6 +105,7 @@ impl Identifier {
             noise: NoiseChoice::Declared,
             effort: 1.0,
             simulators: true,
+            disturbances: true,
             constraints: Vec::new(),
             previous: None,
         }
@@ -188,6 +190,12 @@ impl Identifier {
     pub fn with_less_effort(self, part: f64) -> Self {
         let effort = self.effort * part;
         self.with_effort(effort)
+    }
+
+    /// Whether the system may be disturbed: whether equations are fitted to short pieces of the data where they leave more than noise of all.
+    #[must_use]
+    pub fn with_disturbances(self, disturbances: bool) -> Self {
+        Self { disturbances, ..self }
     }
 
     /// Whether positions whose rates were not measured may be those of a simulator.

@@ -90,7 +90,7 @@ impl Fit {
     }
 }
 
-/// Some of the pieces of `segments`, spread evenly over all of them, with the states `x` there, and how many times as many steps all of them have.
+/// Some of the pieces of `segments`, spread evenly over all of them, with the states `x` there, and how many times as many steps all of them have; all, where these are few.
 fn some_pieces(segments: &[Segment], x: &[Array2<f64>]) -> (Vec<Segment>, Vec<Array2<f64>>, f64) {
     let of_segment = |at: usize| {
         let count = segments[at].len().div_ceil(PIECE).max(1);
@@ -98,7 +98,10 @@ fn some_pieces(segments: &[Segment], x: &[Array2<f64>]) -> (Vec<Segment>, Vec<Ar
         (0..count).map(move |piece| (at, end(piece)..end(piece + 1)))
     };
     let pieces: Vec<_> = (0..segments.len()).flat_map(of_segment).collect();
-    let taken: Vec<_> = pieces.iter().step_by(pieces.len().div_ceil(PIECES).max(1)).collect();
+    if pieces.len() <= PIECES {
+        return (segments.to_vec(), x.to_vec(), 1.0);
+    }
+    let taken: Vec<_> = pieces.iter().step_by(pieces.len().div_ceil(PIECES)).collect();
     let steps = |pieces: &[&(usize, Range<usize>)]| pieces.iter().map(|(_, steps)| steps.len()).sum::<usize>() as f64;
     let times = steps(&pieces.iter().collect::<Vec<_>>()) / steps(&taken);
     let parts = taken.iter().map(|(at, steps)| segments[*at].part(steps.start, steps.end)).collect();

@@ -7,9 +7,10 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use crate::logs::{Log, Note, Samples};
 
-/// Part of the steps at the beginning and at the end of a log that are looked at alone, and how many they are at least.
+/// Part of the steps at the beginning and at the end of a log that are looked at alone, and how many they are at least and at most.
 const PART: f64 = 0.3;
 const FEWEST: usize = 100;
+const MOST: usize = 600;
 
 /// Part of the usual effort for each of them.
 const EFFORT: f64 = 0.25;
@@ -24,11 +25,11 @@ const APART: f64 = 6.0;
 /// [`FitError::Interrupted`] if whoever watches said so.
 pub(super) fn changed<E: From<FitError>>(log: &Log, kept: &Samples, asked: &Asked<'_, E>) -> Result<Option<Note>, E> {
     let all = kept.data.n_steps();
-    let steps = (PART * all as f64) as usize;
+    let steps = ((PART * all as f64) as usize).min(MOST);
     if steps < FEWEST {
         return Ok(None);
     }
-    let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT);
+    let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT).with_disturbances(false);
     let of = |samples: &Samples| -> Result<Option<Identified>, E> {
         match as_read(&identifier, samples, asked.watch) {
             Err(FitError::Interrupted) => Err(FitError::Interrupted.into()),
@@ -38,11 +39,7 @@ pub(super) fn changed<E: From<FitError>>(log: &Log, kept: &Samples, asked: &Aske
     let (_, end) = kept.split(all - steps).map_err(|e| FitError::Regression { reason: e.to_string() })?;
     let Some(first) = of(&kept.first(steps))? else { return Ok(None) };
     let Some(last) = of(&end)? else { return Ok(None) };
-    Ok(differ(&first, &last).then(|| Note::Changed {
-        percent: 100.0 * PART,
-        first: of_motion(&first),
-        last: of_motion(&last),
-    }))
+    Ok(differ(&first, &last).then(|| Note::Changed { steps, first: of_motion(&first), last: of_motion(&last) }))
 }
 
 /// Whether the equations have the same terms, but not the same coefficients.

@@ -20,7 +20,7 @@ pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_,
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
         let rates = &Unmeasured::None;
-        Trial { log, kept: &kept, rates, asked, margins: (0, 0) }.of(Reading::GIVEN, STEPS)
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: true }.of(Reading::GIVEN, STEPS)
     };
     let Some(named) = tried(&turned)? else { return Ok(log) };
     let prefers = named.certainty >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));

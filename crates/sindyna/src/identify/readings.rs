@@ -110,10 +110,6 @@ pub(super) fn told_apart<E: From<FitError>>(
         late && linear && (!reading.simulated || steps)
     };
     let groups = tried(log).map(|group| group.into_iter().filter(is_open).collect::<Vec<Reading>>());
-    let groups = match first.filter(|first| is_disturbed(first)) {
-        Some(first) => with_which_it_predicts_better(first, log, kept, groups, asked)?,
-        None => groups,
-    };
     let others = groups.concat();
     if others.is_empty() {
         return Ok(None);
@@ -121,7 +117,9 @@ pub(super) fn told_apart<E: From<FitError>>(
     (asked.say)(
         "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
-    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others) };
+    // What was fitted to pieces of all samples need not be fitted to pieces of some.
+    let disturbances = !first.is_some_and(is_disturbed);
+    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others), disturbances };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
     let mut given = trial.of(Reading::GIVEN, steps)?;
@@ -143,34 +141,6 @@ pub(super) fn told_apart<E: From<FitError>>(
     Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
 }
 
-/// Those of the readings with which the equations `first` of a disturbed system, found without them, predict `log` better: noise alone explains it with none of them, as
-/// far as a part of the log can show, unless one of them is what disturbed it.
-fn with_which_it_predicts_better<E: From<FitError>>(
-    first: &Identified,
-    log: &Log,
-    kept: &Samples,
-    groups: [Vec<Reading>; 2],
-    asked: &Asked<'_, E>,
-) -> Result<[Vec<Reading>; 2], E> {
-    let identifier = (asked.identifier)(&log.spec)?;
-    let margins = margins(&groups.concat());
-    let misses = |reading: &Reading| -> Result<Vec<f64>, FitError> {
-        let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, usize::MAX)?;
-        let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
-        Ok(missed(&first.model, &identifier, &Samples { data: foh(shifted.data), ..shifted }, 0))
-    };
-    let given = misses(&Reading::GIVEN)?;
-    let mut better = [Vec::new(), Vec::new()];
-    for (better, group) in better.iter_mut().zip(groups) {
-        for reading in group {
-            if clearly_least(&[&given, &misses(&reading)?]) == Some(1) {
-                better.push(reading);
-            }
-        }
-    }
-    Ok(better)
-}
-
 /// How readings are tried on the first samples of a log.
 pub(super) struct Trial<'a, E> {
     pub(super) log: &'a Log,
@@ -179,19 +149,22 @@ pub(super) struct Trial<'a, E> {
     pub(super) asked: &'a Asked<'a, E>,
     /// Steps at the beginning and the end of a trajectory that are not used.
     pub(super) margins: (usize, usize),
+    /// Whether the system may be disturbed.
+    pub(super) disturbances: bool,
 }
 
 impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with `reading` in so many steps; `None` if nothing is.
     pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
-        let Self { log, kept, rates, asked, margins } = *self;
+        let Self { log, kept, rates, asked, margins, disturbances } = *self;
         let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, steps + AHEAD)?;
         let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
         let shifted = Samples { data: foh(shifted.data), ..shifted };
         let samples = shifted.first(steps);
         let of = |spec: &Spec| {
             let identifier = (asked.identifier)(spec)?;
-            Ok::<_, E>(identifier.with_effort(EFFORT).with_simulators(reading.simulated))
+            let identifier = identifier.with_effort(EFFORT).with_disturbances(disturbances);
+            Ok::<_, E>(identifier.with_simulators(reading.simulated))
         };
         let plain = of(&log.spec)?;
         let first = match asked.unmeasured {

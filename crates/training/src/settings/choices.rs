@@ -61,7 +61,7 @@ named! {
         /// Soft actor-critic, trained in the equations
         #[default]
         Sac = "sac",
-        /// Linear-quadratic regulator of the equilibrium with the highest reward
+        /// Linear-quadratic regulator of the equilibrium with the highest reward, with the curvature of the reward there as its weights
         Lqr = "lqr",
         /// Iterative LQR (differential dynamic programming) in receding horizon
         Ilqr = "ilqr",
