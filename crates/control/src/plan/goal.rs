@@ -49,6 +49,15 @@ const APART: f64 = 0.1;
 const ITERATIONS: usize = 25;
 const AT_REST: f64 = 1e-9;
 
+/// Costs of the regulator that holds a goal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum By {
+    /// Those of the reward near it, or by scales where these earn more.
+    Reward,
+    /// Those of the scales of states and controls, by which it is reached soon: a plan that leads there is the shorter, and is itself improved for the reward.
+    Scales,
+}
+
 /// A state of rest x* under u*, with the regulator that holds it.
 #[derive(Debug, Clone)]
 pub(crate) struct Goal {
@@ -111,8 +120,8 @@ impl Goal {
         earned
     }
 
-    /// States of rest that pay most to stay in, the best first. States that no control changes are those of `start`.
-    pub(crate) fn find(plant: &Plant, start: &[f64]) -> Vec<Self> {
+    /// States of rest that pay most to stay in, the best first, held with costs `by` what is said. States that no control changes are those of `start`.
+    pub(crate) fn find(plant: &Plant, start: &[f64], by: By) -> Vec<Self> {
         let mut rng = Seed::new(0).stream("goals", 0);
         let mut found: Vec<Rest> = Vec::new();
         for sample in 0..SAMPLES {
@@ -152,7 +161,7 @@ impl Goal {
                 error.iter().zip(&plant.scales).any(|(e, scale)| e.abs() > APART * scale)
             };
             if goals.iter().all(far) {
-                goals.extend(rest.held(plant));
+                goals.extend(rest.held(plant, by));
             }
         }
         goals
@@ -231,7 +240,7 @@ impl Rest {
     }
 
     /// The goal with its regulator, over the states that controls change; `None` where none stabilises it.
-    fn held(self, plant: &Plant) -> Option<Goal> {
+    fn held(self, plant: &Plant, by: By) -> Option<Goal> {
         let (n, k) = plant.dims();
         let moved: Vec<usize> = (0..n).filter(|i| plant.moved[*i]).collect();
         let all = Linear::around(plant.dynamics(), (&self.x, &self.u), &mut unused()).ok()?;
@@ -263,7 +272,9 @@ impl Rest {
         let turns = plant.turns.clone();
         let mut goal = Goal { x: self.x, u: self.u, pay: self.pay, ends, gain: Array2::zeros((k, n)), value, turns };
         let mut most = f64::NEG_INFINITY;
-        for other in own.into_iter().chain([first]).chain(WEIGHTS.into_iter().filter_map(regulator)) {
+        let by_scales = std::iter::once(first).chain(WEIGHTS.into_iter().filter_map(regulator));
+        let own = own.filter(|_| by == By::Reward);
+        for other in own.into_iter().chain(by_scales) {
             let other = Goal { gain: gain(&other), ..goal.clone() };
             let earned = other.holds(plant);
             if most == f64::NEG_INFINITY || earned > most + BETTER * most.abs() {

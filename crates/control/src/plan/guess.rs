@@ -85,7 +85,7 @@ mod tests {
         let system = sindyna_envs::find("cart-pole-swing-up").expect("it is registered");
         let plant = Plant::new(system.dynamics(), system.task());
         let start = [0.0, PI, 0.0, 0.0];
-        let goal = Goal::find(&plant, &start).swap_remove(0);
+        let goal = Goal::find(&plant, &start, crate::plan::goal::By::Scales).swap_remove(0);
         let objective = Objective { reward: 0.0, width: 0.0, effort: 1e-3, end: Some((&goal, 1.0)) };
         let closed = |steps: usize| {
             let states = between(&plant, &start, &goal, steps, 0);

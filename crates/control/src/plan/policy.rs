@@ -9,7 +9,7 @@ use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Seed, Task};
 
 use super::course::Course;
 use super::filter::Filter;
-use super::goal::Goal;
+use super::goal::{By, Goal};
 use super::mppi::Sampled;
 use super::plant::{Plant, unused};
 use super::search::{is_enough, search};
@@ -149,12 +149,17 @@ impl Planner {
         self.plant.moved.iter().all(|moved| *moved)
     }
 
+    /// What goals are held with: a plan ends with a regulator, and a regulator alone is all there is.
+    fn held_by(&self) -> By {
+        if self.method == Method::Lqr { By::Reward } else { By::Scales }
+    }
+
     /// Where it pays to stay in an episode from `x`.
     fn goals(&self, x: &[f64]) -> Vec<Goal> {
         if !self.has_shared_goals() {
-            return Goal::find(&self.plant, x);
+            return Goal::find(&self.plant, x, self.held_by());
         }
-        self.goals.get_or_init(|| Goal::find(&self.plant, &self.start())).clone()
+        self.goals.get_or_init(|| Goal::find(&self.plant, &self.start(), self.held_by())).clone()
     }
 
     /// Whether it earns about all there is in the model, from every start state that is tried; never known of random changes.
