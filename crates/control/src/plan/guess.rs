@@ -76,8 +76,10 @@ pub(crate) fn between(plant: &Plant, x: &[f64], goal: &Goal, steps: usize, numbe
 
 #[cfg(test)]
 mod tests {
+    use super::super::goal::By;
     use super::super::ilqr::Plan;
     use super::super::objective::Objective;
+    use super::super::rest::find;
     use super::*;
 
     #[test]
@@ -85,7 +87,7 @@ mod tests {
         let system = sindyna_envs::find("cart-pole-swing-up").expect("it is registered");
         let plant = Plant::new(system.dynamics(), system.task());
         let start = [0.0, PI, 0.0, 0.0];
-        let goal = Goal::find(&plant, &start, crate::plan::goal::By::Scales).swap_remove(0);
+        let goal = find(&plant, &start, By::Scales).swap_remove(0);
         let objective = Objective { reward: 0.0, width: 0.0, effort: 1e-3, end: Some((&goal, 1.0)) };
         let closed = |steps: usize| {
             let states = between(&plant, &start, &goal, steps, 0);

@@ -11,6 +11,7 @@ mod mppi;
 mod objective;
 mod plant;
 mod policy;
+mod rest;
 mod search;
 mod slopes;
 mod small;

@@ -12,6 +12,7 @@ use super::filter::Filter;
 use super::goal::{By, Goal};
 use super::mppi::Sampled;
 use super::plant::{Plant, unused};
+use super::rest::find;
 use super::search::{is_enough, search};
 use crate::ControlError;
 
@@ -157,9 +158,9 @@ impl Planner {
     /// Where it pays to stay in an episode from `x`.
     fn goals(&self, x: &[f64]) -> Vec<Goal> {
         if !self.has_shared_goals() {
-            return Goal::find(&self.plant, x, self.held_by());
+            return find(&self.plant, x, self.held_by());
         }
-        self.goals.get_or_init(|| Goal::find(&self.plant, &self.start(), self.held_by())).clone()
+        self.goals.get_or_init(|| find(&self.plant, &self.start(), self.held_by())).clone()
     }
 
     /// Whether it earns about all there is in the model, from every start state that is tried; never known of random changes.

@@ -14,9 +14,9 @@ use crate::data::Segment;
 /// Newton steps towards the most likely coefficients.
 const STEPS: usize = 2;
 
-/// Steps of a piece of the data, and pieces by which the information about all states is judged, at most: it grows by as much along every piece.
+/// Steps of a piece of long data, at most, and steps by which the information about all states is judged: it grows by as much along every piece.
 const PIECE: usize = 500;
-const PIECES: usize = 4;
+const ENOUGH: usize = 2000;
 
 /// Coefficients ξ (p) and states (T + 1, n) of each segment.
 type At<'a> = (&'a [f64], &'a [Array2<f64>]);
@@ -90,21 +90,22 @@ impl Fit {
     }
 }
 
-/// Some of the pieces of `segments`, spread evenly over all of them, with the states `x` there, and how many times as many steps all of them have; all, where these are few.
+/// Pieces of `segments` with the states `x` there, spread evenly over them and about [`ENOUGH`] steps together, and how many times as many steps all of them have; all,
+/// where these are no more.
 fn some_pieces(segments: &[Segment], x: &[Array2<f64>]) -> (Vec<Segment>, Vec<Array2<f64>>, f64) {
+    let all: usize = segments.iter().map(Segment::len).sum();
+    if all <= ENOUGH {
+        return (segments.to_vec(), x.to_vec(), 1.0);
+    }
     let of_segment = |at: usize| {
         let count = segments[at].len().div_ceil(PIECE).max(1);
         let end = move |piece: usize| piece * segments[at].len() / count;
         (0..count).map(move |piece| (at, end(piece)..end(piece + 1)))
     };
-    let pieces: Vec<_> = (0..segments.len()).flat_map(of_segment).collect();
-    if pieces.len() <= PIECES {
-        return (segments.to_vec(), x.to_vec(), 1.0);
-    }
-    let taken: Vec<_> = pieces.iter().step_by(pieces.len().div_ceil(PIECES)).collect();
-    let steps = |pieces: &[&(usize, Range<usize>)]| pieces.iter().map(|(_, steps)| steps.len()).sum::<usize>() as f64;
-    let times = steps(&pieces.iter().collect::<Vec<_>>()) / steps(&taken);
+    let pieces = (0..segments.len()).flat_map(of_segment).step_by(all.div_ceil(ENOUGH));
+    let taken: Vec<(usize, Range<usize>)> = pieces.filter(|(_, steps)| !steps.is_empty()).collect();
+    let steps: usize = taken.iter().map(|(_, steps)| steps.len()).sum();
     let parts = taken.iter().map(|(at, steps)| segments[*at].part(steps.start, steps.end)).collect();
     let paths = taken.iter().map(|(at, steps)| x[*at].slice(s![steps.start..=steps.end, ..]).to_owned()).collect();
-    (parts, paths, times)
+    (parts, paths, all as f64 / steps.max(1) as f64)
 }

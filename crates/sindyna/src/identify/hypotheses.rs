@@ -60,7 +60,9 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         None => (log, kept, identifier, first),
     };
     // Of a system that changed no reading leaves noise alone.
-    if let (Some(found), Some(note)) = (&first, changed(&log, &kept, asked)?) {
+    if let Some(found) = &first
+        && let Some(note) = changed(&log, &kept, asked)?
+    {
         log.notes.push(note);
         return Ok(Looked { found: found.clone(), identifier, log });
     }
