@@ -8,6 +8,10 @@ use super::plant::{Plant, unused};
 /// Distance of a goal at which it is reached: a hundredth of a scale.
 pub(super) const ARRIVED: f64 = 1e-2;
 
+/// Distance of a goal at which steps are all alike, looked at every so many steps.
+const STAYS: f64 = 1e-12;
+const LOOKED: usize = 10;
+
 /// Part of the return that is not worth a search.
 pub(super) const NOTHING: f64 = 1e-3;
 
@@ -20,6 +24,9 @@ pub(super) const POLISH: usize = 40;
 
 /// Iterations of such an improvement in receding horizon.
 const AGAIN: usize = 3;
+
+/// Scales within which a state is the planned one.
+const FOLLOWED: f64 = 1e-6;
 
 /// What a control costs on the way to a goal, beside its distance at the end.
 pub(super) const EFFORT: f64 = 1e-3;
@@ -34,12 +41,15 @@ pub(crate) struct Course {
 }
 
 impl Course {
-    /// Only holding a goal: the one for which that earns most from x.
-    pub(crate) fn held(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> Self {
-        let all = (0..goals.len()).map(|goal| Self { plan: None, made: 0, goal: Some(goal) });
-        let earned = all.map(|course| (course.earns(plant, goals, x, steps).0, course));
-        let best = earned.reduce(|best, other| if other.0 > best.0 { other } else { best });
-        best.map_or(Self { plan: None, made: 0, goal: None }, |(_, course)| course)
+    /// Only holding a goal: the one for which that earns most from x in the next `steps` steps, and what it earns.
+    pub(crate) fn held(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
+        let earned = |course: Self| {
+            let earned = course.earns(plant, goals, x, steps).0;
+            (course, earned)
+        };
+        let all = (0..goals.len()).map(|goal| earned(Self { plan: None, made: 0, goal: Some(goal) }));
+        let best = all.reduce(|best, other| if other.1 > best.1 { other } else { best });
+        best.unwrap_or_else(|| earned(Self { plan: None, made: 0, goal: None }))
     }
 
     /// What to do in x, so many steps from now.
@@ -64,6 +74,13 @@ impl Course {
     pub(crate) fn holds(&self, goals: &[Goal], x: &[f64]) -> bool {
         let through = self.plan.as_ref().is_none_or(|plan| self.made >= plan.u.len());
         through && self.goal.is_some_and(|goal| goals[goal].distance(x) < ARRIVED)
+    }
+
+    /// Whether x is the state it planned to be in: what is planned from there has been improved already.
+    pub(crate) fn is_followed(&self, plant: &Plant, x: &[f64]) -> bool {
+        let planned = self.plan.as_ref().and_then(|plan| plan.x.get(self.made));
+        let near = |((x, planned), scale): ((&f64, &f64), &f64)| (x - planned).abs() <= FOLLOWED * scale;
+        planned.is_some_and(|planned| x.iter().zip(planned).zip(&plant.scales).all(near))
     }
 
     /// Whether it holds its goal after `steps` steps from x, or ends the episode; also where there is no goal at all.
@@ -101,8 +118,20 @@ impl Course {
             if stepped.ended {
                 return (earned, controls, None);
             }
+            if (t + 1).is_multiple_of(LOOKED) && self.stays(goals, &x, t + 1) {
+                let (left, u) = (steps - t - 1, controls[t].clone());
+                earned += stepped.reward * left as f64;
+                controls.resize(steps, u);
+                break;
+            }
         }
         (earned, controls, Some(x))
+    }
+
+    /// Whether x, so many steps from now, is the goal that it holds from then on.
+    fn stays(&self, goals: &[Goal], x: &[f64], later: usize) -> bool {
+        let through = self.plan.as_ref().is_none_or(|plan| self.made + later >= plan.u.len());
+        through && self.goal.is_some_and(|goal| !goals[goal].ends && goals[goal].distance(x) < STAYS)
     }
 
     /// The same with the rest of its plan improved again for the reward of the next `steps` steps.
@@ -111,7 +140,8 @@ impl Course {
         self.polished(plant, goals, x, steps, earned, (AGAIN, length, &WIDTHS[..2]))
     }
 
-    /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned.
+    /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned, by more than that is worth, or by more than a step
+    /// by which it arrives later.
     pub(crate) fn adapted(
         &self,
         plant: &Plant,
@@ -120,16 +150,29 @@ impl Course {
         steps: usize,
         earned: f64,
     ) -> Option<(Self, f64)> {
-        let plan = self.plan.as_ref().map(|plan| plan.turned(plant, x));
-        let (course, now) = Self { plan, ..self.clone() }.improved(plant, goals, x, steps);
-        (now >= earned - NOTHING * earned.abs()).then_some((course, now))
+        let (course, now) = self.led(plant, goals, x, steps);
+        let less = NOTHING * earned.abs() + earned.abs() / steps.max(1) as f64;
+        (now >= earned - less).then_some((course, now))
     }
 
-    /// The same from x, improved for the reward of the next `steps` steps; and what it earns.
-    pub(crate) fn improved(self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
-        let earned = self.earns(plant, goals, x, steps).0;
+    /// The same from x, or in another system, improved for the reward of the next `steps` steps; and what it earns. Its states are followed first, as a guess
+    /// whose gaps are closed: its controls alone, or its gains, may lead far away from them.
+    pub(crate) fn led(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let length = self.length(plant, goals, x, steps);
-        self.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS[..2]))
+        let closed = self.plan.as_ref().and_then(|plan| {
+            let along = plan.turned(plant, x).x.split_off(self.made);
+            let mut states = along.clone();
+            states[0].copy_from_slice(x);
+            let objective = Objective { effort: EFFORT, along: &along, ..Objective::default() };
+            let plan = Plan::through(plant, &objective, states, plan.u[self.made..].to_vec())?;
+            Some(plan.improved(plant, &objective, POLISH)).filter(Plan::is_closed)
+        });
+        let course = match closed {
+            Some(plan) => Self { plan: Some(plan), made: 0, goal: self.goal },
+            None => self.clone(),
+        };
+        let earned = course.earns(plant, goals, x, steps).0;
+        course.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))
     }
 
     /// Steps that are left of its plan; without one those after which it has reached its goal from x.
@@ -160,15 +203,10 @@ impl Course {
         earned: f64,
         (iterations, length, widths): (usize, usize, &[f64]),
     ) -> (Self, f64) {
-        // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
-        let goal = self.goal.map(|goal| &goals[goal]);
-        let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
-        let unit = if unit.is_finite() { unit } else { 0.0 };
-        // Nothing is held after the last step.
-        let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
+        let per_width = |width| self.objective(goals, steps, earned, (length, width));
+        let objectives: Vec<Objective<'_>> = widths.iter().copied().map(per_width).collect();
         let (mut best, mut earned) = (self, earned);
-        for &width in widths {
-            let objective = Objective { reward: 1.0, width, effort: EFFORT * unit, end };
+        for objective in objectives {
             let (_, controls) = best.earns(plant, goals, x, steps.min(length));
             let Some(plan) = Plan::of(plant, &objective, x, controls) else { break };
             let plan = plan.improved(plant, &objective, iterations);
@@ -179,5 +217,22 @@ impl Course {
             }
         }
         (best, earned)
+    }
+
+    /// The reward of its next `length` steps with differences so wide, where the next `steps` earn `earned`.
+    fn objective<'a>(
+        &self,
+        goals: &'a [Goal],
+        steps: usize,
+        earned: f64,
+        (length, width): (usize, f64),
+    ) -> Objective<'a> {
+        // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
+        let goal = self.goal.map(|goal| &goals[goal]);
+        let unit = goal.map_or(0.0, |goal| (goal.pay - earned / steps.max(1) as f64).abs());
+        let unit = if unit.is_finite() { unit } else { 0.0 };
+        // Nothing is held after the last step.
+        let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
+        Objective { reward: 1.0, width, effort: EFFORT * unit, end, ..Objective::default() }
     }
 }

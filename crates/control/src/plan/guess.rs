@@ -88,7 +88,7 @@ mod tests {
         let plant = Plant::new(system.dynamics(), system.task());
         let start = [0.0, PI, 0.0, 0.0];
         let goal = find(&plant, &start, By::Scales).swap_remove(0);
-        let objective = Objective { reward: 0.0, width: 0.0, effort: 1e-3, end: Some((&goal, 1.0)) };
+        let objective = Objective { effort: 1e-3, end: Some((&goal, 1.0)), ..Objective::default() };
         let closed = |steps: usize| {
             let states = between(&plant, &start, &goal, steps, 0);
             assert!(states[0] == start && goal.distance(&states[steps]) < 1e-9, "{steps}");

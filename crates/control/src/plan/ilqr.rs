@@ -62,12 +62,12 @@ impl Plan {
     ) -> Option<Self> {
         let ((n, k), mut rng) = (plant.dims(), unused());
         let (mut cost, mut gaps) = (objective.of_end(x.last()?), Vec::with_capacity(controls.len()));
-        for (pair, u) in x.windows(2).zip(&controls) {
+        for (t, (pair, u)) in x.windows(2).zip(&controls).enumerate() {
             let mut next = vec![0.0; n];
             objective.step(plant, &pair[0], u, (&mut rng, &mut next))?;
             next.iter_mut().zip(&pair[1]).for_each(|(next, guessed)| *next -= guessed);
             gaps.push(next);
-            cost += objective.of_step(plant, objective.paid(plant, &pair[0], u, &pair[1])?, u);
+            cost += objective.of_step(plant, objective.paid(plant, &pair[0], u, &pair[1])?, (t, &pair[0], u));
         }
         let gains = vec![Array2::zeros((k, n)); controls.len()];
         cost.is_finite().then_some(Self { x, u: controls, gains, gaps, cost })
@@ -126,7 +126,7 @@ impl Plan {
                 next.iter_mut().zip(gap).for_each(|(next, gap)| *next -= open * gap);
                 stepped = objective.paid(plant, x, &u, &next)?;
             }
-            cost += objective.of_step(plant, stepped, &u);
+            cost += objective.of_step(plant, stepped, (t, x, &u));
             plan.x.push(next);
             plan.u.push(u);
         }
@@ -226,6 +226,7 @@ impl Plan {
                     quu.fill(0.0);
                 }
             }
+            objective.add_away(plant, (t, &self.x[t]), (&mut qx, &mut qxx));
             for (j, u) in self.u[t].iter().enumerate() {
                 let (slope, bend) = objective.of_effort(plant, j, *u);
                 qu[j] += slope;

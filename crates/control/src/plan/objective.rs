@@ -7,13 +7,15 @@ use super::goal::Goal;
 use super::plant::Plant;
 use super::slopes::costs;
 
-/// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + `end`·(x_T − x*)ᵀP(x_T − x*).
-#[derive(Debug, Clone, Copy)]
+/// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + Σ ‖x_t − `along`_t‖² (in scales) + `end`·(x_T − x*)ᵀP(x_T − x*).
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Objective<'a> {
     pub(crate) reward: f64,
     /// Step of differences of the reward, in scales.
     pub(crate) width: f64,
     pub(crate) effort: f64,
+    /// States (T + 1, n) that are to be followed; none: all alike.
+    pub(crate) along: &'a [Vec<f64>],
     pub(crate) end: Option<(&'a Goal, f64)>,
 }
 
@@ -39,9 +41,26 @@ impl Objective<'_> {
         reward.is_finite().then_some(reward)
     }
 
-    pub(crate) fn of_step(&self, plant: &Plant, reward: f64, u: &[f64]) -> f64 {
+    /// What step `t` costs, from x under u.
+    pub(crate) fn of_step(&self, plant: &Plant, reward: f64, (t, x, u): (usize, &[f64], &[f64])) -> f64 {
         let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / plant.half(j)).powi(2)).sum();
-        self.effort * effort - self.reward * reward
+        let away: f64 = self.away(plant, t, x).map(|(off, scale)| (off / scale).powi(2)).sum();
+        self.effort * effort + away - self.reward * reward
+    }
+
+    /// How far x is from where step `t` is to begin, and the scales; nothing where that is all alike.
+    fn away(&self, plant: &Plant, t: usize, x: &[f64]) -> impl Iterator<Item = (f64, f64)> {
+        let along = self.along.get(t).into_iter().flatten();
+        along.zip(x).zip(&plant.scales).map(|((along, x), scale)| (x - along, *scale))
+    }
+
+    /// Adds the slopes (n) and curvatures (n, n), row by row, of what it costs to be in x at step `t`.
+    pub(crate) fn add_away(&self, plant: &Plant, (t, x): (usize, &[f64]), (qx, qxx): (&mut [f64], &mut [f64])) {
+        let n = x.len();
+        for (i, (off, scale)) in self.away(plant, t, x).enumerate() {
+            qx[i] += 2.0 * off / (scale * scale);
+            qxx[i * n + i] += 2.0 / (scale * scale);
+        }
     }
 
     pub(crate) fn of_end(&self, x: &[f64]) -> f64 {

@@ -34,6 +34,9 @@ const EVERY: usize = 10;
 /// Steps after which another way is looked for, if none leads to a goal.
 const LOST: usize = 100;
 
+/// Ways that are made the best of, where many episodes begin with the best of them.
+const CANDIDATES: usize = 8;
+
 /// Start states from which it is tried whether holding a goal is enough, and whether ways to one are.
 const HELD_FROM: u64 = 200;
 const LED_FROM: u64 = 16;
@@ -118,7 +121,7 @@ impl Planner {
         }
         let x = self.start();
         let (plant, goals) = (&self.plant, self.goals(&x));
-        let first = search(plant, &goals, &x, plant.task.max_steps().min(HORIZON));
+        let first = search(plant, &goals, &x, plant.task.max_steps().min(HORIZON), CANDIDATES);
         Self { first: Some(first).filter(|_| !plant.stopped()), ..self }
     }
 
@@ -134,7 +137,7 @@ impl Planner {
             let away = |goal: &usize| goals[*goal].distance(&place.x);
             (0..goals.len()).min_by(|one, other| away(one).total_cmp(&away(other)))
         });
-        let first = Course { goal: nearest, ..course.clone() }.improved(&self.plant, &goals, &x, steps);
+        let first = Course { goal: nearest, ..course.clone() }.led(&self.plant, &goals, &x, steps);
         Self { first: Some(first).filter(|_| !self.plant.stopped()), ..self }
     }
 
@@ -176,8 +179,8 @@ impl Planner {
             plant.task.initial(&mut Seed::new(0).stream("starts", start), &mut x);
             let goals = self.goals(&x);
             let earned = match self.method {
-                Method::Ilqr => search(plant, &goals, &x, steps).1,
-                _ => Course::held(plant, &goals, &x, steps).earns(plant, &goals, &x, steps).0,
+                Method::Ilqr => search(plant, &goals, &x, steps, 1).1,
+                _ => Course::held(plant, &goals, &x, steps).1,
             };
             is_enough(&goals, earned, steps)
         })
@@ -221,6 +224,8 @@ struct Episode<'a> {
     course: Option<Course>,
     sampled: Option<Sampled>,
     expected: Expected,
+    /// Whether improving the course again has brought nothing.
+    settled: bool,
 }
 
 /// What a course earns from here on, as it was when it was found.
@@ -255,6 +260,7 @@ impl<'a> Episode<'a> {
             course: None,
             sampled: None,
             expected: Expected { earned: f64::NAN, most: 0.0 },
+            settled: false,
         }
     }
 
@@ -268,7 +274,8 @@ impl<'a> Episode<'a> {
             course.made += 1;
         }
         let arrived = course.as_ref().is_some_and(|course| course.holds(goals, &self.x));
-        let due = self.steps.is_multiple_of(EVERY) && !arrived;
+        let followed = self.settled && course.as_ref().is_some_and(|course| course.is_followed(plant, &self.x));
+        let due = self.steps.is_multiple_of(EVERY) && !arrived && !followed;
         // From another state a way may be found.
         let lost = self.steps.is_multiple_of(LOST)
             && !arrived
@@ -281,27 +288,29 @@ impl<'a> Episode<'a> {
             None => {
                 let near = self.planner.first.as_ref().filter(|_| self.steps == 0);
                 let near = near.and_then(|first| first.0.adapted(plant, goals, &self.x, ahead, first.1));
-                let (course, earned) = near.unwrap_or_else(|| search(plant, goals, &self.x, ahead));
+                let (course, earned) = near.unwrap_or_else(|| search(plant, goals, &self.x, ahead, 1));
                 self.expected.set(earned);
                 course
             }
             Some(course) if !due => course,
             Some(course) => {
+                self.settled = false;
                 let mut earned = course.earns(plant, goals, &self.x, ahead).0;
                 let mut best = course;
-                let held = Course::held(plant, goals, &self.x, ahead);
-                let of_held = held.earns(plant, goals, &self.x, ahead).0;
+                let (held, of_held) = Course::held(plant, goals, &self.x, ahead);
                 if of_held >= earned - SAME * earned.abs() {
                     (best, earned) = (held, of_held);
                 }
                 if self.expected.is_missed(earned) {
-                    let (found, of_found) = search(plant, goals, &self.x, ahead);
+                    let (found, of_found) = search(plant, goals, &self.x, ahead, 1);
                     if of_found > earned {
                         (best, earned) = (found, of_found);
                     }
                     self.expected.set(earned);
                 } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
+                    let before = earned;
                     (best, earned) = best.again(plant, goals, &self.x, ahead, earned);
+                    self.settled = earned - before <= SAME * before.abs();
                     self.expected.set(earned.max(self.expected.earned));
                 }
                 best
@@ -332,7 +341,7 @@ impl Memory for Episode<'_> {
         let left = plant.task.max_steps().saturating_sub(self.steps).max(1);
         let mut u = match method {
             Method::Lqr => {
-                let course = self.course.get_or_insert_with(|| Course::held(plant, &self.goals, &self.x, left));
+                let course = self.course.get_or_insert_with(|| Course::held(plant, &self.goals, &self.x, left).0);
                 course.control(plant, &self.goals, &self.x, 0)
             }
             Method::Ilqr => self.planned(left),

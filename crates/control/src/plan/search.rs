@@ -48,30 +48,30 @@ const PARTS: [f64; 7] = [0.5, 0.7, 0.85, 0.93, 0.97, 0.985, 0.993];
 const BEYOND: usize = 30;
 
 /// The best course from x over the next `steps` steps that is found: ways to each goal among all that the controls can do, shortest first, until
-/// longer ones earn no more; made smooth and judged by what they earn.
-pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Course, f64) {
-    let none = Course { plan: None, made: 0, goal: None };
-    let mut best = Found { earned: f64::NEG_INFINITY, course: none, arrived: false };
+/// longer ones earn no more; so many `candidates` of them made faster, made smooth and judged by what they earn.
+pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, candidates: usize) -> (Course, f64) {
+    let none = Found { earned: f64::NEG_INFINITY, course: Course { plan: None, made: 0, goal: None }, arrived: false };
+    let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new() };
     let plain = (0..goals.len()).map(Some).chain([None]).map(Try::Held);
-    best.better(plant, goals, x, steps, plain.collect());
-    if is_enough(goals, best.earned, steps) {
-        return (best.course, best.earned);
+    ways.better(plain.collect());
+    if is_enough(goals, ways.best.earned, steps) {
+        return (ways.best.course, ways.best.earned);
     }
     let mut first = 0;
     for waved in WAVED {
         let last = guess::ways(plant) + waved;
-        if !best.arrived {
-            best.guess(plant, goals, x, steps, first..last);
+        if !ways.best.arrived {
+            ways.guess(first..last);
         }
         first = last;
     }
     for width in CELLS {
-        if !best.arrived {
-            best.look(plant, goals, x, steps, width);
+        if !ways.best.arrived {
+            ways.look(width);
         }
     }
-    best.shorten(plant, goals, x, steps);
-    let mut courses = vec![(best.course, best.earned)];
+    let found: Vec<Found> = ways.candidates(candidates).into_par_iter().map(|found| ways.shortened(found)).collect();
+    let mut courses: Vec<(Course, f64)> = found.into_iter().map(|found| (found.course, found.earned)).collect();
     if courses[0].0.plan.is_none() {
         // Any goal can be held from here; on the way there a plan may earn more.
         let held = |goal| Course { plan: None, made: 0, goal: Some(goal) };
@@ -91,12 +91,24 @@ pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> 
     best.unwrap_or((Course { plan: None, made: 0, goal: None }, f64::NEG_INFINITY))
 }
 
-/// The best course so far.
+/// A course that was found.
+#[derive(Clone)]
 struct Found {
     earned: f64,
     course: Course,
     /// Whether it ends at its goal.
     arrived: bool,
+}
+
+/// The search from x over so many steps.
+struct Ways<'a> {
+    plant: &'a Plant,
+    goals: &'a [Goal],
+    x: &'a [f64],
+    steps: usize,
+    best: Found,
+    /// Others that arrive.
+    others: Vec<Found>,
 }
 
 /// Whether nothing is to be gained beside `earned`: the best place is near.
@@ -107,38 +119,32 @@ pub(super) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
     most.is_finite() && earned >= most - NOTHING * most.abs()
 }
 
-impl Found {
+impl Ways<'_> {
     /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more; then some that are a little shorter than the best.
-    fn guess(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, numbers: Range<usize>) {
+    fn guess(&mut self, numbers: Range<usize>) {
+        let (plant, steps) = (self.plant, self.steps);
         let (mut length, mut without) = ((SHORTEST / plant.pace).max(2.0), 0);
         while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
-            let gained = self.guess_of(length as usize, plant, goals, x, steps, numbers.clone());
-            without = if gained || !self.arrived { 0 } else { without + 1 };
+            let gained = self.guess_of(length as usize, numbers.clone());
+            without = if gained || !self.best.arrived { 0 } else { without + 1 };
             length = (LONGER * length).max(length + 1.0);
         }
-        let planned = self.course.plan.as_ref().filter(|_| self.arrived).map_or(0, |plan| plan.u.len());
+        let planned = self.best.course.plan.as_ref().filter(|_| self.best.arrived).map_or(0, |plan| plan.u.len());
         for shorter in 1..=SHORTER_TRIED {
             let length = (planned as f64 / SHORTER.powi(shorter)) as usize;
             if length > 1 && !plant.stopped() {
-                self.guess_of(length, plant, goals, x, steps, numbers.clone());
+                self.guess_of(length, numbers.clone());
             }
         }
     }
 
     /// Guesses ways of `length` steps to each goal; whether one of them earns more.
-    fn guess_of(
-        &mut self,
-        length: usize,
-        plant: &Plant,
-        goals: &[Goal],
-        x: &[f64],
-        steps: usize,
-        numbers: Range<usize>,
-    ) -> bool {
+    fn guess_of(&mut self, length: usize, numbers: Range<usize>) -> bool {
+        let (plant, goals, x) = (self.plant, self.goals, self.x);
         let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
         let all: Vec<(usize, usize)> = all.collect();
         let close = |&(goal, number): &(usize, usize)| {
-            let objective = Objective { reward: 0.0, width: 0.0, effort: EFFORT, end: Some((&goals[goal], 1.0)) };
+            let objective = Objective { effort: EFFORT, end: Some((&goals[goal], 1.0)), ..Objective::default() };
             let states = guess::between(plant, x, &goals[goal], length, number);
             let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length])?;
             Some((goal, plan.improved(plant, &objective, CLOSING)))
@@ -148,11 +154,12 @@ impl Found {
         closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
         closed.truncate(all.len().div_ceil(KEPT));
         let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
-        self.better(plant, goals, x, steps, tries.collect())
+        self.better(tries.collect())
     }
 
     /// Looks at all ways through cells so many scales wide.
-    fn look(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, width: f64) {
+    fn look(&mut self, width: f64) {
+        let (plant, goals, x, steps) = (self.plant, self.goals, self.x, self.steps);
         let mut front = Front::new(plant, goals, x, width);
         let mut reached = vec![f64::INFINITY; goals.len()];
         let mut without = 0;
@@ -165,52 +172,68 @@ impl Found {
                 }
             }
             tries.extend(front.richest(true).map(|controls| Try::Led { goal: None, controls }));
-            let gained = self.better(plant, goals, x, steps, tries);
-            without = if gained || !self.arrived { 0 } else { without + 1 };
+            let gained = self.better(tries);
+            without = if gained || !self.best.arrived { 0 } else { without + 1 };
         }
-        if !self.arrived {
+        if !self.best.arrived {
             let tries = front.richest(false).map(|controls| Try::Led { goal: None, controls });
-            self.better(plant, goals, x, steps, tries.into_iter().collect());
+            self.better(tries.into_iter().collect());
         }
     }
 
     /// Takes the best of `tries` if it earns more; whether it does.
-    fn better(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, tries: Vec<Try>) -> bool {
-        let made = |one: &Try| {
-            let course = one.made(plant, goals, x)?;
-            let (earned, _, last) = course.run(plant, goals, x, steps);
-            let arrived = match (course.goal, last) {
-                (Some(goal), Some(last)) => goals[goal].distance(&last) < ARRIVED,
-                // An end that was looked for.
-                (None, None) => course.plan.is_some(),
-                _ => false,
-            };
-            Some(Self { earned, course, arrived })
-        };
-        let found: Vec<Self> = tries.par_iter().filter_map(made).collect();
+    fn better(&mut self, tries: Vec<Try>) -> bool {
+        let found: Vec<Found> = tries.par_iter().filter_map(|one| self.tried(one)).collect();
         let mut gained = false;
-        for found in found {
-            if found.earned > self.earned {
-                (*self, gained) = (found, true);
+        for mut found in found {
+            if found.earned > self.best.earned {
+                std::mem::swap(&mut self.best, &mut found);
+                gained = true;
+            }
+            if found.arrived && found.course.plan.is_some() {
+                self.others.push(found);
             }
         }
         gained
     }
 
-    /// Goes the same way to its goal faster, as long as that earns more.
-    fn shorten(&mut self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) {
+    fn tried(&self, one: &Try) -> Option<Found> {
+        let course = one.made(self.plant, self.goals, self.x)?;
+        let (earned, _, last) = course.run(self.plant, self.goals, self.x, self.steps);
+        let arrived = match (course.goal, last) {
+            (Some(goal), Some(last)) => self.goals[goal].distance(&last) < ARRIVED,
+            // An end that was looked for.
+            (None, None) => course.plan.is_some(),
+            _ => false,
+        };
+        Some(Found { earned, course, arrived })
+    }
+
+    /// The best, and those that arrive and earn most besides, so many in all.
+    fn candidates(&mut self, count: usize) -> Vec<Found> {
+        self.others.sort_by(|one, other| other.earned.total_cmp(&one.earned));
+        let others = self.others.drain(..).take(count - 1);
+        std::iter::once(self.best.clone()).chain(others).collect()
+    }
+
+    /// The same way to its goal, made faster as long as that earns more.
+    fn shortened(&self, mut found: Found) -> Found {
+        let (plant, goals, x, steps) = (self.plant, self.goals, self.x, self.steps);
         let mut part = 0;
-        while self.arrived && self.course.goal.is_some() && part <= PARTS.len() {
-            let whole = self.course.length(plant, goals, x, steps);
+        while found.arrived && found.course.goal.is_some() && part <= PARTS.len() {
+            let whole = found.course.length(plant, goals, x, steps);
             let length = PARTS.get(part).map_or(whole.saturating_sub(1), |part| (part * whole as f64) as usize);
-            let way = self.course.earns(plant, goals, x, whole).1;
+            let way = found.course.earns(plant, goals, x, whole).1;
             if length == 0 || way.is_empty() {
-                return;
+                break;
             }
             let faster = |t: usize| way[(t * whole / length).min(way.len() - 1)].clone();
-            let one = Try::Led { goal: self.course.goal, controls: (0..length).map(faster).collect() };
-            part = if self.better(plant, goals, x, steps, vec![one]) { 0 } else { part + 1 };
+            let one = Try::Led { goal: found.course.goal, controls: (0..length).map(faster).collect() };
+            let faster = self.tried(&one).filter(|faster| faster.earned > found.earned);
+            part = if faster.is_some() { 0 } else { part + 1 };
+            found = faster.unwrap_or(found);
         }
+        found
     }
 }
 
@@ -227,10 +250,9 @@ enum Try {
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
         let objective = |goal: Option<usize>| Objective {
-            reward: 0.0,
-            width: 0.0,
             effort: EFFORT,
             end: goal.map(|goal| (&goals[goal], 1.0)),
+            ..Objective::default()
         };
         match self {
             Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
