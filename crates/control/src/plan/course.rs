@@ -5,8 +5,9 @@ use super::ilqr::Plan;
 use super::objective::Objective;
 use super::plant::{Plant, unused};
 
-/// Distance of a goal at which it is reached: a hundredth of a scale.
+/// Distance of a goal at which it is reached, a hundredth of a scale; and the part of what it pays more than the start that the last steps may pay less, one of so many of them.
 pub(super) const ARRIVED: f64 = 1e-2;
+const LATE: usize = 10;
 
 /// Distance of a goal at which steps are all alike, looked at every so many steps.
 const STAYS: f64 = 1e-12;
@@ -38,6 +39,26 @@ pub(crate) struct Course {
     /// Steps of the plan that were made.
     pub(crate) made: usize,
     pub(crate) goal: Option<usize>,
+}
+
+/// What a course comes to.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) earned: f64,
+    pub(crate) controls: Vec<Vec<f64>>,
+    /// The state after the last step; none where the episode ends before.
+    pub(crate) last: Option<Vec<f64>>,
+    /// What the last steps pay, on average.
+    late: f64,
+}
+
+impl Run {
+    /// Whether it ends at `goal`, or pays about as much there if that is more than the start pays.
+    pub(crate) fn arrives(&self, goal: &Goal) -> bool {
+        let more = goal.pay - goal.first;
+        let near = |last: &Vec<f64>| goal.distance(last) < ARRIVED;
+        self.last.as_ref().is_some_and(|last| near(last) || (more > 0.0 && goal.pay - self.late <= ARRIVED * more))
+    }
 }
 
 impl Course {
@@ -83,49 +104,41 @@ impl Course {
         planned.is_some_and(|planned| x.iter().zip(planned).zip(&plant.scales).all(near))
     }
 
-    /// Whether it holds its goal after `steps` steps from x, or ends the episode; also where there is no goal at all.
-    pub(crate) fn arrives(&self, goals: &[Goal], plant: &Plant, x: &[f64], steps: usize) -> bool {
-        let last = self.run(plant, goals, x, steps).2;
-        goals.is_empty() || last.is_none_or(|last| goals.iter().any(|goal| goal.distance(&last) < ARRIVED))
-    }
-
     /// What it earns from x in the next `steps` steps, and the controls of it.
     pub(crate) fn earns(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (f64, Vec<Vec<f64>>) {
-        let (earned, controls, _) = self.run(plant, goals, x, steps);
-        (earned, controls)
+        let run = self.run(plant, goals, x, steps);
+        (run.earned, run.controls)
     }
 
-    /// The same, and the state at the end; none where the episode ends before.
-    pub(super) fn run(
-        &self,
-        plant: &Plant,
-        goals: &[Goal],
-        x: &[f64],
-        steps: usize,
-    ) -> (f64, Vec<Vec<f64>>, Option<Vec<f64>>) {
-        let (mut rng, mut earned, mut controls) = (unused(), 0.0, Vec::with_capacity(steps));
-        let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
+    /// The next `steps` steps from x.
+    pub(crate) fn run(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> Run {
+        let (mut rng, mut x, mut next) = (unused(), x.to_vec(), vec![0.0; x.len()]);
         let mut action = vec![0.0; plant.spec().action_space.action_dim()];
+        let mut run = Run { earned: 0.0, controls: Vec::with_capacity(steps), last: None, late: 0.0 };
+        let late = steps - steps.div_ceil(LATE);
         for t in 0..steps {
             let mut u = self.control(plant, goals, &x, t);
             plant.settle(&mut u, &mut action);
             let Some(stepped) = plant.step(&x, &u, &mut rng, &mut next) else {
-                return (f64::NEG_INFINITY, controls, None);
+                return Run { earned: f64::NEG_INFINITY, ..run };
             };
-            earned += stepped.reward;
-            controls.push(u);
+            run.earned += stepped.reward;
+            run.late += if t < late { 0.0 } else { stepped.reward };
+            run.controls.push(u);
             std::mem::swap(&mut x, &mut next);
             if stepped.ended {
-                return (earned, controls, None);
+                return run;
             }
             if (t + 1).is_multiple_of(LOOKED) && self.stays(goals, &x, t + 1) {
-                let (left, u) = (steps - t - 1, controls[t].clone());
-                earned += stepped.reward * left as f64;
-                controls.resize(steps, u);
+                run.earned += stepped.reward * (steps - t - 1) as f64;
+                run.late += stepped.reward * (steps - late.max(t + 1)) as f64;
+                let u = run.controls[t].clone();
+                run.controls.resize(steps, u);
                 break;
             }
         }
-        (earned, controls, Some(x))
+        run.late /= (steps - late) as f64;
+        Run { last: Some(x), ..run }
     }
 
     /// Whether x, so many steps from now, is the goal that it holds from then on.

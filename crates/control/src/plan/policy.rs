@@ -280,7 +280,11 @@ impl<'a> Episode<'a> {
         let lost = self.steps.is_multiple_of(LOST)
             && !arrived
             && !is_enough(goals, self.expected.earned, ahead)
-            && course.as_ref().is_some_and(|c| !c.arrives(goals, plant, &self.x, ahead));
+            && !goals.is_empty()
+            && course.as_ref().is_some_and(|course| {
+                let run = course.run(plant, goals, &self.x, ahead);
+                run.last.is_some() && !goals.iter().any(|goal| run.arrives(goal))
+            });
         if lost {
             course = None;
         }

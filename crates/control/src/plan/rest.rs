@@ -75,10 +75,16 @@ pub(super) fn find(plant: &Plant, start: &[f64], by: By) -> Vec<Goal> {
             error.iter().zip(&plant.scales).any(|(e, scale)| e.abs() > APART * scale)
         };
         if goals.iter().all(far) {
-            goals.extend(Goal::held((rest.x, rest.u, rest.pay), plant, by));
+            goals.extend(Goal::held((rest.x, rest.u, [rest.pay, pays_at(plant, start)]), plant, by));
         }
     }
     goals
+}
+
+/// What a step from x pays, under no push.
+fn pays_at(plant: &Plant, x: &[f64]) -> f64 {
+    let stepped = plant.step(x, &plant.middle(), &mut unused(), &mut vec![0.0; x.len()]);
+    stepped.map_or(f64::NEG_INFINITY, |stepped| stepped.reward)
 }
 
 /// A state that stays as it is.

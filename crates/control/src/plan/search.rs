@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::course::{ARRIVED, Course, EFFORT, NOTHING, POLISH, WIDTHS};
+use super::course::{Course, EFFORT, NOTHING, POLISH, WIDTHS};
 use super::front::Front;
 use super::goal::Goal;
 use super::guess;
@@ -52,10 +52,13 @@ const BEYOND: usize = 30;
 pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, candidates: usize) -> (Course, f64) {
     let none = Found { earned: f64::NEG_INFINITY, course: Course { plan: None, made: 0, goal: None }, arrived: false };
     let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new() };
-    let plain = (0..goals.len()).map(Some).chain([None]).map(Try::Held);
-    ways.better(plain.collect());
+    let held = |goal| Course { plan: None, made: 0, goal };
+    ways.better((0..goals.len()).map(Some).chain([None]).map(held).map(Try::Made).collect());
     if is_enough(goals, ways.best.earned, steps) {
         return (ways.best.course, ways.best.earned);
+    }
+    if !ways.best.arrived {
+        ways.smooth();
     }
     let mut first = 0;
     for waved in WAVED {
@@ -72,10 +75,9 @@ pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, can
     }
     let found: Vec<Found> = ways.candidates(candidates).into_par_iter().map(|found| ways.shortened(found)).collect();
     let mut courses: Vec<(Course, f64)> = found.into_iter().map(|found| (found.course, found.earned)).collect();
-    if courses[0].0.plan.is_none() {
+    if courses[0].0.plan.is_none() || !ways.best.arrived {
         // Any goal can be held from here; on the way there a plan may earn more.
-        let held = |goal| Course { plan: None, made: 0, goal: Some(goal) };
-        let others = (0..goals.len()).filter(|goal| courses[0].0.goal != Some(*goal)).map(held);
+        let others = (0..goals.len()).filter(|goal| courses[0].0.goal != Some(*goal)).map(|goal| held(Some(goal)));
         let others: Vec<Course> = others.collect();
         courses.extend(others.into_iter().map(|course| {
             let earned = course.earns(plant, goals, x, steps).0;
@@ -120,6 +122,14 @@ pub(super) fn is_enough(goals: &[Goal], earned: f64, steps: usize) -> bool {
 }
 
 impl Ways<'_> {
+    /// Improves the best for its reward as it is: where the whole episode is smooth, nothing else need be found.
+    fn smooth(&mut self) {
+        let (plant, goals, x, steps) = (self.plant, self.goals, self.x, self.steps);
+        let course = self.best.course.clone();
+        let (course, _) = course.polished(plant, goals, x, steps, self.best.earned, (ITERATIONS, steps, &WIDTHS[..1]));
+        self.better(vec![Try::Made(course)]);
+    }
+
     /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more; then some that are a little shorter than the best.
     fn guess(&mut self, numbers: Range<usize>) {
         let (plant, steps) = (self.plant, self.steps);
@@ -199,14 +209,14 @@ impl Ways<'_> {
 
     fn tried(&self, one: &Try) -> Option<Found> {
         let course = one.made(self.plant, self.goals, self.x)?;
-        let (earned, _, last) = course.run(self.plant, self.goals, self.x, self.steps);
-        let arrived = match (course.goal, last) {
-            (Some(goal), Some(last)) => self.goals[goal].distance(&last) < ARRIVED,
+        let run = course.run(self.plant, self.goals, self.x, self.steps);
+        let arrived = match (course.goal, one) {
+            (Some(goal), _) => run.arrives(&self.goals[goal]),
             // An end that was looked for.
-            (None, None) => course.plan.is_some(),
-            _ => false,
+            (None, Try::Led { .. }) if run.last.is_none() => true,
+            (None, _) => self.goals.iter().any(|goal| run.arrives(goal)),
         };
-        Some(Found { earned, course, arrived })
+        Some(Found { earned: run.earned, course, arrived })
     }
 
     /// The best, and those that arrive and earn most besides, so many in all.
@@ -222,6 +232,10 @@ impl Ways<'_> {
         let mut part = 0;
         while found.arrived && found.course.goal.is_some() && part <= PARTS.len() {
             let whole = found.course.length(plant, goals, x, steps);
+            // Nothing is held after it.
+            if whole >= steps {
+                break;
+            }
             let length = PARTS.get(part).map_or(whole.saturating_sub(1), |part| (part * whole as f64) as usize);
             let way = found.course.earns(plant, goals, x, whole).1;
             if length == 0 || way.is_empty() {
@@ -239,8 +253,8 @@ impl Ways<'_> {
 
 /// A way to be tried.
 enum Try {
-    /// No way: only this is held.
-    Held(Option<usize>),
+    /// One that is there already.
+    Made(Course),
     /// Controls that lead near a goal.
     Led { goal: Option<usize>, controls: Vec<Vec<f64>> },
     /// A plan that ends somewhere near a goal.
@@ -255,7 +269,7 @@ impl Try {
             ..Objective::default()
         };
         match self {
-            Self::Held(goal) => Some(Course { plan: None, made: 0, goal: *goal }),
+            Self::Made(course) => Some(course.clone()),
             Self::Led { goal, controls } => {
                 let objective = objective(*goal);
                 let plan = Plan::of(plant, &objective, x, controls.clone())?;
