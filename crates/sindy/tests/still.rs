@@ -44,3 +44,17 @@ fn terms_of_a_state_below_its_noise_are_doubted() {
     }
     assert!(doubted >= 4, "{doubted}");
 }
+
+#[test]
+fn noise_alone_is_no_system() {
+    for seed in 1000..1004 {
+        let mut rng = Seed::new(seed).stream("noise", 0);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut rng) };
+        let states = Array2::from_shape_simple_fn((300, 2), &mut normal);
+        let controls = Array2::from_shape_simple_fn((299, 1), &mut normal);
+        let signals = Signals::new(&["x", "y"], &["u"]);
+        let found = Identifier::of_signals(&signals, 0.01).expect("signals");
+        let found = found.identify_recordings(&[Recording::even(0.01, states, Some(controls))]).expect("equations");
+        assert!(found.report.equations.iter().all(|e| e.doubt.is_some()), "{seed}: {}", found.model);
+    }
+}

@@ -174,6 +174,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Still => {
             "but a state among its terms does not move by more than its noise: leave it out, or measure it better"
         }
+        Doubt::NoMotion => "but no equation has a term: no candidate term explains more than noise",
         Doubt::Large => {
             "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
         }

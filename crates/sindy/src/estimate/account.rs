@@ -43,6 +43,8 @@ pub enum Doubt {
     Asymmetric,
     /// It has terms of a state that does not move by more than its noise: what that is cannot be told from a constant.
     Still,
+    /// Neither it nor any other has a term: what varies is noise, or nothing that the candidate terms describe.
+    NoMotion,
     /// It leaves ten times what the smoothness of the signal tells of its noise.
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
@@ -76,6 +78,7 @@ impl fmt::Display for Doubt {
             Self::Series => "its last terms explain little: they approximate others, as a series does",
             Self::Asymmetric => "its coupling to another joint is not symmetric, as that of masses is",
             Self::Still => "a state among its terms does not move by more than its noise",
+            Self::NoMotion => "no equation has a term: no candidate term explains more than noise",
             Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
             Self::AboveRounding => "its residuals are above the level of rounding",
             Self::Disturbed => "it was fitted to short pieces of the data, because the system is disturbed",
@@ -162,6 +165,8 @@ impl Problem<'_> {
                 Some(Doubt::Correlated)
             } else if best.fit.left[i] > BEYOND * signals.sigma[i].max(self.floor[i]) {
                 Some(Doubt::Large)
+            } else if self.finds_no_motion(&best) {
+                Some(Doubt::NoMotion)
             } else if self.has_still_state(&best, i) {
                 Some(Doubt::Still)
             } else if not_held() && self.acts_on(&best, i) {

@@ -16,6 +16,15 @@ impl Problem<'_> {
         (0..self.rates.len()).filter(is_still).any(|k| best.supports[i].iter().any(|&j| self.terms[j].expr.has(k)))
     }
 
+    /// Whether no equation has a term, though states vary: by their noise, or by what no candidate term describes.
+    pub(super) fn finds_no_motion(&self, best: &Hypothesis) -> bool {
+        let varies = |k: usize| best.fit.sigma[k] > self.floor[k];
+        best.supports.iter().all(Vec::is_empty)
+            && self.rates.iter().all(Option::is_none)
+            && self.given().iter().all(Vec::is_empty)
+            && (0..self.rates.len()).any(varies)
+    }
+
     /// Whether the state `k`, constant in each segment, has values whose differences its noise does not explain.
     fn differs(&self, best: &Hypothesis, k: usize) -> bool {
         let mut values: Vec<(f64, f64)> =
