@@ -53,11 +53,11 @@ pub(crate) struct Run {
 }
 
 impl Run {
-    /// Whether it ends at `goal`, or pays about as much there if that is more than the start pays.
+    /// Whether it comes to `goal`, or pays about as much as that does if it is more than the start pays; where the episode ends in the goal, whether it ends.
     pub(crate) fn arrives(&self, goal: &Goal) -> bool {
+        let Some(last) = &self.last else { return goal.ends && self.earned.is_finite() };
         let more = goal.pay - goal.first;
-        let near = |last: &Vec<f64>| goal.distance(last) < ARRIVED;
-        self.last.as_ref().is_some_and(|last| near(last) || (more > 0.0 && goal.pay - self.late <= ARRIVED * more))
+        goal.distance(last) < ARRIVED || (more > 0.0 && goal.pay - self.late <= ARRIVED * more)
     }
 }
 
@@ -164,7 +164,8 @@ impl Course {
         earned: f64,
     ) -> Option<(Self, f64)> {
         let (course, now) = self.led(plant, goals, x, steps);
-        let less = NOTHING * earned.abs() + earned.abs() / steps.max(1) as f64;
+        let made = course.earns(plant, goals, x, steps).1.len().max(1);
+        let less = NOTHING * earned.abs() + earned.abs() / made as f64;
         (now >= earned - less).then_some((course, now))
     }
 

@@ -61,7 +61,8 @@ impl Plan {
         controls: Vec<Vec<f64>>,
     ) -> Option<Self> {
         let ((n, k), mut rng) = (plant.dims(), unused());
-        let (mut cost, mut gaps) = (objective.of_end(x.last()?), Vec::with_capacity(controls.len()));
+        let (mut cost, mut gaps) =
+            (objective.of_end(plant, controls.len(), x.last()?), Vec::with_capacity(controls.len()));
         for (t, (pair, u)) in x.windows(2).zip(&controls).enumerate() {
             let mut next = vec![0.0; n];
             objective.step(plant, &pair[0], u, (&mut rng, &mut next))?;
@@ -130,7 +131,7 @@ impl Plan {
             plan.x.push(next);
             plan.u.push(u);
         }
-        plan.cost = cost + objective.of_end(&plan.x[steps]);
+        plan.cost = cost + objective.of_end(plant, steps, &plan.x[steps]);
         plan.gains.clone_from(&self.gains);
         plan.cost.is_finite().then_some(plan)
     }
@@ -197,7 +198,7 @@ impl Plan {
     /// Changes of the controls and gains; `None` where the curvature is not positive.
     fn backward(&self, plant: &Plant, objective: &Objective<'_>, local: &[Expansion], damping: f64) -> Option<Law> {
         let (steps, (n, k)) = (self.u.len(), plant.dims());
-        let (mut vx, mut vxx) = objective.expand_end(&self.x[steps]);
+        let (mut vx, mut vxx) = objective.expand_end(plant, steps, &self.x[steps]);
         let (mut change, mut gains) = (vec![Array1::zeros(k); steps], vec![Array2::zeros((k, n)); steps]);
         let mut slope = 0.0_f64;
         let zeros = |count: usize| vec![0.0; count];

@@ -63,19 +63,23 @@ impl Objective<'_> {
         }
     }
 
-    pub(crate) fn of_end(&self, x: &[f64]) -> f64 {
-        self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
+    /// What it costs to end in x, after so many steps.
+    pub(crate) fn of_end(&self, plant: &Plant, steps: usize, x: &[f64]) -> f64 {
+        let away: f64 = self.away(plant, steps, x).map(|(off, scale)| (off / scale).powi(2)).sum();
+        away + self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
     }
 
     /// Gradient (n) and Hessian (n, n), row by row, at the end.
-    pub(crate) fn expand_end(&self, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        match self.end {
+    pub(crate) fn expand_end(&self, plant: &Plant, steps: usize, x: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (mut slope, mut bend) = match self.end {
             None => (vec![0.0; x.len()], vec![0.0; x.len() * x.len()]),
             Some((goal, weight)) => {
                 let slope = goal.value.dot(&goal.error(x)) * (2.0 * weight);
                 (slope.to_vec(), goal.value.iter().map(|v| v * 2.0 * weight).collect())
             }
-        }
+        };
+        self.add_away(plant, (steps, x), (&mut slope, &mut bend));
+        (slope, bend)
     }
 
     /// Slope and curvature of the effort of control `j` at `u`.

@@ -81,10 +81,10 @@ pub(super) fn find(plant: &Plant, start: &[f64], by: By) -> Vec<Goal> {
     goals
 }
 
-/// What a step from x pays, under no push.
+/// What a step from x pays, under no push; infinity where the model diverges.
 fn pays_at(plant: &Plant, x: &[f64]) -> f64 {
     let stepped = plant.step(x, &plant.middle(), &mut unused(), &mut vec![0.0; x.len()]);
-    stepped.map_or(f64::NEG_INFINITY, |stepped| stepped.reward)
+    stepped.map_or(f64::INFINITY, |stepped| stepped.reward)
 }
 
 /// A state that stays as it is.
