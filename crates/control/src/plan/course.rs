@@ -5,8 +5,10 @@ use super::ilqr::Plan;
 use super::objective::Objective;
 use super::plant::{Plant, unused};
 
-/// Distance of a goal at which it is reached, a hundredth of a scale; and the part of what it pays more than the start that the last steps may pay less, one of so many of them.
-pub(super) const ARRIVED: f64 = 1e-2;
+/// Distance of a goal at which it is reached, and the part of what it pays more than the start that the last steps may lack.
+const ARRIVED: f64 = 1e-2;
+
+/// One in so many steps of an episode is one of the last.
 const LATE: usize = 10;
 
 /// Distance of a goal at which steps are all alike, looked at every so many steps.
@@ -153,8 +155,8 @@ impl Course {
         self.polished(plant, goals, x, steps, earned, (AGAIN, length, &WIDTHS[..2]))
     }
 
-    /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned, by more than that is worth, or by more than a step
-    /// by which it arrives later.
+    /// The same from a near state x, improved; `None` where it earns less than `earned`, what it earns from where it was planned, by more than [`NOTHING`] of that and a step's mean
+    /// reward: it may arrive a step later.
     pub(crate) fn adapted(
         &self,
         plant: &Plant,
@@ -173,17 +175,18 @@ impl Course {
     /// whose gaps are closed: its controls alone, or its gains, may lead far away from them.
     pub(crate) fn led(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let length = self.length(plant, goals, x, steps);
-        let closed = self.plan.as_ref().and_then(|plan| {
-            let along = plan.turned(plant, x).x.split_off(self.made);
-            let mut states = along.clone();
+        let turned = self.plan.as_ref().map(|plan| plan.turned(plant, x));
+        let closed = turned.as_ref().and_then(|plan| {
+            let along = &plan.x[self.made..];
+            let mut states = along.to_vec();
             states[0].copy_from_slice(x);
-            let objective = Objective { effort: EFFORT, along: &along, ..Objective::default() };
+            let objective = Objective { effort: EFFORT, along, ..Objective::default() };
             let plan = Plan::through(plant, &objective, states, plan.u[self.made..].to_vec())?;
             Some(plan.improved(plant, &objective, POLISH)).filter(Plan::is_closed)
         });
         let course = match closed {
             Some(plan) => Self { plan: Some(plan), made: 0, goal: self.goal },
-            None => self.clone(),
+            None => Self { plan: turned, ..*self },
         };
         let earned = course.earns(plant, goals, x, steps).0;
         course.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))

@@ -96,13 +96,9 @@ impl Goal {
         earned
     }
 
-    /// The state of rest x under u, which pays `pay`, with its regulator over the states that controls change, of costs `by` the reward or the scales; `None` where none
+    /// The state of rest x under u, which pays `pay` where a start state pays `at_start`, with its regulator over the states that controls change, of costs `by` the reward or the scales; `None` where none
     /// stabilises it.
-    pub(super) fn held(
-        (x, u, [pay, first_pay]): (Vec<f64>, Vec<f64>, [f64; 2]),
-        plant: &Plant,
-        by: By,
-    ) -> Option<Self> {
+    pub(super) fn held((x, u, [pay, at_start]): (Vec<f64>, Vec<f64>, [f64; 2]), plant: &Plant, by: By) -> Option<Self> {
         let (n, k) = plant.dims();
         let moved: Vec<usize> = (0..n).filter(|i| plant.moved[*i]).collect();
         let all = Linear::around(plant.dynamics(), (&x, &u), &mut unused()).ok()?;
@@ -132,7 +128,7 @@ impl Goal {
         }
         let ends = plant.task.terminated(&x);
         let turns = plant.turns.clone();
-        let mut goal = Goal { x, u, pay, first: first_pay, ends, gain: Array2::zeros((k, n)), value, turns };
+        let mut goal = Goal { x, u, pay, first: at_start, ends, gain: Array2::zeros((k, n)), value, turns };
         let mut most = f64::NEG_INFINITY;
         let by_scales = std::iter::once(first).chain(WEIGHTS.into_iter().filter_map(regulator));
         let own = own.filter(|_| by == By::Reward);

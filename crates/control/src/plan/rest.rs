@@ -65,6 +65,7 @@ pub(super) fn find(plant: &Plant, start: &[f64], by: By) -> Vec<Goal> {
         }
     }
     found.sort_by(Rest::order);
+    let at_start = pays_at(plant, start);
     let mut goals: Vec<Goal> = Vec::new();
     for rest in found {
         if goals.len() == GOALS {
@@ -75,7 +76,7 @@ pub(super) fn find(plant: &Plant, start: &[f64], by: By) -> Vec<Goal> {
             error.iter().zip(&plant.scales).any(|(e, scale)| e.abs() > APART * scale)
         };
         if goals.iter().all(far) {
-            goals.extend(Goal::held((rest.x, rest.u, [rest.pay, pays_at(plant, start)]), plant, by));
+            goals.extend(Goal::held((rest.x, rest.u, [rest.pay, at_start]), plant, by));
         }
     }
     goals
