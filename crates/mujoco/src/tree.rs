@@ -45,7 +45,7 @@ pub struct Joint {
     pub axis: [f64; 3],
     /// Its position where the body is as it was drawn.
     pub reference: f64,
-    /// Lowest and highest position, where it has stops.
+    /// Lowest and highest position at which no stop acts, where it has stops: its range without their margin.
     pub range: Option<(f64, f64)>,
 }
 
@@ -112,6 +112,7 @@ impl Tree {
                 _ => return None,
             };
             let [low, high] = array(fields.get("jnt_range")?)?;
+            let margin: f64 = fields.get("jnt_margin")?.parse().ok()?;
             Some(Joint {
                 kind,
                 body: fields.get("jnt_bodyid")?.parse().ok()?,
@@ -119,7 +120,7 @@ impl Tree {
                 pos: array(fields.get("jnt_pos")?)?,
                 axis: array(fields.get("jnt_axis")?)?,
                 reference: *reference.get(position)?,
-                range: (*fields.get("jnt_limited")? == "1").then_some((low, high)),
+                range: (*fields.get("jnt_limited")? == "1").then_some((low + margin, high - margin)),
             })
         };
         let site = |fields: &Fields<'_>| {
@@ -178,7 +179,7 @@ mod tests {
         let text = "MuJoCo version 3.0.0\n\nqpos0                0.5 0 \n\nBODY 0:\n  name                  world\n  body_parentid         0 \n  body_pos             0 0 0 \n  \
                     body_quat            1 0 0 0 \n\nBODY 1:\n  name                  a b\n  body_parentid         0 \n  body_pos             1 2 3 \n  body_quat            0.6 0 0 0.8 \n\n\
                     JOINT 0:\n  name                  \n  jnt_type              3 \n  jnt_qposadr           0 \n  jnt_bodyid            1 \n  jnt_limited           1 \n  jnt_pos              0 0 0 \n  \
-                    jnt_axis             0 1 0 \n  jnt_range            -1 2 \n\nDOF 0:\n  name   no\n";
+                    jnt_axis             0 1 0 \n  jnt_range            -1 2 \n  jnt_margin           0.25 \n\nDOF 0:\n  name   no\n";
         let tree = Tree::parse(text).expect("it is as printed");
         assert_eq!((tree.bodies.len(), tree.bodies[1].name.as_str(), tree.sites.len()), (2, "a b", 0));
         let expected = Joint {
@@ -188,7 +189,7 @@ mod tests {
             pos: [0.0; 3],
             axis: [0.0, 1.0, 0.0],
             reference: 0.5,
-            range: Some((-1.0, 2.0)),
+            range: Some((-0.75, 1.75)),
         };
         assert_eq!(tree.joints, [expected]);
         for broken in

@@ -5,8 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{
-    Agent, AgentError, Batch, Bounded, Checkpoint, CheckpointError, Dynamics, Inverse, Mode, Policy, Rng, Task,
-    TrainedPolicy,
+    Agent, AgentError, Batch, Checkpoint, CheckpointError, Dynamics, Inverse, Mode, Policy, Rng, Task, TrainedPolicy,
 };
 
 use super::policy::{Method, Planner};
@@ -29,13 +28,12 @@ impl Planners {
         Ok(Self { methods: methods.to_vec(), task, stop })
     }
 
-    /// The planner in `model`, within the declared bounds of its states, for measurements with errors of the standard deviations `noise` (n; none for exact ones).
+    /// The planner in `model`, for measurements with errors of the standard deviations `noise` (n; none for exact ones).
     ///
     /// # Errors
     /// [`ControlError::Unseen`] if a state is not observed.
     pub fn planner(&self, method: Method, model: Arc<dyn Dynamics>, noise: &[f64]) -> Result<Planner, ControlError> {
-        let bounded = Arc::new(Bounded::new(model, &self.task.spec().state));
-        let planner = Planner::new(method, bounded, self.task.clone())?;
+        let planner = Planner::new(method, model, self.task.clone())?;
         Ok(planner.with_noise(noise).with_stop(self.stop.clone()).prepared())
     }
 }

@@ -2,7 +2,7 @@
 
 use super::goal::Goal;
 use super::ilqr::Plan;
-use super::objective::Objective;
+use super::objective::{BEYOND, EFFORT, Objective};
 use super::plant::{Plant, unused};
 
 /// Distance of a goal at which it is reached, and the part of what it pays more than the start that the last steps may lack.
@@ -31,9 +31,6 @@ const AGAIN: usize = 3;
 /// Scales within which a state is the planned one.
 const FOLLOWED: f64 = 1e-6;
 
-/// What a control costs on the way to a goal, beside its distance at the end.
-pub(super) const EFFORT: f64 = 1e-3;
-
 /// A plan, after which a goal is held; without a goal the last control is.
 #[derive(Debug, Clone)]
 pub(crate) struct Course {
@@ -52,15 +49,25 @@ pub(crate) struct Run {
     pub(crate) last: Option<Vec<f64>>,
     /// What the last steps pay, on average.
     late: f64,
+    /// Whether all positions stay within their bounds; what the system does beyond is not known.
+    known: bool,
 }
 
 impl Run {
     /// Whether it comes to `goal`, or pays about as much as that does if it is more than the start pays; where the episode ends in the goal, whether it ends.
     pub(crate) fn arrives(&self, goal: &Goal) -> bool {
+        if !self.known {
+            return false;
+        }
         let Some(last) = &self.last else { return goal.ends && self.earned.is_finite() };
         let more = goal.pay - goal.first;
         goal.distance(last) < ARRIVED || (more > 0.0 && goal.pay - self.late <= ARRIVED * more)
     }
+}
+
+/// What it costs to be a scale beyond the bounds of a position, for a step: as much as many steps pay.
+pub(super) fn charge(plant: &Plant, goals: &[Goal]) -> f64 {
+    BEYOND * goals.iter().map(|goal| goal.pay.abs()).fold(plant.paid_mostly, f64::max)
 }
 
 impl Course {
@@ -112,28 +119,31 @@ impl Course {
         (run.earned, run.controls)
     }
 
-    /// The next `steps` steps from x.
+    /// The next `steps` steps from x. What they earn is less what it costs to be beyond the bounds of a position.
     pub(crate) fn run(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> Run {
         let (mut rng, mut x, mut next) = (unused(), x.to_vec(), vec![0.0; x.len()]);
         let mut action = vec![0.0; plant.spec().action_space.action_dim()];
-        let mut run = Run { earned: 0.0, controls: Vec::with_capacity(steps), last: None, late: 0.0 };
+        let mut run = Run { earned: 0.0, controls: Vec::with_capacity(steps), last: None, late: 0.0, known: true };
         let late = steps - steps.div_ceil(LATE);
+        let charge = charge(plant, goals);
         for t in 0..steps {
             let mut u = self.control(plant, goals, &x, t);
             plant.settle(&mut u, &mut action);
             let Some(stepped) = plant.step(&x, &u, &mut rng, &mut next) else {
                 return Run { earned: f64::NEG_INFINITY, ..run };
             };
-            run.earned += stepped.reward;
-            run.late += if t < late { 0.0 } else { stepped.reward };
+            run.known &= !plant.is_outside(&next);
+            let paid = stepped.reward - charge * plant.beyond(&next).map(|(_, off)| off * off).sum::<f64>();
+            run.earned += paid;
+            run.late += if t < late { 0.0 } else { paid };
             run.controls.push(u);
             std::mem::swap(&mut x, &mut next);
             if stepped.ended {
                 return run;
             }
             if (t + 1).is_multiple_of(LOOKED) && self.stays(goals, &x, t + 1) {
-                run.earned += stepped.reward * (steps - t - 1) as f64;
-                run.late += stepped.reward * (steps - late.max(t + 1)) as f64;
+                run.earned += paid * (steps - t - 1) as f64;
+                run.late += paid * (steps - late.max(t + 1)) as f64;
                 let u = run.controls[t].clone();
                 run.controls.resize(steps, u);
                 break;
@@ -180,7 +190,7 @@ impl Course {
             let along = &plan.x[self.made..];
             let mut states = along.to_vec();
             states[0].copy_from_slice(x);
-            let objective = Objective { effort: EFFORT, along, ..Objective::default() };
+            let objective = Objective { along, ..Objective::way(None) };
             let plan = Plan::through(plant, &objective, states, plan.u[self.made..].to_vec())?;
             Some(plan.improved(plant, &objective, POLISH)).filter(Plan::is_closed)
         });
@@ -220,7 +230,7 @@ impl Course {
         earned: f64,
         (iterations, length, widths): (usize, usize, &[f64]),
     ) -> (Self, f64) {
-        let per_width = |width| self.objective(goals, steps, earned, (length, width));
+        let per_width = |width| self.objective(plant, goals, (steps, earned), (length, width));
         let objectives: Vec<Objective<'_>> = widths.iter().copied().map(per_width).collect();
         let (mut best, mut earned) = (self, earned);
         for objective in objectives {
@@ -239,9 +249,9 @@ impl Course {
     /// The reward of its next `length` steps with differences so wide, where the next `steps` earn `earned`.
     fn objective<'a>(
         &self,
+        plant: &Plant,
         goals: &'a [Goal],
-        steps: usize,
-        earned: f64,
+        (steps, earned): (usize, f64),
         (length, width): (usize, f64),
     ) -> Objective<'a> {
         // What holds the goal is a small part of it, without which small changes of a plan past unstable rest would lead far away.
@@ -250,6 +260,13 @@ impl Course {
         let unit = if unit.is_finite() { unit } else { 0.0 };
         // Nothing is held after the last step.
         let end = goal.map(|goal| (goal, unit)).filter(|_| length < steps);
-        Objective { reward: 1.0, width, effort: EFFORT * unit, end, ..Objective::default() }
+        Objective {
+            reward: 1.0,
+            width,
+            effort: EFFORT * unit,
+            beyond: charge(plant, goals),
+            end,
+            ..Objective::default()
+        }
     }
 }

@@ -160,7 +160,7 @@ impl<'a> Front<'a> {
         self.front = kept;
     }
 
-    /// The node that is reached from `parent` under `choice`; `None` where the model diverges.
+    /// The node that is reached from `parent` under `choice`; `None` where the model diverges or a position leaves its bounds.
     fn follow(&self, parent: usize, choice: Choice) -> Option<Node> {
         let Node { x, earned, .. } = &self.nodes[parent];
         let (mut x, mut next, mut rng) = (x.clone(), vec![0.0; x.len()], unused());
@@ -168,6 +168,9 @@ impl<'a> Front<'a> {
         for _ in 0..self.hold {
             let u = self.control(choice, &x);
             let stepped = self.plant.step(&x, &u, &mut rng, &mut next)?;
+            if self.plant.is_outside(&next) {
+                return None;
+            }
             node.earned += stepped.reward;
             std::mem::swap(&mut x, &mut next);
             if stepped.ended {

@@ -227,7 +227,7 @@ impl Plan {
                     quu.fill(0.0);
                 }
             }
-            objective.add_away(plant, (t, &self.x[t]), (&mut qx, &mut qxx));
+            objective.add_place(plant, (t, &self.x[t]), (&mut qx, &mut qxx));
             for (j, u) in self.u[t].iter().enumerate() {
                 let (slope, bend) = objective.of_effort(plant, j, *u);
                 qu[j] += slope;

@@ -5,7 +5,7 @@ use rand_distr::{Distribution as _, StandardNormal};
 use rayon::prelude::*;
 use sindyna_core::{Rng, Seed};
 
-use super::course::Course;
+use super::course::{Course, charge};
 use super::goal::Goal;
 use super::plant::{Plant, unused};
 
@@ -109,12 +109,12 @@ fn earned(plant: &Plant, goals: &[Goal], x: &[f64], controls: &Array2<f64>, (ste
     let (mut rng, mut earned) = (unused(), 0.0);
     let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
     let mut action = vec![0.0; plant.spec().action_space.action_dim()];
-    let mut last = 0.0;
+    let (mut last, charge) = (0.0, charge(plant, goals));
     for t in 0..steps {
         let mut u = controls.row(t).to_vec();
         plant.settle(&mut u, &mut action);
         let Some(stepped) = plant.step(&x, &u, &mut rng, &mut next) else { return f64::NEG_INFINITY };
-        earned += stepped.reward;
+        earned += stepped.reward - charge * plant.beyond(&next).map(|(_, off)| off * off).sum::<f64>();
         last = stepped.reward;
         std::mem::swap(&mut x, &mut next);
         if stepped.ended {

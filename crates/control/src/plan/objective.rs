@@ -7,13 +7,18 @@ use super::goal::Goal;
 use super::plant::Plant;
 use super::slopes::costs;
 
-/// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + Σ ‖x_t − `along`_t‖² (in scales) + `end`·(x_T − x*)ᵀP(x_T − x*).
+/// What controls cost on the way to a goal, beside its distance at the end, and what it costs to be beyond the bounds of a position, beside what steps are worth.
+pub(super) const EFFORT: f64 = 1e-3;
+pub(super) const BEYOND: f64 = 1e3;
+
+/// −Σ `reward`·r + `effort`·Σ ‖u‖² (in half ranges) + Σ ‖x_t − `along`_t‖² + `beyond`·Σ ‖what x_t is beyond bounds‖² (in scales) + `end`·(x_T − x*)ᵀP(x_T − x*).
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Objective<'a> {
     pub(crate) reward: f64,
     /// Step of differences of the reward, in scales.
     pub(crate) width: f64,
     pub(crate) effort: f64,
+    pub(crate) beyond: f64,
     /// States (T + 1, n) that are to be followed; none: all alike.
     pub(crate) along: &'a [Vec<f64>],
     pub(crate) end: Option<(&'a Goal, f64)>,
@@ -28,7 +33,12 @@ pub(crate) struct Expansion {
     pub(crate) reward: Option<(Array1<f64>, Array2<f64>)>,
 }
 
-impl Objective<'_> {
+impl<'a> Objective<'a> {
+    /// The way to `end`, if there is one.
+    pub(crate) fn way(end: Option<&'a Goal>) -> Self {
+        Self { effort: EFFORT, beyond: BEYOND, end: end.map(|goal| (goal, 1.0)), ..Self::default() }
+    }
+
     /// Writes the state after x under u; its reward, 0 where this objective has no use for it; `None` where the model diverges or the reward is no finite number.
     pub(crate) fn step(&self, plant: &Plant, x: &[f64], u: &[f64], (rng, next): (&mut Rng, &mut [f64])) -> Option<f64> {
         plant.dynamics().step(x, u, rng, next).ok()?;
@@ -44,8 +54,13 @@ impl Objective<'_> {
     /// What step `t` costs, from x under u.
     pub(crate) fn of_step(&self, plant: &Plant, reward: f64, (t, x, u): (usize, &[f64], &[f64])) -> f64 {
         let effort: f64 = u.iter().enumerate().map(|(j, u)| (u / plant.half(j)).powi(2)).sum();
+        self.effort * effort + self.of_place(plant, t, x) - self.reward * reward
+    }
+
+    /// What it costs to be in x at step `t`.
+    fn of_place(&self, plant: &Plant, t: usize, x: &[f64]) -> f64 {
         let away: f64 = self.away(plant, t, x).map(|(off, scale)| (off / scale).powi(2)).sum();
-        self.effort * effort + away - self.reward * reward
+        away + self.beyond * plant.beyond(x).map(|(_, off)| off * off).sum::<f64>()
     }
 
     /// How far x is from where step `t` is to begin, and the scales; nothing where that is all alike.
@@ -55,18 +70,22 @@ impl Objective<'_> {
     }
 
     /// Adds the slopes (n) and curvatures (n, n), row by row, of what it costs to be in x at step `t`.
-    pub(crate) fn add_away(&self, plant: &Plant, (t, x): (usize, &[f64]), (qx, qxx): (&mut [f64], &mut [f64])) {
+    pub(crate) fn add_place(&self, plant: &Plant, (t, x): (usize, &[f64]), (qx, qxx): (&mut [f64], &mut [f64])) {
         let n = x.len();
         for (i, (off, scale)) in self.away(plant, t, x).enumerate() {
             qx[i] += 2.0 * off / (scale * scale);
             qxx[i * n + i] += 2.0 / (scale * scale);
         }
+        for (i, off) in plant.beyond(x).filter(|_| self.beyond > 0.0) {
+            let scale = plant.scales[i];
+            qx[i] += 2.0 * self.beyond * off / scale;
+            qxx[i * n + i] += 2.0 * self.beyond / (scale * scale);
+        }
     }
 
     /// What it costs to end in x, after so many steps.
     pub(crate) fn of_end(&self, plant: &Plant, steps: usize, x: &[f64]) -> f64 {
-        let away: f64 = self.away(plant, steps, x).map(|(off, scale)| (off / scale).powi(2)).sum();
-        away + self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
+        self.of_place(plant, steps, x) + self.end.map_or(0.0, |(goal, weight)| weight * goal.distance(x))
     }
 
     /// Gradient (n) and Hessian (n, n), row by row, at the end.
@@ -78,7 +97,7 @@ impl Objective<'_> {
                 (slope.to_vec(), goal.value.iter().map(|v| v * 2.0 * weight).collect())
             }
         };
-        self.add_away(plant, (steps, x), (&mut slope, &mut bend));
+        self.add_place(plant, (steps, x), (&mut slope, &mut bend));
         (slope, bend)
     }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use ndarray::Array2;
 use rand::RngExt as _;
-use sindyna_core::{Diverged, Dynamics, Jacobians, Kind, Rng, Seed, Space, Spec, Task};
+use sindyna_core::{Bounded, Channel, Diverged, Dynamics, Jacobians, Kind, Rng, Seed, Space, Spec, Task};
 
 /// Rollouts under random controls, from which it is told how far states move.
 const ROLLOUTS: u64 = 8;
@@ -16,6 +16,9 @@ const STEPS: usize = 200;
 /// Steps for which such a control is held: one that changed each time would move nothing heavy.
 const HELD: usize = 10;
 
+/// Scales beyond the bounds of a position at which a state is there no longer by rounding or for want of iterations.
+const OUTSIDE: f64 = 1e-2;
+
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Stepped {
@@ -23,9 +26,10 @@ pub(crate) struct Stepped {
     pub(crate) ended: bool,
 }
 
-/// x⁺ = F(x, u) with rewards and ends.
+/// x⁺ = F(x, u) with rewards and ends. States stay within their bounds, as sensors show them, but for positions whose rates are states too: there the equations go on as
+/// if nothing were in the way, and what is beyond the bounds counts against a plan.
 pub(crate) struct Plant {
-    dynamics: Arc<dyn Dynamics>,
+    dynamics: Bounded<Arc<dyn Dynamics>>,
     pub(crate) task: Arc<dyn Task>,
     /// Controls lie between; numbered ones are taken from this box while planning.
     pub(crate) low: Vec<f64>,
@@ -34,8 +38,12 @@ pub(crate) struct Plant {
     pub(crate) scales: Vec<f64>,
     /// The largest change of a state in a step under random controls, in scales: its mean.
     pub(crate) pace: f64,
+    /// The size of what a step pays under random controls: its mean; 1 where nothing is paid.
+    pub(crate) paid_mostly: f64,
     /// States that turn: whole turns of them are the same.
     pub(crate) turns: Vec<bool>,
+    /// Positions whose rates are states, with their bounds.
+    walls: Vec<(usize, f64, f64)>,
     /// States that the controls can change.
     pub(crate) moved: Vec<bool>,
     stop: Arc<AtomicBool>,
@@ -60,8 +68,18 @@ impl Plant {
         let seen = |name: &str| spec.observation.iter().any(|o| o.name == name);
         let turns = spec.state.iter().map(|c| c.kind == Kind::Angle && !c.is_bounded() && !seen(&c.name)).collect();
         let n = spec.state_dim();
+        let is_wall = |i: usize| spec.state.iter().any(|channel| channel.kind == Kind::RateOf(i));
+        let free = |(i, channel): (usize, &Channel)| {
+            let channel = channel.clone();
+            if is_wall(i) { channel.within(f64::NEG_INFINITY, f64::INFINITY) } else { channel }
+        };
+        let shown: Vec<Channel> = spec.state.iter().enumerate().map(free).collect();
+        let dynamics = Bounded::new(dynamics, &shown);
+        let bounds = |i: usize| (i, spec.state[i].prior.bounds.0, spec.state[i].prior.bounds.1);
+        let walls = (0..n).filter(|i| is_wall(*i)).map(bounds).collect();
         let (scales, moved, stop) = (vec![1.0; n], vec![true; n], Arc::new(AtomicBool::new(false)));
-        let mut plant = Self { dynamics, task, low, high, scales, pace: 1.0, turns, moved, stop };
+        let mut plant =
+            Self { dynamics, task, low, high, scales, pace: 1.0, paid_mostly: 1.0, turns, walls, moved, stop };
         plant.look_around();
         plant
     }
@@ -104,6 +122,17 @@ impl Plant {
         self.paid(x, u, next)
     }
 
+    /// Positions that are beyond their bounds in x, and how far, in scales: below 0 under the lower one.
+    pub(crate) fn beyond<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
+        let off = move |&(i, low, high): &(usize, f64, f64)| (i, (x[i] - x[i].clamp(low, high)) / self.scales[i]);
+        self.walls.iter().map(off).filter(|(_, off)| *off != 0.0)
+    }
+
+    /// Whether a position is beyond its bounds in x: what happens there the equations do not tell.
+    pub(crate) fn is_outside(&self, x: &[f64]) -> bool {
+        self.beyond(x).any(|(_, off)| off.abs() > OUTSIDE)
+    }
+
     /// What a step from x to `next` comes to; `None` where the task pays no finite number.
     pub(crate) fn paid(&self, x: &[f64], u: &[f64], next: &[f64]) -> Option<Stepped> {
         let (reward, ended) = (self.reward(x, u, next), self.task.terminated(next));
@@ -122,7 +151,7 @@ impl Plant {
     }
 
     pub(crate) fn dynamics(&self) -> &dyn Dynamics {
-        &*self.dynamics
+        &self.dynamics
     }
 
     pub(crate) fn linearize(&self, x: &[f64], u: &[f64], rng: &mut Rng) -> Result<Jacobians, Diverged> {
@@ -159,7 +188,7 @@ impl Plant {
     /// Random rollouts tell how far states move, and which of them the controls reach.
     fn look_around(&mut self) {
         let (n, k) = self.dims();
-        let (mut sums, mut squares, mut count) = (vec![0.0; n], vec![0.0; n], 0.0);
+        let (mut sums, mut squares, mut paid, mut count) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
         let mut changes: Vec<Vec<f64>> = Vec::new();
         let mut touched = Array2::from_elem((n, n + k), false);
         for rollout in 0..ROLLOUTS {
@@ -178,13 +207,15 @@ impl Plant {
                         }
                     }
                 }
-                let Some(Stepped { ended, .. }) = self.step(&x, &u, &mut rng, &mut next) else { break };
+                let Some(Stepped { reward, ended }) = self.step(&x, &u, &mut rng, &mut next) else { break };
+                self.walls.iter().for_each(|&(i, low, high)| next[i] = next[i].clamp(low, high));
                 changes.push(x.iter().zip(&next).map(|(x, next)| (next - x).abs()).collect());
                 std::mem::swap(&mut x, &mut next);
                 for (i, x) in x.iter().enumerate() {
                     sums[i] += x;
                     squares[i] += x * x;
                 }
+                paid += reward.abs();
                 count += 1.0;
                 if ended {
                     break;
@@ -198,6 +229,8 @@ impl Plant {
             let most = if self.turns[i] { 1.0 } else { f64::INFINITY };
             self.scales[i] = if deviation > 1e-9 * (1.0 + mean.abs()) { deviation.min(most) } else { 1.0 };
         }
+        let paid = paid / f64::max(count, 1.0);
+        self.paid_mostly = if paid > 0.0 { paid } else { 1.0 };
         let pace = |change: &Vec<f64>| change.iter().zip(&self.scales).map(|(c, s)| c / s).fold(0.0, f64::max);
         self.pace = (changes.iter().map(pace).sum::<f64>() / changes.len().max(1) as f64).max(f64::MIN_POSITIVE);
         let mut moved: Vec<bool> = (0..n).map(|i| (n..n + k).any(|j| touched[[i, j]])).collect();

@@ -114,7 +114,7 @@ impl Rest {
             plant.step(&x, &u, &mut rng, &mut next)?;
             let off = |i: usize| (next[i] - x[i]) / plant.scales[i];
             if (0..n).filter(|i| plant.moved[*i]).all(|i| off(i).abs() <= AT_REST) {
-                return Some(Self::at(plant, start, x, u));
+                return Some(Self::at(plant, start, x, u)).filter(|rest| !plant.is_outside(&rest.x));
             }
             let (a, b) = plant.linearize(&x, &u, &mut rng).ok()?;
             // In scales, so that the damping is alike for all.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::course::{Course, EFFORT, NOTHING, POLISH, WIDTHS};
+use super::course::{Course, NOTHING, POLISH, WIDTHS};
 use super::front::Front;
 use super::goal::Goal;
 use super::guess;
@@ -154,7 +154,7 @@ impl Ways<'_> {
         let all = (0..goals.len()).flat_map(|goal| numbers.clone().map(move |number| (goal, number)));
         let all: Vec<(usize, usize)> = all.collect();
         let close = |&(goal, number): &(usize, usize)| {
-            let objective = Objective { effort: EFFORT, end: Some((&goals[goal], 1.0)), ..Objective::default() };
+            let objective = Objective::way(Some(&goals[goal]));
             let states = guess::between(plant, x, &goals[goal], length, number);
             let plan = Plan::through(plant, &objective, states, vec![plant.middle(); length])?;
             Some((goal, plan.improved(plant, &objective, CLOSING)))
@@ -263,11 +263,7 @@ enum Try {
 
 impl Try {
     fn made(&self, plant: &Plant, goals: &[Goal], x: &[f64]) -> Option<Course> {
-        let objective = |goal: Option<usize>| Objective {
-            effort: EFFORT,
-            end: goal.map(|goal| (&goals[goal], 1.0)),
-            ..Objective::default()
-        };
+        let objective = |goal: Option<usize>| Objective::way(goal.map(|goal| &goals[goal]));
         match self {
             Self::Made(course) => Some(course.clone()),
             Self::Led { goal, controls } => {
