@@ -137,13 +137,13 @@ pub(crate) struct Estimate {
 }
 
 /// Samples for every term, below which an equation is not called adequate.
-const ROWS_A_TERM: f64 = 3.0;
+pub(super) const ROWS_A_TERM: f64 = 3.0;
 
 /// Multiple of the rates that one term contributes, beyond which the terms make up for others.
 const CANCELLING: f64 = 1e3;
 
 /// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone.
-const BEYOND: f64 = 10.0;
+pub(super) const BEYOND: f64 = 10.0;
 
 impl Problem<'_> {
     /// What was found, and what speaks against it.

@@ -115,7 +115,7 @@ impl Problem<'_> {
             n_plain: terms.len(),
             of_parts: None,
             instead: None,
-            lagrangian: None,
+            mechanics: &[],
             rates: &rates,
             constraints: &[],
             segments: &segments,

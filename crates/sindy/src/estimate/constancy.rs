@@ -19,7 +19,7 @@ impl Problem<'_> {
     pub(super) fn halves_agree(&self, hypothesis: &Hypothesis) -> Vec<bool> {
         let n = self.rates.len();
         let total: usize = self.segments.iter().map(Segment::len).sum();
-        let half = |first: usize, last: usize| self.told_by(hypothesis, first, last);
+        let half = |first: usize, last: usize| moved(self.told_by(hypothesis, first, last)?);
         let (Some(one), Some(other)) = (half(0, total / 2), half(total / 2, total)) else { return vec![true; n] };
         let mut first = 0;
         let of = |i: usize| {
@@ -31,7 +31,13 @@ impl Problem<'_> {
         (0..n).map(of).collect()
     }
 
-    fn told_by(&self, hypothesis: &Hypothesis, first: usize, last: usize) -> Option<(Triangle, Vec<f64>)> {
+    /// Columns of the coefficients of `hypothesis` and of what it leaves, over steps `first` to `last`; and the slopes of the volume of the states, of systems that run away.
+    pub(super) fn told_by(
+        &self,
+        hypothesis: &Hypothesis,
+        first: usize,
+        last: usize,
+    ) -> Option<(Triangle, Option<Vec<f64>>)> {
         let (mut segments, mut x): (Vec<Segment>, Vec<Array2<f64>>) = (Vec::new(), Vec::new());
         let mut begun = 0;
         for (segment, followed) in self.segments.iter().zip(&hypothesis.fit.x) {
@@ -48,22 +54,30 @@ impl Problem<'_> {
             let last = PARTS.len() - 1;
             linearised(flow, &segments, (&fit.xi, &x), &fit.sigma, last, (work, self.watch.asks()))
         })?;
-        let p = flow.n_parameters();
-        let mut moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
-        if fit.expansion > 0.0 {
-            let at = (&fit.xi[..], &x[..]);
-            let slopes =
-                self.working(|work| fit.slopes(flow, &segments, at, PARTS.len() - 1, (work, self.watch.asks())))?;
-            // What is not determined is not compared.
-            let shift = triangle.shift(&slopes)?;
-            moved.iter_mut().zip(shift).for_each(|(moved, shift)| *moved -= shift);
+        if fit.expansion <= 0.0 {
+            return Some((triangle, None));
         }
-        Some((triangle, moved))
+        let at = (&fit.xi[..], &x[..]);
+        let slopes =
+            self.working(|work| fit.slopes(flow, &segments, at, PARTS.len() - 1, (work, self.watch.asks())))?;
+        Some((triangle, Some(slopes)))
     }
 }
 
+/// By how much coefficients move by what is told of them; `None` where they are not all determined and the states tell of them, too.
+fn moved((triangle, slopes): (Triangle, Option<Vec<f64>>)) -> Option<(Triangle, Vec<f64>)> {
+    let p = triangle.n_columns() - 1;
+    let mut moved = triangle.solve_unit(&(0..p).collect::<Vec<_>>(), p);
+    if let Some(slopes) = slopes {
+        // What is not determined is not compared.
+        let shift = triangle.shift(&slopes)?;
+        moved.iter_mut().zip(shift).for_each(|(moved, shift)| *moved -= shift);
+    }
+    Some((triangle, moved))
+}
+
 /// (a − b)ᵀ (A + B)⁻¹ (a − b) of the coefficients `columns` of two independent estimates with covariances A and B.
-fn distance(one: &(Triangle, Vec<f64>), other: &(Triangle, Vec<f64>), columns: &[usize]) -> Option<f64> {
+pub(super) fn distance(one: &(Triangle, Vec<f64>), other: &(Triangle, Vec<f64>), columns: &[usize]) -> Option<f64> {
     let covariance = block(&one.0, columns)? + block(&other.0, columns)?;
     let apart = DVector::from_iterator(columns.len(), columns.iter().map(|&j| one.1[j] - other.1[j]));
     let solved = covariance.cholesky()?.solve(&apart);

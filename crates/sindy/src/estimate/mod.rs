@@ -33,6 +33,7 @@ mod size;
 mod still;
 mod strays;
 mod substitution;
+mod tied;
 mod white;
 
 pub use account::Doubt;
@@ -42,3 +43,4 @@ pub(crate) use hypothesis::budget;
 pub(crate) use posterior::Posterior;
 pub(crate) use problem::{OfPart, Problem, Structure};
 pub(crate) use search::{completed, estimate};
+pub(crate) use tied::adequate;

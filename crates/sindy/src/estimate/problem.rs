@@ -4,7 +4,7 @@ use std::cell::Cell;
 
 use super::constraints::Constraints;
 use crate::data::Segment;
-use crate::library::{Lagrangian, Term};
+use crate::library::Term;
 use crate::motion::Stepping;
 use crate::solve::Selected;
 use crate::{BestSubset, Watch};
@@ -20,8 +20,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) of_parts: Option<&'a Structure>,
     /// Whether what explains the data otherwise is better than these equations, which leave more than noise of a part of them: then all samples need not be searched.
     pub(crate) instead: Option<&'a dyn Fn(OfPart<'_>) -> bool>,
-    /// Mechanics of these variables, if they may be such.
-    pub(crate) lagrangian: Option<&'a Lagrangian>,
+    /// Equations that Lagrangians of these variables propose.
+    pub(crate) mechanics: &'a [Structure],
     /// Per state: the state that is declared to be its rate.
     pub(crate) rates: &'a [Option<usize>],
     pub(crate) n_controls: usize,

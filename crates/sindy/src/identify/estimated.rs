@@ -16,7 +16,7 @@ use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{Doubt, Estimate, Problem, Structure, budget};
-use crate::library::{Extent, Joints, Lagrangian, Term, general, shaped};
+use crate::library::{Extent, Joints, Term, general, shaped};
 use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
@@ -208,22 +208,20 @@ impl Identifier {
             .map(|found| self.structure(&found, &tiers, &mut terms))
             .or_else(|| self.previous.as_ref().and_then(|model| self.structure_of(model, &terms)));
         let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
-        let n_plain = terms.len();
-        terms.extend(self.terms_with_parameters(segments));
         let rates = self.rates();
-        let n_controls = self.spec.control_dim();
-        let joints = if self.constraints.is_empty() { Joints::new(&self.inputs(), &rates, &[]) } else { None };
-        let lagrangian = joints.as_ref().and_then(Lagrangian::new);
         let whole = budget(self.effort, segments);
+        // Simulators hold their inputs.
+        let discrete = self.simulators && segments.iter().all(|s| s.ramp.is_none());
+        let spent = Cell::new(0);
         let problem = Problem {
-            terms: &terms,
-            n_plain,
-            of_parts: of_parts.as_ref(),
+            terms: &[],
+            n_plain: 0,
+            of_parts: None,
             instead: None,
-            lagrangian: lagrangian.as_ref(),
+            mechanics: &[],
             rates: &rates,
-            n_controls,
-            constraints: &constraints,
+            n_controls: self.spec.control_dim(),
+            constraints: &[],
             segments,
             floor,
             noise: &[],
@@ -233,12 +231,32 @@ impl Identifier {
             whole,
             budget: whole,
             again: false,
-            // Simulators hold their inputs.
-            discrete: self.simulators && segments.iter().all(|s| s.ramp.is_none()),
-            spent: &Cell::new(0),
+            discrete,
+            spent: &spent,
             watch,
         };
-        let (found, notes) = self.estimated_or_in_pieces(&problem, stepping, space);
+        let joints = Joints::new(&self.inputs(), &rates, &[]);
+        let joints = joints.filter(|_| of_parts.is_none() && constraints.is_empty());
+        let of_joints = joints.map(|joints| (self.of_joints(&joints, &problem, (stepping, space)), joints));
+        let (found, notes) = match of_joints {
+            Some((Ok(found), _)) => (Some(found), Vec::new()),
+            other => {
+                let proposed = other.and_then(|(proposed, joints)| Some((joints, proposed.err()?)));
+                let mechanics: Vec<Structure> = proposed
+                    .map_or_else(Vec::new, |(joints, proposed)| self.structures(&joints, &proposed, &mut terms));
+                let n_plain = terms.len();
+                terms.extend(self.terms_with_parameters(segments));
+                let problem = Problem {
+                    terms: &terms,
+                    n_plain,
+                    of_parts: of_parts.as_ref(),
+                    mechanics: &mechanics,
+                    constraints: &constraints,
+                    ..problem
+                };
+                self.estimated_or_in_pieces(&problem, stepping, space)
+            }
+        };
         let Some(mut found) = found else { return Ok(None) };
         if self.noise == NoiseChoice::Rounding && !found.leaves_nothing {
             for (fit, doubt) in found.fits.iter_mut().zip(&mut found.doubts) {
@@ -262,7 +280,7 @@ impl Identifier {
 }
 
 /// The structure of equations whose terms and coefficients are `rows`.
-fn structured(mut rows: Vec<Vec<(usize, f64)>>) -> Structure {
+pub(super) fn structured(mut rows: Vec<Vec<(usize, f64)>>) -> Structure {
     rows.iter_mut().for_each(|row| row.sort_by_key(|(j, _)| *j));
     let supports = rows.iter().map(|row| row.iter().map(|(j, _)| *j).collect()).collect();
     (supports, rows.into_iter().flatten().map(|(_, c)| c).collect())

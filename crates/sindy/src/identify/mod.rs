@@ -9,6 +9,7 @@ mod estimated;
 mod feature;
 mod in_motion;
 mod in_pieces;
+mod joints;
 mod knowledge;
 mod known;
 mod models;

@@ -76,7 +76,7 @@ impl Data<'_> {
             let mut rows = Array2::zeros((run.len() * n, n_free + 1));
             for t in 0..run.len() {
                 let (x, u) = (run.x.row(t).to_vec(), run.u.row(t).to_vec());
-                let flight = mechanism.step((&x, &u), values, self.dt, stepping)?;
+                let flight = mechanism.step(mechanism.start(&x), &u, values, self.dt, stepping)?;
                 for i in 0..n {
                     let sigma = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]).max(f64::MIN_POSITIVE);
                     let mut row = rows.row_mut(t * n + i);

@@ -22,11 +22,13 @@ pub(super) struct Mechanism {
     joints: Vec<(usize, usize)>,
     n_states: usize,
     n_parameters: usize,
+    /// States at the start of a flight that it is told to change with: all of them, or none.
+    n_starts: usize,
     tape: Tape,
     summands: Vec<Summand>,
 }
 
-/// A state and what it changes with each parameter, one after the other: (1 + P) times n numbers.
+/// A state and what it changes with each parameter, and each state at the start, one after the other: (1 + P + S) times n numbers.
 pub(super) type Flight = Vec<f64>;
 
 impl Mechanism {
@@ -42,14 +44,31 @@ impl Mechanism {
             }
         }
         let tape = Tape::new(n_states + n_controls, &exprs);
-        Self { joints: lagrangian.joints.clone(), n_states, n_parameters: chosen.len(), tape, summands }
+        Self { joints: lagrangian.joints.clone(), n_states, n_parameters: chosen.len(), n_starts: 0, tape, summands }
     }
 
-    /// The state after `dt` seconds from `x` under `u` with the parameters `c`, and what it changes with each of them. `None` where masses are singular.
-    pub(super) fn step(&self, (x, u): (&[f64], &[f64]), c: &[f64], dt: f64, stepping: Stepping) -> Option<Flight> {
+    /// The same whose flights tell what they change with the state at their start, too.
+    pub(super) fn with_starts(self) -> Self {
+        Self { n_starts: self.n_states, ..self }
+    }
+
+    /// The state `x`, which no parameter changes.
+    pub(super) fn start(&self, x: &[f64]) -> Flight {
         let n = self.n_states;
-        let mut at = vec![0.0; n * (1 + self.n_parameters)];
+        let mut at = vec![0.0; n * (1 + self.n_columns())];
         at[..n].copy_from_slice(x);
+        (0..self.n_starts).for_each(|i| at[(1 + self.n_parameters + i) * n + i] = 1.0);
+        at
+    }
+
+    /// Parameters and states at the start.
+    fn n_columns(&self) -> usize {
+        self.n_parameters + self.n_starts
+    }
+
+    /// The state `dt` seconds after `at` under `u` with the parameters `c`, and what it changes with each of them. `None` where masses are singular.
+    pub(super) fn step(&self, at: Flight, u: &[f64], c: &[f64], dt: f64, stepping: Stepping) -> Option<Flight> {
+        let (n, mut at) = (self.n_states, at);
         match stepping {
             Stepping::Euler => {
                 let slope = self.slopes(&at, u, c)?;
@@ -59,7 +78,7 @@ impl Mechanism {
                 let h = dt / substeps as f64;
                 for _ in 0..substeps {
                     let slope = self.slopes(&at, u, c)?;
-                    for block in 0..=self.n_parameters {
+                    for block in 0..=self.n_columns() {
                         for &(q, v) in &self.joints {
                             let (q, v) = (block * n + q, block * n + v);
                             at[v] += h * slope[v];
@@ -87,7 +106,7 @@ impl Mechanism {
 
     /// The rates of `at`.
     fn slopes(&self, at: &Flight, u: &[f64], c: &[f64]) -> Option<Flight> {
-        let (n, n_joints, n_parameters) = (self.n_states, self.joints.len(), self.n_parameters);
+        let (n, n_joints, n_columns) = (self.n_states, self.joints.len(), self.n_columns());
         let mut registers = vec![0.0; self.tape.n_registers()];
         registers[..n].copy_from_slice(&at[..n]);
         registers[n..n + u.len()].copy_from_slice(u);
@@ -101,7 +120,7 @@ impl Mechanism {
             }
         }
         // Right sides: accelerations, and what of them each parameter changes.
-        let width = 1 + n_parameters;
+        let width = 1 + n_columns;
         let mut right = vec![0.0; n_joints * width];
         let factored = Factored::new(mass, n_joints)?;
         let mut acceleration = rest;
@@ -118,7 +137,7 @@ impl Mechanism {
             slope[v] = acceleration[joint];
         }
         let mut column = vec![0.0; n_joints];
-        for p in 0..n_parameters {
+        for p in 0..n_columns {
             let block = &at[(1 + p) * n..(2 + p) * n];
             for (i, value) in column.iter_mut().enumerate() {
                 let moved: f64 = self

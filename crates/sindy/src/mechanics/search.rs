@@ -42,12 +42,12 @@ pub(crate) struct Mechanics {
 }
 
 /// Parameters that nearly explain the momenta, and by how much more is left without the one of them that is missed least.
-struct Elbow {
+pub(super) struct Elbow {
     /// Place of the Lagrangian.
-    of: usize,
+    pub(super) of: usize,
     jump: f64,
-    chosen: Vec<usize>,
-    values: Vec<f64>,
+    pub(super) chosen: Vec<usize>,
+    pub(super) values: Vec<f64>,
 }
 
 /// What `explains` makes of the Lagrangian of `joints` that leaves least of the steps of `runs`, with the fewest parameters that do: of bodies in a plane, else
@@ -96,7 +96,7 @@ fn likeliest(
         for unit in lagrangian.units() {
             let choice = lagrangian.others(unit);
             if let Some(triangle) = weighed(lagrangian, &rows, (unit, &choice)) {
-                elbows.extend(jumps(&triangle, (of, unit, &choice)));
+                elbows.extend(jumps(&triangle, (of, unit, &choice), EXPLAINED));
             }
         }
     }
@@ -142,8 +142,8 @@ impl Data<'_> {
     }
 }
 
-/// Sets of parameters at which the residual, for each row that is not needed to fit them, falls most.
-fn jumps(triangle: &Triangle, (of, unit, choice): (usize, usize, &[usize])) -> Vec<Elbow> {
+/// Sets of parameters at which the residual, for each row that is not needed to fit them, falls most, to less than the part `explained` of the momentum.
+pub(super) fn jumps(triangle: &Triangle, (of, unit, choice): (usize, usize, &[usize]), explained: f64) -> Vec<Elbow> {
     let target = choice.len();
     let whole = triangle.norm(target);
     let n_rows = triangle.n_rows();
@@ -157,7 +157,7 @@ fn jumps(triangle: &Triangle, (of, unit, choice): (usize, usize, &[usize])) -> V
         let Size { columns, values, .. } = &path[at];
         let chosen = std::iter::once(unit).chain(columns.iter().map(|&c| choice[c])).collect();
         let values = std::iter::once(1.0).chain(values.iter().copied()).collect();
-        (here < EXPLAINED).then_some(Elbow { of, jump: fewer / here, chosen, values })
+        (here < explained).then_some(Elbow { of, jump: fewer / here, chosen, values })
     };
     let mut elbows: Vec<Elbow> = (0..path.len()).filter_map(elbow).collect();
     elbows.sort_by(|a, b| b.jump.total_cmp(&a.jump));

@@ -1,14 +1,13 @@
 //! What was found, and which pieces do not follow it.
 
 use nalgebra::{DMatrix, DVector};
-use rand_distr::{Distribution as _, StandardNormal};
-use sindyna_core::{Seed, number::significant};
+use sindyna_core::number::significant;
 
-use super::equations::Equations;
 use super::fit::{Data, Fitted};
 use super::grouped::Group;
 use super::linearised;
 use crate::estimate::{Doubt, Estimate, Posterior};
+use crate::mechanics::{Equations, condition};
 use crate::motion::Stepping;
 use crate::solve::Selected;
 
@@ -18,14 +17,8 @@ const DISTURBED: f64 = 0.2;
 /// Consecutive parts of the pieces that are taken for independent.
 const CLUSTERS: usize = 30;
 
-/// Sets of coefficients that are drawn.
-const DRAWS: usize = 64;
-
 /// Times that are told, at most.
 const TOLD: usize = 8;
-
-/// Step by which derivatives of coefficients are taken, as part of the largest parameter.
-const NUDGE: f64 = 1e-6;
 
 /// Equations fitted to pieces, and what speaks of the rest.
 pub(crate) struct Disturbed {
@@ -45,7 +38,7 @@ pub(super) fn account(
 ) -> Option<Disturbed> {
     let covariance = covariance(data, equations, fitted)?;
     let xi = equations.coefficients(&fitted.theta)?;
-    let by_theta = slopes(equations, &fitted.theta)?;
+    let by_theta = equations.slopes(&fitted.theta)?;
     let of_xi = &by_theta * &covariance * by_theta.transpose();
     let mut errors = (0..xi.len()).map(|j| of_xi[(j, j)].max(0.0).sqrt());
     let mut coefficients = xi.iter().copied();
@@ -67,7 +60,7 @@ pub(super) fn account(
         });
         all_errors.push(errors.by_ref().take(count).collect());
     }
-    let drawn = drawn(equations, &fitted.theta, &covariance);
+    let drawn = equations.drawn(&fitted.theta, &covariance);
     let of_spread = |i: usize| {
         if data.measured[i] && data.spread[i] > 0.0 { 1.0 - fitted.sigma[i] / data.spread[i] } else { f64::NAN }
     };
@@ -124,46 +117,6 @@ fn covariance(data: &Data<'_>, equations: &Equations, fitted: &Fitted) -> Option
     let meat = clusters.iter().fold(DMatrix::zeros(k, k), |sum, g| sum + g * g.transpose());
     let all = &inverse * meat * &inverse * (CLUSTERS as f64 / (CLUSTERS - 1) as f64);
     all.iter().all(|v| v.is_finite()).then_some(all)
-}
-
-/// ∂ξ/∂θ of the coefficients by the parameters beside the unit.
-fn slopes(equations: &Equations, theta: &[f64]) -> Option<DMatrix<f64>> {
-    let base = equations.coefficients(theta)?;
-    let step = NUDGE * theta.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-    let mut slopes = DMatrix::zeros(base.len(), theta.len() - 1);
-    for j in 1..theta.len() {
-        let mut moved = theta.to_vec();
-        moved[j] += step;
-        let moved = equations.coefficients(&moved)?;
-        (0..base.len()).for_each(|i| slopes[(i, j - 1)] = (moved[i] - base[i]) / step);
-    }
-    Some(slopes)
-}
-
-/// Coefficients of parameters drawn from their normal distribution.
-fn drawn(equations: &Equations, theta: &[f64], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    let eigen = covariance.clone().symmetric_eigen();
-    let mut rng = Seed::new(0).stream("coefficients", 0);
-    let draw = |_| {
-        let z = DVector::from_fn(theta.len() - 1, |i, _| {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            normal * eigen.eigenvalues[i].max(0.0).sqrt()
-        });
-        let change = &eigen.eigenvectors * z;
-        let moved: Vec<f64> =
-            theta.iter().enumerate().map(|(j, v)| if j == 0 { *v } else { v + change[j - 1] }).collect();
-        equations.coefficients(&moved)
-    };
-    let all: Vec<Vec<f64>> = (0..DRAWS).filter_map(draw).collect();
-    if all.is_empty() { equations.coefficients(theta).into_iter().collect() } else { all }
-}
-
-/// The condition number of the correlations of the parameters.
-fn condition(covariance: &DMatrix<f64>) -> f64 {
-    let scale: Vec<f64> = covariance.diagonal().iter().map(|v| 1.0 / v.sqrt()).collect();
-    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * covariance[(i, j)] * scale[j]);
-    let values = scaled.symmetric_eigen().eigenvalues;
-    (values.max() / values.min().max(f64::MIN_POSITIVE)).sqrt()
 }
 
 /// Sentences about pieces that do not follow the equations.

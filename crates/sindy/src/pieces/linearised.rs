@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use ndarray::Array2;
 
-use super::equations::Equations;
 use super::fit::{Data, Fitted, Slopes};
 use super::grouped::{Group, block};
+use crate::mechanics::Equations;
 
 /// Rows of each piece, linearised at `fitted`: all parameters but the unit for what they would have to explain, with the start of the piece taken out.
 ///

@@ -6,7 +6,6 @@
 
 mod account;
 mod cut;
-mod equations;
 mod fit;
 mod grouped;
 mod linearised;

@@ -2,7 +2,6 @@
 
 use super::account::{Disturbed, account};
 use super::cut::{Piece, pieces, time_scale};
-use super::equations::Equations;
 use super::fit::{Data, Fitted};
 use super::grouped::{Choice, Group, chosen};
 use super::linearised;
@@ -11,6 +10,7 @@ use crate::BestSubset;
 use crate::Watch;
 use crate::data::{Segment, measures};
 use crate::library::{Joints, Lagrangian};
+use crate::mechanics::Equations;
 use crate::model::{Form, Model};
 use crate::regression::Space;
 

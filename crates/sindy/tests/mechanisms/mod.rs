@@ -1,7 +1,8 @@
 //! Systems of several joints with constants that are drawn, simulated by classical steps.
 
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
 use rand::RngExt as _;
+use rand_distr::StandardNormal;
 use sindyna_core::{Kind, Rng, Seed, Spec, VectorField as _};
 use sindyna_sindy::{Model, Recording};
 
@@ -84,6 +85,7 @@ pub(crate) fn chain(links: usize, cart: bool, absolute: bool, rng: &mut Rng) -> 
 }
 
 /// An arm that turns about the vertical with a pendulum at its end.
+#[allow(dead_code, reason = "not every test asks for it")]
 pub(crate) fn furuta(rng: &mut Rng) -> Mechanism {
     let mut drawn = |low: f64, high: f64| rng.random_range(low..high);
     let (own, p, c, g) = (drawn(0.5, 1.0), drawn(0.2, 0.5), drawn(0.1, 0.25), drawn(3.0, 6.0));
@@ -98,6 +100,7 @@ pub(crate) fn furuta(rng: &mut Rng) -> Mechanism {
 }
 
 /// A pendulum that swings to all sides: its bearing, and its angle from the vertical.
+#[allow(dead_code, reason = "not every test asks for it")]
 pub(crate) fn spherical(rng: &mut Rng) -> Mechanism {
     let mut drawn = |low: f64, high: f64| rng.random_range(low..high);
     let (own, p, g) = (drawn(0.1, 0.3), drawn(0.5, 1.5), drawn(3.0, 6.0));
@@ -142,22 +145,57 @@ impl Mechanism {
     }
 
     /// Recordings of six steps each, from starts and under inputs that are drawn.
+    #[allow(dead_code, reason = "not every test asks for it")]
     pub(crate) fn recordings(&self, steps: usize, dt: f64, rng: &mut Rng) -> Vec<Recording> {
+        let exact = |(x, u)| Recording::even(dt, x, Some(u));
+        self.rollouts(steps / 6, (6, 1), dt, rng).into_iter().map(exact).collect()
+    }
+
+    /// So many recordings of `steps` steps, inputs held for `held` of them, with errors of the part `noise` of the spread of each channel.
+    #[allow(dead_code, reason = "not every test asks for it")]
+    pub(crate) fn noisy_recordings(
+        &self,
+        (count, steps, held): (usize, usize, usize),
+        dt: f64,
+        noise: f64,
+        rng: &mut Rng,
+    ) -> Vec<Recording> {
+        let rollouts = self.rollouts(count, (steps, held), dt, rng);
+        let views: Vec<_> = rollouts.iter().map(|(x, _)| x.view()).collect();
+        let all = ndarray::concatenate(Axis(0), &views).expect("as many states in each");
+        let spread = all.std_axis(Axis(0), 0.0);
+        let with_noise = |(mut x, u): (Array2<f64>, Array2<f64>)| {
+            for (x, spread) in x.iter_mut().zip(spread.iter().cycle()) {
+                *x += noise * spread * rng.sample::<f64, _>(StandardNormal);
+            }
+            Recording::even(dt, x, Some(u))
+        };
+        rollouts.into_iter().map(with_noise).collect()
+    }
+
+    /// States and inputs of so many rollouts of `steps` steps.
+    fn rollouts(
+        &self,
+        count: usize,
+        (steps, held): (usize, usize),
+        dt: f64,
+        rng: &mut Rng,
+    ) -> Vec<(Array2<f64>, Array2<f64>)> {
         let n = self.turns.len();
-        (0..steps / 6)
+        (0..count)
             .map(|_| {
                 let start: Vec<f64> = (0..2 * n)
                     .map(|i| if i < n && !self.turns[i] { 0.3 } else { 1.0 } * rng.random_range(-1.0..1.0))
                     .collect();
-                let u: Vec<f64> = (0..6).map(|_| rng.random_range(-1.0..1.0)).collect();
-                let mut x = Array2::zeros((7, 2 * n));
+                let pushes: Vec<f64> = (0..steps.div_ceil(held)).map(|_| rng.random_range(-1.0..1.0)).collect();
+                let u: Vec<f64> = (0..steps).map(|t| pushes[t / held]).collect();
+                let mut x = Array2::zeros((steps + 1, 2 * n));
                 x.row_mut(0).assign(&ndarray::aview1(&start));
                 for (t, push) in u.iter().enumerate() {
                     let next = self.step(&x.row(t).to_vec(), *push, dt);
                     x.row_mut(t + 1).assign(&ndarray::aview1(&next));
                 }
-                let u = Array2::from_shape_vec((6, 1), u).expect("a column");
-                Recording::even(dt, x, Some(u))
+                (x, Array2::from_shape_vec((steps, 1), u).expect("a column"))
             })
             .collect()
     }

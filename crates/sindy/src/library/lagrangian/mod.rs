@@ -58,6 +58,11 @@ impl Joints {
         Some(Self { pairs, roles, n_states: rates.len(), n_controls: inputs.len() - rates.len() })
     }
 
+    /// Position and speed of each, as numbers of states.
+    pub(crate) fn pairs(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.pairs.iter().copied()
+    }
+
     /// The speed of each, as numbers of states.
     pub(crate) fn speeds(&self) -> Vec<usize> {
         self.pairs.iter().map(|(_, v)| *v).collect()
@@ -118,13 +123,7 @@ pub(crate) enum Parameter {
 pub(crate) type Key = (Expr, Option<usize>);
 
 impl Lagrangian {
-    /// With waves of angles, of twice an angle, of sums and differences of two in every entry. `None` unless a joint is declared to turn.
-    pub(crate) fn new(joints: &Joints) -> Option<Self> {
-        let angles = joints.angles();
-        (!angles.is_empty()).then(|| Self::of_angles(joints, &angles))
-    }
-
-    /// The same with waves of some of the angles alone, for all choices of so many of them: what turns about the vertical changes nothing by its own angle.
+    /// With waves of so many of the angles, of twice an angle, of sums and differences of two in every entry, for all choices of these angles: what turns about the vertical changes nothing by its own angle.
     pub(crate) fn of_some_angles(joints: &Joints, count: usize) -> Vec<Self> {
         let all = joints.angles();
         let chosen = |mask: &u32| (0..all.len()).filter(|i| mask >> i & 1 == 1).map(|i| all[i]).collect::<Vec<_>>();
@@ -179,6 +178,12 @@ impl Lagrangian {
     pub(crate) fn others(&self, unit: usize) -> Vec<usize> {
         let is_same = |p: &Parameter| matches!((p, &self.parameters[unit]), (Parameter::Input(k, _), Parameter::Input(l, _)) if k == l);
         (0..self.parameters.len()).filter(|&p| p != unit && !is_same(&self.parameters[p])).collect()
+    }
+
+    /// How far-fetched parameter p is: the complexity of what it multiplies.
+    pub(crate) fn complexity(&self, p: usize) -> f64 {
+        let of = |(_, (expr, _), _): &(usize, Key, f64)| super::complexity(expr, &[]);
+        f64::from(self.summands(p).iter().map(of).min().unwrap_or(0))
     }
 
     /// Whether parameter p takes energy out of the system, which a negative one would bring in.

@@ -1,26 +1,35 @@
 //! Equations of motion as functions of parameters.
 
+use nalgebra::{DMatrix, DVector};
+use rand_distr::{Distribution as _, StandardNormal};
+use sindyna_core::{Scheme, Seed};
+
 use crate::Expr;
 use crate::library::{Key, Lagrangian, Term};
 use crate::model::{Form, Model};
 use crate::names::symbols;
 use crate::regression::{Space, Summands, of_equations};
-use sindyna_core::Scheme;
+
+/// Sets of coefficients that are drawn.
+const DRAWS: usize = 64;
+
+/// Step by which derivatives of coefficients are taken, as part of the largest parameter.
+const NUDGE: f64 = 1e-6;
 
 /// The equations of a Lagrangian with some of its parameters: coefficients are ratios of sums of these.
 #[derive(Debug, Clone)]
-pub(super) struct Equations {
+pub(crate) struct Equations {
     /// Numbers of the parameters in the Lagrangian; the first one is the unit and stays 1.
-    pub(super) chosen: Vec<usize>,
+    pub(crate) chosen: Vec<usize>,
     /// Per coefficient of the model, in its order: what is divided, and by what, as (place among the chosen, factor).
     ratios: Vec<(Combination, usize)>,
     /// Inertia of each joint by itself.
     inertias: Vec<Combination>,
     /// The model with all coefficients 1.
-    pub(super) model: Model,
-    pub(super) terms: Vec<Term>,
+    pub(crate) model: Model,
+    pub(crate) terms: Vec<Term>,
     /// Per state: its terms.
-    pub(super) supports: Vec<Vec<usize>>,
+    pub(crate) supports: Vec<Vec<usize>>,
 }
 
 /// A sum of parameters: (place among the chosen, factor).
@@ -45,7 +54,7 @@ fn added_up(of: Combination) -> Combination {
 
 impl Equations {
     /// The equations of `lagrangian` with the parameters `chosen`, in a model of `space` whose steps take `dt` \[s\]. `None` if a joint has no inertia.
-    pub(super) fn new(lagrangian: &Lagrangian, chosen: &[usize], space: &Space, dt: f64) -> Option<Self> {
+    pub(crate) fn new(lagrangian: &Lagrangian, chosen: &[usize], space: &Space, dt: f64) -> Option<Self> {
         let speeds: Vec<usize> = lagrangian.joints.iter().map(|(_, v)| *v).collect();
         let mut rows: Vec<Vec<(Key, Combination)>> = vec![Vec::new(); speeds.len()];
         let mut inertias: Vec<Combination> = vec![Vec::new(); speeds.len()];
@@ -99,14 +108,54 @@ impl Equations {
     }
 
     /// The coefficients of the model, in its order, at the parameters `theta`; `None` where an inertia is not positive.
-    pub(super) fn coefficients(&self, theta: &[f64]) -> Option<Vec<f64>> {
+    pub(crate) fn coefficients(&self, theta: &[f64]) -> Option<Vec<f64>> {
         let inertias: Vec<f64> = self.inertias.iter().map(|of| sum(of, theta)).collect();
         let all: Vec<f64> = self.ratios.iter().map(|(of, joint)| -sum(of, theta) / inertias[*joint]).collect();
         (inertias.iter().all(|m| *m > 0.0) && all.iter().all(|c| c.is_finite())).then_some(all)
     }
 
     /// The model at the parameters `theta`.
-    pub(super) fn at(&self, theta: &[f64]) -> Option<Model> {
+    pub(crate) fn at(&self, theta: &[f64]) -> Option<Model> {
         self.model.with_coefficients(&self.coefficients(theta)?)
     }
+
+    /// ∂ξ/∂θ of the coefficients by the parameters beside the unit.
+    pub(crate) fn slopes(&self, theta: &[f64]) -> Option<DMatrix<f64>> {
+        let base = self.coefficients(theta)?;
+        let step = NUDGE * theta.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let mut slopes = DMatrix::zeros(base.len(), theta.len() - 1);
+        for j in 1..theta.len() {
+            let mut moved = theta.to_vec();
+            moved[j] += step;
+            let moved = self.coefficients(&moved)?;
+            (0..base.len()).for_each(|i| slopes[(i, j - 1)] = (moved[i] - base[i]) / step);
+        }
+        Some(slopes)
+    }
+
+    /// Coefficients of parameters drawn from their normal distribution.
+    pub(crate) fn drawn(&self, theta: &[f64], covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+        let eigen = covariance.clone().symmetric_eigen();
+        let mut rng = Seed::new(0).stream("coefficients", 0);
+        let draw = |_| {
+            let z = DVector::from_fn(theta.len() - 1, |i, _| {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                normal * eigen.eigenvalues[i].max(0.0).sqrt()
+            });
+            let change = &eigen.eigenvectors * z;
+            let moved: Vec<f64> =
+                theta.iter().enumerate().map(|(j, v)| if j == 0 { *v } else { v + change[j - 1] }).collect();
+            self.coefficients(&moved)
+        };
+        let all: Vec<Vec<f64>> = (0..DRAWS).filter_map(draw).collect();
+        if all.is_empty() { self.coefficients(theta).into_iter().collect() } else { all }
+    }
+}
+
+/// The condition number of the correlations of the parameters.
+pub(crate) fn condition(covariance: &DMatrix<f64>) -> f64 {
+    let scale: Vec<f64> = covariance.diagonal().iter().map(|v| 1.0 / v.sqrt()).collect();
+    let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * covariance[(i, j)] * scale[j]);
+    let values = scaled.symmetric_eigen().eigenvalues;
+    (values.max() / values.min().max(f64::MIN_POSITIVE)).sqrt()
 }

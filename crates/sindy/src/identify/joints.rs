@@ -1,0 +1,85 @@
+//! Equations of several joints that one Lagrangian proposes where there is noise.
+
+use std::cell::OnceCell;
+
+use super::Identifier;
+use super::estimated::structured;
+use crate::LibraryChoice;
+use crate::data::{Smoother, sample_of, without_glitches};
+use crate::estimate::{Estimate, Problem, Structure, adequate};
+use crate::library::{Joints, Key, Lagrangian, Term, term};
+use crate::mechanics::{Equations, Proposal, proposals, tied};
+use crate::motion::Stepping;
+use crate::regression::Space;
+
+/// Steps from which Lagrangians are proposed, and to which their parameters are fitted.
+const STEPS: usize = 400;
+const ALL_STEPS: usize = 3000;
+
+/// Most angles in the waves of what turns in space.
+const SPATIAL: usize = 2;
+
+impl Identifier {
+    /// The equations of Lagrangians in `terms`; those that are missing there are added if the library is the identifier's own.
+    pub(super) fn structures(&self, joints: &Joints, proposed: &[Proposal], terms: &mut Vec<Term>) -> Vec<Structure> {
+        let inputs = self.inputs();
+        let mut structure = |proposal: &Proposal| {
+            let equations = proposal.lagrangian.equations(&proposal.parameters)?;
+            let mut rows = vec![Vec::new(); self.rates().len()];
+            for (equation, speed) in equations.into_iter().zip(joints.speeds()) {
+                let mut place = |((expr, rate), value): (Key, f64)| {
+                    let known = terms.iter().position(|t| t.rate == rate && t.expr == expr);
+                    let added = || {
+                        terms.push(term(&inputs, expr, rate));
+                        terms.len() - 1
+                    };
+                    let at = known.or_else(|| (self.library == LibraryChoice::Auto).then(added))?;
+                    Some((at, value))
+                };
+                rows[speed] = equation.into_iter().map(&mut place).collect::<Option<Vec<_>>>()?;
+            }
+            Some(structured(rows))
+        };
+        proposed.iter().filter_map(&mut structure).collect()
+    }
+
+    /// The equations of a Lagrangian of `joints` against which nothing speaks, or else what all that were tried propose: bodies in a plane in any arrangement, then what turns in space. `stepping` is what steps
+    /// of `segments` show, whose samples have errors of at least `floor` (n).
+    pub(super) fn of_joints(
+        &self,
+        joints: &Joints,
+        problem: &Problem<'_>,
+        (stepping, space): (Stepping, &Space),
+    ) -> Result<Estimate, Vec<Proposal>> {
+        let Problem { segments, floor, watch, .. } = *problem;
+        let sample = |steps: usize| {
+            let sample = sample_of(segments, steps);
+            without_glitches(&sample, floor).map_or(sample, |(sample, _)| sample)
+        };
+        let few = sample(STEPS);
+        if (0..floor.len()).any(|i| !few.iter().all(|segment| segment.measures(i))) {
+            return Err(Vec::new());
+        }
+        let signals = Smoother::new(&few, problem.rates, floor, watch.asks()).signals(floor);
+        let many = OnceCell::new();
+        let is_adequate = |proposal: &Proposal| {
+            let many = many.get_or_init(|| sample(ALL_STEPS));
+            let tied = tied(joints, proposal, (many, floor), stepping)?;
+            let equations = Equations::new(&tied.lagrangian, &tied.chosen, space, self.spec.dt)?;
+            adequate(problem, (&equations, &tied), stepping)
+        };
+        let spatial =
+            || (1..=joints.angles().len().min(SPATIAL)).flat_map(|count| Lagrangian::of_some_angles(joints, count));
+        let mut all = Vec::new();
+        for turns_in_space in [false, true] {
+            let tried = if turns_in_space { spatial().collect() } else { Lagrangian::arrangements(joints) };
+            let found = proposals((joints, &tried), (&few, &signals), floor, stepping, watch);
+            let best = found.first().filter(|_| self.library == LibraryChoice::Auto && watch.go_on());
+            if let Some(adequate) = best.and_then(is_adequate) {
+                return Ok(adequate);
+            }
+            all.extend(found);
+        }
+        Err(all)
+    }
+}
