@@ -133,6 +133,7 @@ impl Problem<'_> {
         let n = self.rates.len();
         let Fitted { theta, covariance, found, .. } = fitted;
         let rivals = (tied.nearest <= TOLD_APART).then_some(Doubt::OtherTerms);
+        let doubt = (tied.linear > TOLD_APART).then_some(Doubt::NotHeld).or(rivals);
         let xi = equations.coefficients(&theta)?;
         let by_theta = equations.slopes(&theta)?;
         let of_xi = &by_theta * &covariance * by_theta.transpose();
@@ -145,7 +146,7 @@ impl Problem<'_> {
                 support: support.clone(),
                 coefficients: if is_rate[i] { vec![1.0] } else { own.iter().map(|(c, _)| *c).collect() },
                 residual: found.fit.left[i],
-                reached_floor: is_rate[i] || rivals.is_none(),
+                reached_floor: is_rate[i] || doubt.is_none(),
                 proved: false,
                 converged: true,
                 path: Vec::new(),
@@ -182,7 +183,7 @@ impl Problem<'_> {
             score: found.score + size as f64 * self.samples().ln() + 2.0 * ways.ln(),
             astray: 0,
             growing: vec![0.0; n],
-            doubts: is_rate.iter().map(|is_rate| rivals.filter(|_| !is_rate)).collect(),
+            doubts: is_rate.iter().map(|is_rate| doubt.filter(|_| !is_rate)).collect(),
             fit: (0..n).map(of_spread).collect(),
             complete: true,
             leaves_nothing: self.leaves_nothing(&found),

@@ -1,7 +1,7 @@
 //! What all data tell of the parameters that a Lagrangian was proposed with.
 
 use super::noisy::{ALL, Proposal};
-use super::windows::{Windows, stride, windows};
+use super::windows::{Fitted, Windows, stride, windows};
 use crate::data::Segment;
 use crate::library::{Joints, Lagrangian};
 use crate::motion::Stepping;
@@ -17,6 +17,8 @@ pub(crate) struct Tied {
     pub(crate) theta: Vec<f64>,
     /// By how much more squares are left, in units of the noise, with another parameter in place of one of these, that is no more far-fetched: the least.
     pub(crate) nearest: f64,
+    /// By how much likelier (2 ln L) the data are if inputs are linear between samples; 0 where they are known to be, or to be held.
+    pub(crate) linear: f64,
 }
 
 /// The parameters of `proposal` and those that are missed without it, fitted to `segments`. Friction that would drive is left out. `None` where the data
@@ -42,9 +44,28 @@ pub(crate) fn tied(
         let driving: Vec<usize> =
             best.chosen.iter().zip(&best.values).filter(|pair| drives(*pair)).map(|(p, _)| *p).collect();
         if driving.is_empty() {
+            let linear =
+                if stepping.is_continuous() { data.gain_of_linear_inputs(&best, joints, segments) } else { 0.0 };
             let (chosen, theta) = (best.chosen, best.values);
-            return Some(Tied { lagrangian: lagrangian.clone(), nearest: choice.nearest, chosen, theta });
+            return Some(Tied { lagrangian: lagrangian.clone(), nearest: choice.nearest, linear, chosen, theta });
         }
         others.retain(|p| !driving.contains(p));
+    }
+}
+
+impl Windows<'_> {
+    /// By how much likelier (2 ln L) `segments` are with inputs that are linear between samples, by the parameters of `best`; 0 where that is known, or there are none.
+    fn gain_of_linear_inputs(&self, best: &Fitted, joints: &Joints, segments: &[Segment]) -> f64 {
+        if segments.iter().any(|s| s.ramp.is_some() || s.u.is_empty()) {
+            return 0.0;
+        }
+        let linear: Vec<Segment> = segments.iter().filter(|s| s.len() > 1).map(Segment::with_linear_inputs).collect();
+        let held: Vec<Segment> = linear.iter().map(|s| Segment { ramp: None, ..s.clone() }).collect();
+        let misfit = |segments: &[Segment]| {
+            let windows = windows(segments, stride(joints, segments));
+            let fitted = Windows { windows: &windows, ..*self }.fitted((&best.chosen, best.values.clone()), None, ALL);
+            fitted.map(|fitted| fitted.misfit)
+        };
+        misfit(&held).zip(misfit(&linear)).map_or(0.0, |(held, linear)| held - linear)
     }
 }

@@ -128,6 +128,8 @@ impl LogSource {
         let options = LogOptions {
             precision: Some(self.precision),
             missing: Some(Vec::new()),
+            // It was written in seconds, however its source was.
+            units: vec![("t".into(), "s".into())],
             ..columns(spec, LogOptions::default())
         };
         let read = |clock| {
