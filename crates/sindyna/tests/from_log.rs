@@ -301,3 +301,29 @@ fn equations_in_a_task_file_are_a_simulator() {
         assert!(code == 2 && stderr.contains(says), "{from} → {to}: {stderr}");
     }
 }
+
+#[test]
+fn a_log_in_hours_is_trained_on() {
+    use std::fmt::Write as _;
+    let temp = tempfile::tempdir().unwrap();
+    // dT/dt = −0.4 T + 2 P per hour, sampled every quarter of an hour.
+    let (mut log, mut t) = (String::from("time [h],T [degC],P [kW]\n"), 3.0_f64);
+    for row in 0..120_u32 {
+        let p = f64::from((row / 4) * 37 % 11) / 10.0;
+        writeln!(log, "{},{t},{p}", 0.25 * f64::from(row)).unwrap();
+        let decay = (-0.1_f64).exp();
+        t = t * decay + 5.0 * p * (1.0 - decay);
+    }
+    fs::write(temp.path().join("room.csv"), log).unwrap();
+    let task = "name = \"room\"\nmax_steps = 20\n[[state]]\nname = \"T\"\nunit = \"degC\"\nstart = [1.0, 4.0]\n\
+                [[control]]\nname = \"P\"\nunit = \"kW\"\nlow = 0.0\nhigh = 1.0\n[task]\nreward = \"-(next_T - 3)^2\"\n";
+    fs::write(temp.path().join("room.toml"), task).unwrap();
+    let args = ["train", "--task-file", "room.toml", "--data", "room.csv", "--controller", "lqr", "--quiet"];
+    succeeds(temp.path(), &[&args[..], &["--out", "run"]].concat());
+    let summary = json(&temp.path().join("run/summary.json"));
+    let terms = summary["identification"]["coefficients"][0].as_array().unwrap();
+    for (term, per_hour) in [("T", -0.4), ("P", 2.0)] {
+        let found = terms.iter().find(|t| t["term"] == term).unwrap()["coefficient"].as_f64().unwrap();
+        assert!((3600.0 * found / per_hour - 1.0).abs() < 1e-6, "{term}: {found}");
+    }
+}
