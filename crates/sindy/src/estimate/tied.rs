@@ -18,7 +18,7 @@ use crate::shooting::Flow;
 use crate::solve::{Selected, binomial};
 
 /// Rounds of Gauss–Newton over the parameters, and the change, in standard errors of each, below which one has settled.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 8;
 const SETTLED: f64 = 0.1;
 
 /// Parameters that were fitted to all data at once.
@@ -64,7 +64,7 @@ pub(crate) fn adequate(
 }
 
 impl Problem<'_> {
-    /// The parameters of `tied` fitted to whole trajectories; `None` where these leave more than noise.
+    /// The parameters of `tied` fitted to whole trajectories; `None` where these leave more than noise, or do not settle.
     fn fitted_together(
         &self,
         equations: &Equations,
@@ -78,7 +78,7 @@ impl Problem<'_> {
         let mut theta = tied.theta.clone();
         let (mut x, mut sigma) = (signals.x.clone(), signals.sigma.clone());
         let mut errors = Vec::new();
-        for round in 0.. {
+        for _ in 0..ROUNDS {
             let xi = equations.coefficients(&theta)?;
             errors.resize(xi.len(), 0.0);
             let mut rest = xi.iter().copied();
@@ -113,7 +113,7 @@ impl Problem<'_> {
             let covariance = &inverse * inverse.transpose();
             let change = |(j, by): (usize, &f64)| by.abs() / covariance[(j, j)].sqrt();
             let largest = moved.iter().enumerate().map(change).fold(0.0, f64::max);
-            if largest < SETTLED || round == ROUNDS {
+            if largest < SETTLED {
                 let found = problem.as_simulated(found);
                 let halves = (by_theta(0, total / 2)?, by_theta(total / 2, total)?);
                 let all: Vec<usize> = (0..moved.len()).collect();

@@ -43,8 +43,8 @@ impl Identifier {
         proposed.iter().filter_map(&mut structure).collect()
     }
 
-    /// The equations of a Lagrangian of `joints` against which nothing speaks, or else what all that were tried propose: bodies in a plane in any arrangement, then what turns in space. `stepping` is what steps
-    /// of `segments` show, whose samples have errors of at least `floor` (n).
+    /// The equations of a Lagrangian of `joints` against which nothing speaks but others that are as good, or else what all that were tried propose: bodies in a plane in any
+    /// arrangement, then what turns in space. `stepping` is what the steps show.
     pub(super) fn of_joints(
         &self,
         joints: &Joints,
