@@ -34,5 +34,5 @@ pub use by_hand::ByHand;
 pub use error::ControlError;
 pub use linear::Linear;
 pub use lqr::Lqr;
-pub use plan::{Method, Planner, Planners};
+pub use plan::{Method, Planner, Planners, Rollout, improved};
 pub use riccati::{Costs, Regulator, regulate};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ndarray::{Array2, array};
-use sindyna_control::{Method, Planner};
+use sindyna_control::{Method, Planner, Rollout, improved};
 use sindyna_core::{Channel, Diverged, Dynamics, Kind, Mode, Policy as _, Precision, Rng, Seed, Space, Spec, Task};
 
 const DT: f64 = 0.05;
@@ -86,5 +86,34 @@ fn the_gain_is_the_one_of_least_cost() {
             let exact = -gain[[0, 0]] * (x - 1.5) - gain[[0, 1]] * v;
             assert!((u[0] - exact).abs() < 1e-3 * (0.1 + exact.abs()), "{q} {r} at {x} {v}: {} is not {exact}", u[0]);
         }
+    }
+}
+
+/// The rollout of `law` from the start.
+fn rollout(task: &Mass, law: impl Fn(&[f64]) -> f64) -> Rollout {
+    let (mut rng, mut x, mut next) = (Seed::new(0).numpy(), vec![0.0; 2], vec![0.0; 2]);
+    task.initial(&mut rng, &mut x);
+    let mut rollout = Rollout { start: x.clone(), controls: Vec::new(), earned: 0.0 };
+    for _ in 0..task.max_steps() {
+        let u = vec![law(&x)];
+        Motion.step(&x, &u, &mut rng, &mut next).expect("it stays finite");
+        rollout.earned += task.reward(&x, &u, &u, &next);
+        rollout.controls.push(u);
+        std::mem::swap(&mut x, &mut next);
+    }
+    rollout
+}
+
+#[test]
+fn what_is_best_cannot_be_improved_and_what_is_not_becomes_it() {
+    let task = Arc::new(Mass::new(1.0, 0.1));
+    let gain = task.gain();
+    let best = rollout(&task, |x| -gain[[0, 0]] * (x[0] - 1.5) - gain[[0, 1]] * x[1]);
+    let improved_of = |rollout: &Rollout| improved(Arc::new(Motion), task.clone(), std::slice::from_ref(rollout));
+    assert!(improved_of(&best) - best.earned < 1e-6 * best.earned.abs());
+    for law in [|_: &[f64]| 0.0, |x: &[f64]| 0.1 * (1.5 - x[0]) - 0.3 * x[1], |x: &[f64]| x[0] - 1.5] {
+        let (poor, improved) = (rollout(&task, law), improved_of(&rollout(&task, law)));
+        assert!(poor.earned < 1.2 * best.earned, "{} {}", poor.earned, best.earned);
+        assert!((improved - best.earned).abs() < 1e-3 * best.earned.abs(), "{improved} {}", best.earned);
     }
 }

@@ -8,6 +8,8 @@ mod acrobot;
 mod cart;
 #[path = "common/weak.rs"]
 mod weak;
+#[path = "common/wheel.rs"]
+mod wheel;
 
 use std::io::{self, Write as _};
 use std::sync::Arc;
@@ -39,6 +41,11 @@ fn poles(poles: usize, sparse: bool, episodes: usize) -> f64 {
 #[test]
 fn a_pole_is_swung_up_where_only_upright_pays() {
     assert!(poles(1, true, 1) >= 840.0);
+}
+
+#[test]
+fn a_reaction_wheel_swings_up_a_pendulum_soon() {
+    assert!(least(&returns(&wheel::Swingup::dynamics(), Arc::new(wheel::Swingup::new()), 3)) >= 80.0);
 }
 
 #[test]

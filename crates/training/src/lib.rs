@@ -7,6 +7,7 @@
 
 mod error;
 mod evaluation;
+mod improvable;
 mod known;
 mod learner;
 mod plan;

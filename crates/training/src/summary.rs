@@ -1,13 +1,17 @@
 //! A run in numbers.
 
+use std::sync::Arc;
+
+use sindyna_control::Method;
 use sindyna_core::{Channel, Spec};
 use sindyna_dyna::{Gap, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::run::{
-    Collect, Confirmation, Evaluation, Identification, PlannerReturn, Prediction, Span, Summary, Training,
+    Collect, Confirmation, Evaluation, Identification, Improvable, PlannerReturn, Prediction, Span, Summary, Training,
 };
 use sindyna_rl::Isa;
 
+use crate::improvable::improvable;
 use crate::learner::Fitted;
 use crate::problem::Problem;
 use crate::reach::coverage;
@@ -86,6 +90,7 @@ pub fn of(
             }),
             collect: learned.gap.as_ref().map(|gap| collect(gap, spec)),
             refit_failure: learned.refit_failure.clone(),
+            improvable: improvable_of(problem, learned),
             failure: learned.failure.as_ref().map(ToString::to_string),
             coverage,
         },
@@ -105,6 +110,14 @@ fn collect(Gap { states, controls, share }: &Gap, spec: &Spec) -> Collect {
         channels.iter().zip(ranges).map(span).collect()
     };
     Collect { share: *share, states: spans(&spec.state, states), controls: spans(&spec.control, controls) }
+}
+
+/// How far a policy that is no plan is from better plans.
+fn improvable_of(problem: &dyn Problem, learned: &Learned<Fitted>) -> Option<Improvable> {
+    let (fitted, policy) = learned.model.as_ref().zip(learned.policy.as_ref())?;
+    let plans = kept(learned).is_some_and(|name| name != Method::Lqr.name());
+    let go_on = !plans && !learned.interrupted;
+    go_on.then(|| improvable(problem, Arc::new(fitted.0.model.clone()), &**policy)).flatten()
 }
 
 /// The planner that was kept, by name.

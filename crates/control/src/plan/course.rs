@@ -153,6 +153,21 @@ impl Course {
         Run { last: Some(x), ..run }
     }
 
+    /// Steps after which it has reached a goal from x; all of them if it comes to none.
+    pub(super) fn reaches(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> usize {
+        let (mut rng, mut x, mut next) = (unused(), x.to_vec(), vec![0.0; x.len()]);
+        for (t, u) in self.earns(plant, goals, &x, steps).1.iter().enumerate() {
+            if goals.iter().any(|goal| goal.distance(&x) < ARRIVED) {
+                return t;
+            }
+            if plant.step(&x, u, &mut rng, &mut next).is_none() {
+                break;
+            }
+            std::mem::swap(&mut x, &mut next);
+        }
+        steps
+    }
+
     /// Whether x, so many steps from now, is the goal that it holds from then on.
     fn stays(&self, goals: &[Goal], x: &[f64], later: usize) -> bool {
         let through = self.plan.as_ref().is_none_or(|plan| self.made + later >= plan.u.len());

@@ -7,6 +7,7 @@ mod front;
 mod goal;
 mod guess;
 mod ilqr;
+mod improvable;
 mod mppi;
 mod objective;
 mod plant;
@@ -17,4 +18,5 @@ mod slopes;
 mod small;
 
 pub use agent::Planners;
+pub use improvable::{Rollout, improved};
 pub use policy::{Method, Planner};

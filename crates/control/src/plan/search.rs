@@ -51,22 +51,20 @@ const BEYOND: usize = 30;
 /// longer ones earn no more; so many `candidates` of them made faster, made smooth and judged by what they earn.
 pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, candidates: usize) -> (Course, f64) {
     let none = Found { earned: f64::NEG_INFINITY, course: Course { plan: None, made: 0, goal: None }, arrived: false };
-    let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new() };
+    let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new(), guessed: false, longest: steps / 2 };
     let held = |goal| Course { plan: None, made: 0, goal };
     ways.better((0..goals.len()).map(Some).chain([None]).map(held).map(Try::Made).collect());
     if is_enough(goals, ways.best.earned, steps) {
         return (ways.best.course, ways.best.earned);
     }
+    let waved = |waved: usize| guess::ways(plant) + waved;
     if !ways.best.arrived {
         ways.smooth();
+        // A shorter way may yet earn more.
+        ways.guess(0..waved(WAVED[0]));
     }
-    let mut first = 0;
-    for waved in WAVED {
-        let last = guess::ways(plant) + waved;
-        if !ways.best.arrived {
-            ways.guess(first..last);
-        }
-        first = last;
+    if !ways.best.arrived {
+        ways.guess(waved(WAVED[0])..waved(WAVED[1]));
     }
     for width in CELLS {
         if !ways.best.arrived {
@@ -111,6 +109,9 @@ struct Ways<'a> {
     best: Found,
     /// Others that arrive.
     others: Vec<Found>,
+    /// Whether a way that was guessed arrives, and how long such ways are at most.
+    guessed: bool,
+    longest: usize,
 }
 
 /// Whether nothing is to be gained beside `earned`: the best place is near.
@@ -128,18 +129,23 @@ impl Ways<'_> {
         let course = self.best.course.clone();
         let (course, _) = course.polished(plant, goals, x, steps, self.best.earned, (ITERATIONS, steps, &WIDTHS[..1]));
         self.better(vec![Try::Made(course)]);
+        if self.best.arrived {
+            self.longest = self.longest.min(self.best.course.reaches(plant, goals, x, steps));
+        }
     }
 
     /// Guesses ways to each goal, longer and longer ones, until longer ones earn no more; then some that are a little shorter than the best.
     fn guess(&mut self, numbers: Range<usize>) {
-        let (plant, steps) = (self.plant, self.steps);
-        let (mut length, mut without) = ((SHORTEST / plant.pace).max(2.0), 0);
-        while without < ENOUGH && 2.0 * length <= steps as f64 && !plant.stopped() {
+        let plant = self.plant;
+        let (mut length, mut without, mut best) = ((SHORTEST / plant.pace).max(2.0), 0, false);
+        while without < ENOUGH && length as usize <= self.longest && !plant.stopped() {
             let gained = self.guess_of(length as usize, numbers.clone());
-            without = if gained || !self.best.arrived { 0 } else { without + 1 };
+            best |= gained;
+            without = if gained || !self.guessed { 0 } else { without + 1 };
             length = (LONGER * length).max(length + 1.0);
         }
-        let planned = self.best.course.plan.as_ref().filter(|_| self.best.arrived).map_or(0, |plan| plan.u.len());
+        let planned =
+            self.best.course.plan.as_ref().filter(|_| best && self.best.arrived).map_or(0, |plan| plan.u.len());
         for shorter in 1..=SHORTER_TRIED {
             let length = (planned as f64 / SHORTER.powi(shorter)) as usize;
             if length > 1 && !plant.stopped() {
@@ -164,7 +170,10 @@ impl Ways<'_> {
         closed.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
         closed.truncate(all.len().div_ceil(KEPT));
         let tries = closed.into_iter().map(|(goal, plan)| Try::Closed { goal, plan });
-        self.better(tries.collect())
+        let others = self.others.len();
+        let gained = self.better(tries.collect());
+        self.guessed |= self.others.len() > others || (gained && self.best.arrived);
+        gained
     }
 
     /// Looks at all ways through cells so many scales wide.

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 use crate::identification::{Offset, Stepping, Summand};
 use crate::{RecordError, format};
 
+/// Part of the returns, in size, by which a policy that can be improved is far from the best.
+const LARGE: f64 = 0.1;
+
 /// `summary.json`: what a run did and what came of it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
@@ -148,6 +151,9 @@ pub struct Training {
     /// What each planner that was tried earned in the model; none where a policy was trained.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planners: Vec<PlannerReturn>,
+    /// What the policy earns in the model beside a plan that improves what it does; none where it is such a plan already.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub improvable: Option<Improvable>,
     /// Why no model could be fitted to all real steps, if so: the equations are those of fewer, in doubt.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub refit_failure: Option<String>,
@@ -162,6 +168,25 @@ pub struct PlannerReturn {
     pub name: String,
     /// Mean return in the model.
     pub model_return: f64,
+}
+
+/// Mean returns of the policy and of better plans, in the model.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Improvable {
+    /// Episodes in the model.
+    pub episodes: usize,
+    /// With the actions of the policy.
+    pub policy: f64,
+    /// With these actions improved by differential dynamic programming: a lower bound of the best.
+    pub improved: f64,
+}
+
+impl Improvable {
+    /// Whether the policy is far from the best.
+    #[must_use]
+    pub fn is_large(&self) -> bool {
+        self.improved - self.policy > LARGE * self.improved.abs().max(self.policy.abs())
+    }
 }
 
 /// The mean return of the evaluation's episodes, as predicted.

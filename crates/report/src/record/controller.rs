@@ -1,6 +1,6 @@
 //! Which controller acts.
 
-use sindyna_record::run::Training;
+use sindyna_record::run::{Improvable, Training};
 
 use crate::numbers::{fixed, plural};
 
@@ -24,7 +24,7 @@ pub(super) fn name(training: &Training) -> String {
 pub(super) fn told(training: &Training) -> String {
     let steps = plural(training.model_steps as usize, "step");
     if training.planners.is_empty() {
-        return format!("{} updates, {steps} in the model.", training.updates);
+        return format!("{} updates, {steps} in the model.{}", training.updates, far(training));
     }
     let each = training.planners.iter().map(|planner| format!("{} {}", planner.name, fixed(planner.model_return, 1)));
     let each = each.collect::<Vec<_>>().join(", ");
@@ -32,7 +32,23 @@ pub(super) fn told(training: &Training) -> String {
         1 => String::new(),
         _ => format!(" {} acts: no other has a return that is 1 % higher.", training.algorithm),
     };
-    format!("Nothing is trained: the controller plans in the learned model. Mean return there: {each}.{kept}")
+    format!(
+        "Nothing is trained: the controller plans in the learned model. Mean return there: {each}.{kept}{}",
+        far(training)
+    )
+}
+
+/// How far it is from the best, if it is far.
+fn far(training: &Training) -> String {
+    let improvable = training.improvable.as_ref().filter(|improvable| improvable.is_large());
+    improvable.map_or_else(String::new, |Improvable { episodes, policy, improved }| {
+        format!(
+            " Warning: in {} in the model it earns {}, and its actions improved by differential dynamic programming {}.",
+            plural(*episodes, "episode"),
+            fixed(*policy, 1),
+            fixed(*improved, 1)
+        )
+    })
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use sindyna_core::number::{fixed, plural, significant};
 use sindyna_record::identification::Account;
 use sindyna_record::run::{
-    Collect, Confirmation, Coverage, PlannerReturn, Prediction, Span, StateRange, Summary, Timing,
+    Collect, Confirmation, Coverage, Improvable, PlannerReturn, Prediction, Span, StateRange, Summary, Timing,
 };
 use sindyna_report::text;
 
@@ -62,6 +62,9 @@ impl Conclusion<'_> {
             } else {
                 text += &planned(&training.planners, &training.algorithm);
             }
+        }
+        if let Some(improvable) = training.improvable.as_ref().filter(|improvable| improvable.is_large()) {
+            text += &far(improvable);
         }
         if let Some(confirmation) = &training.confirmation {
             text += &confirmed(confirmation);
@@ -158,6 +161,16 @@ fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
         text += &format!("  {state} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
     }
     text
+}
+
+/// How far a policy is from the best there is.
+fn far(Improvable { episodes, policy, improved }: &Improvable) -> String {
+    format!(
+        "warning: in {} in the model the policy earns {}, and its actions improved by differential dynamic programming {}: it is far from the best; --controller ilqr may be nearer\n",
+        plural(*episodes, "episode"),
+        fixed(*policy, 1),
+        fixed(*improved, 1)
+    )
 }
 
 /// What came of the policy's real episode.
