@@ -122,14 +122,14 @@ impl Log {
         let moments::Moments { mut recordings, rounding, gaps } =
             moments::told(recordings, &sources, &digits, options, &declared, &mut notes)?;
         let columns = |numbers: &[usize]| numbers.iter().map(|&i| &first.columns()[i]).collect::<Vec<&Column>>();
-        let (states_told, factors, converted) =
-            units::in_radians(&mut recordings, &columns(&sources[0].columns.states));
-        notes.extend(converted);
+        let of_states = units::in_radians(&mut recordings, &columns(&sources[0].columns.states), |r| &mut r.states);
+        let of_inputs = units::in_radians(&mut recordings, &columns(&sources[0].columns.inputs), |r| &mut r.inputs);
+        notes.extend([of_states.notes, of_inputs.notes].concat());
         let (mut recordings, mut derivatives) = derivatives::apart(recordings, n_states);
-        let states_told = &states_told[..n_states];
+        let states_told = &of_states.columns[..n_states];
         steps.truncate(n_states);
-        steps.iter_mut().zip(factors).for_each(|(step, factor)| step.scale(factor));
-        let inputs_told = columns(&sources[0].columns.inputs);
+        steps.iter_mut().zip(of_states.factors).for_each(|(step, factor)| step.scale(factor));
+        let inputs_told: Vec<&Column> = of_inputs.columns.iter().collect();
         let mut folded = declared.clone();
         if options.angles.is_none() {
             for (i, note) in angles::recognised(&recordings, states_told, &inputs_told) {
@@ -176,7 +176,8 @@ impl Log {
         let turning: Vec<String> = folded.iter().map(|&i| options.states[i].clone()).collect();
         let mut angles = positions(&turning, &names, StateOption::Angles)?;
         angles.extend((0..readings.len()).filter(|&i| matches!(readings[i], Reading::Circle { .. })));
-        let rates = rates_of(&states, &names, options, &mut notes)?;
+        let units: Vec<(&str, &str)> = states_told.iter().map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+        let rates = rates_of(&states, &names, (options, &units), &mut notes)?;
         if options.derivatives.as_ref().is_some_and(|given| !given.is_empty()) && !circles.is_empty() {
             return Err(DeclarationError::DerivativesOfCircles.into());
         }
@@ -203,9 +204,10 @@ impl Log {
             steps = vec![Step::None; options.states.len()];
         }
         declare::errors(&mut spec, &options.states, &steps, &options.noise)?;
-        let of_inputs = digits.written.iter().skip(sources[0].columns.states.len());
+        let written = digits.written.iter().skip(sources[0].columns.states.len()).zip(of_inputs.factors);
         if is_as_written {
-            spec.control.iter_mut().zip(of_inputs).for_each(|(input, written)| input.prior.resolution = written.fine());
+            let inputs = spec.control.iter_mut().zip(written);
+            inputs.for_each(|(input, (written, factor))| input.prior.resolution = factor * written.fine());
         }
         notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));
         notes.extend(resolution::printed(&steps, &digits.written));
@@ -269,7 +271,7 @@ fn circles_of(recordings: &[Recording], options: &LogOptions, notes: &mut Vec<No
 fn rates_of(
     states: &[Recording],
     names: &[String],
-    options: &LogOptions,
+    (options, units): (&LogOptions, &[(&str, &str)]),
     notes: &mut Vec<Note>,
 ) -> Result<Vec<(usize, usize)>, LogError> {
     if let Some(given) = &options.rates {
@@ -283,6 +285,12 @@ fn rates_of(
         Note::Rate { rate, of, percent: (100.0 * seen.off_by).max(0.1) }
     }));
     notes.extend(rates::in_other_units(states, names, &seen));
+    let unit = |state: usize| units.iter().find(|(name, _)| *name == names[state]).map_or("", |(_, unit)| unit);
+    notes.extend(
+        seen.iter()
+            .filter(|seen| units::are_reversed(unit(seen.rate), unit(seen.of)))
+            .map(|seen| Note::RateUnits { rate: names[seen.rate].clone(), of: names[seen.of].clone() }),
+    );
     Ok(seen.into_iter().map(|seen| (seen.rate, seen.of)).collect())
 }
 

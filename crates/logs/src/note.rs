@@ -90,10 +90,10 @@ pub enum Note {
         /// Where the first of them. is.
         row: Place,
     },
-    /// A state was turned into radians.
+    /// A column was turned into radians.
     Radians {
-        /// The state.
-        state: String,
+        /// The column.
+        column: String,
         /// The unit it was in.
         unit: String,
     },
@@ -205,6 +205,22 @@ pub enum Note {
         of: String,
         /// The unit.
         unit: String,
+    },
+    /// A state changes by a thousand times or a thousandth of another one, or by what makes minutes, hours or kilometres per hour of it: their units, or that of time, may be others than they are said to be.
+    RateScaled {
+        /// The rate.
+        rate: String,
+        /// What it would be the rate of.
+        of: String,
+        /// What it would have to be multiplied by.
+        factor: f64,
+    },
+    /// The units of a state and of its rate are the other way round.
+    RateUnits {
+        /// The rate.
+        rate: String,
+        /// What it is the rate of.
+        of: String,
     },
     /// A column is the measured derivative of a state, by its name and by how that changes.
     Derivative {
@@ -322,7 +338,7 @@ impl fmt::Display for Note {
                 "{} with a missing value (first: {column} in {row}): a new trajectory begins after each",
                 plural(*rows, "row")
             ),
-            Self::Radians { state, unit } => write!(f, "{state} is converted from {unit} to radians"),
+            Self::Radians { column, unit } => write!(f, "{column} is converted from {unit} to radians"),
             Self::Delayed { rows, seconds } => {
                 let unit = if (rows.abs() - 1.0).abs() < f64::EPSILON { "row" } else { "rows" };
                 write!(f, "delay of the inputs: {} {unit} ({} s)", significant(*rows, 6), significant(*seconds, 6))?;
@@ -385,6 +401,15 @@ impl fmt::Display for Note {
                     "{rate} would be the rate of {of} if it were in {unit}; its unit is not declared, and it is used as it is"
                 )
             }
+            Self::RateScaled { rate, of, factor } => write!(
+                f,
+                "{rate} would be the rate of {of} if it were multiplied by {}: the unit of one of them, or of time, may be wrong",
+                significant(*factor, 4)
+            ),
+            Self::RateUnits { rate, of } => write!(
+                f,
+                "the unit of {of} is that of a rate of {rate}, but {rate} is the rate of {of}: their names may be interchanged"
+            ),
             Self::Derivative { column, of, percent } => {
                 write!(f, "{column} is used as the measured derivative of {of} (RMS deviation at most {percent:.1} %)")
             }

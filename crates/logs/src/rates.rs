@@ -48,6 +48,10 @@ pub(crate) fn recognised(recordings: &[Recording]) -> Vec<Seen> {
 /// Units of rates, and how many radians per second one of each is; those of angles, whose rates are in radians per second, are not among them.
 const UNITS: [(&str, f64); 3] = [("deg/s", PI / 180.0), ("rpm", PI / 30.0), ("rev/s", 2.0 * PI)];
 
+/// Factors between units of one quantity, besides those of [`UNITS`], and how near to one of them they are taken for it.
+const FACTORS: [f64; 8] = [1e3, 1e-3, 1e6, 1e-6, 60.0, 3600.0, 3.6, 1.0 / 3.6];
+const NEAR: f64 = 0.02;
+
 /// Notes of states that no other one was `seen` to be the rate of, and that change by one in another unit.
 pub(crate) fn in_other_units(recordings: &[Recording], names: &[String], seen: &[Seen]) -> Vec<Note> {
     let n = names.len();
@@ -55,8 +59,13 @@ pub(crate) fn in_other_units(recordings: &[Recording], names: &[String], seen: &
     let pairs = (0..n).flat_map(|of| (0..n).map(move |rate| (rate, of))).filter(|(rate, of)| is_free(*rate, *of));
     let unit = |(rate, of): (usize, usize)| {
         let follows = |factor: f64| off_by_times(recordings, (rate, factor), of).is_some_and(|off| off <= CLOSE);
-        let unit = UNITS.iter().find(|(_, factor)| follows(*factor))?.0.to_owned();
-        Some(Note::RateInOtherUnit { rate: names[rate].clone(), of: names[of].clone(), unit })
+        let (rate_name, of_name) = (names[rate].clone(), names[of].clone());
+        if let Some((unit, _)) = UNITS.iter().find(|(_, factor)| follows(*factor)) {
+            return Some(Note::RateInOtherUnit { rate: rate_name, of: of_name, unit: (*unit).to_owned() });
+        }
+        let factor = factor(recordings, rate, of)?;
+        let near = FACTORS.into_iter().find(|unit| (factor / unit - 1.0).abs() <= NEAR)?;
+        follows(near).then_some(Note::RateScaled { rate: rate_name, of: of_name, factor: near })
     };
     pairs.filter_map(unit).collect()
 }
@@ -127,6 +136,20 @@ fn off_by_times(recordings: &[Recording], rate: (usize, f64), of: usize) -> Opti
         }
     }
     (best.1 > 0.0).then(|| (best.0 / best.1).sqrt())
+}
+
+/// What the integral of `rate` must be multiplied by for the changes of `of` over [`LAG`] steps, by least squares.
+fn factor(recordings: &[Recording], rate: usize, of: usize) -> Option<f64> {
+    let (mut both, mut square) = (0.0, 0.0);
+    for Pair { x, integrals } in recordings.iter().map(|recording| Pair::new(recording, (rate, 1.0), of)) {
+        let lag = LAG.min(x.len() / 4).max(1);
+        for first in 0..x.len().saturating_sub(lag) {
+            let by = integrals[0][first + lag] - integrals[0][first];
+            both += by * (x[first + lag] - x[first]);
+            square += by * by;
+        }
+    }
+    (square > 0.0).then(|| both / square)
 }
 
 /// A state and what may be its rate in one recording, with the integral of the latter up to every sample, by each of the sums.
@@ -212,6 +235,8 @@ mod tests {
         assert!(noted(180.0 / PI).starts_with("w would be the rate of th if it were in deg/s"));
         assert!(noted(30.0 / PI).contains("in rpm") && noted(0.5 / PI).contains("in rev/s"));
         assert!(noted(1.0).is_empty() && noted(50.0).is_empty());
+        assert!(noted(1e3).contains("multiplied by 0.001") && noted(1e-3).contains("multiplied by 1000"));
+        assert!(noted(3.6).contains("multiplied by 0.2778"));
     }
 
     #[test]

@@ -248,6 +248,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Derivative { .. } => "; --derivatives none turns this off",
         Note::Rate { .. } => "; --rates none turns this off",
         Note::RateInOtherUnit { .. } => "; --units NAME=UNIT declares it",
+        Note::RateScaled { .. } => "; --units t=UNIT declares that of time",
         Note::Rounded { .. } | Note::Printed { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::MissingCode { .. } => "; --missing none turns this off",
         Note::Layout { .. } => "; --delimiter changes this",
