@@ -326,7 +326,8 @@ impl Float32 {
         let narrow = value as f32;
         if f64::from(narrow).to_bits() == value.to_bits() {
             let used = 24_u32.saturating_sub((narrow.to_bits() & 0x007f_ffff).trailing_zeros().min(23));
-            self.telling |= used > Self::TELLING_BITS;
+            // Counts are whole in any format.
+            self.telling |= used > Self::TELLING_BITS && narrow.fract() != 0.0;
             return;
         }
         // The shortest decimal of a float32 has at most nine digits; seven are more than most logs of anything else have.
@@ -362,5 +363,6 @@ mod tests {
         check(&["0.33333334", "0.1234567891"], false);
         check(&["0.1", "0.25", "3.14"], false);
         check(&["1", "2", "0.5"], false);
+        check(&["99990", "99987", "8388607"], false);
     }
 }

@@ -1,4 +1,4 @@
-//! Signals that run into a limit: a sensor's, an actuator's, the brim of a tank.
+//! States that run into a limit: a sensor's, a stop's, the brim of a tank.
 
 use super::finding::{At, Finding};
 use super::signal::{Clock, Signal, differences, median};
@@ -24,7 +24,6 @@ pub(super) fn of(signal: &Signal<'_>, clock: &Clock<'_>) -> Vec<Finding> {
         return Vec::new();
     }
     let ends = [values().fold(f64::INFINITY, f64::min), values().fold(f64::NEG_INFINITY, f64::max)];
-    // An input that is held for many rows stays anywhere.
     let usual = usual_move(signal, ends);
     if usual == 0.0 {
         return Vec::new();

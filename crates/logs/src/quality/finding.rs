@@ -32,7 +32,7 @@ pub enum Finding {
         /// The input.
         signal: String,
     },
-    /// A signal that runs into a limit and stays there.
+    /// A state that runs into a limit and stays there.
     Clips {
         /// The signal.
         signal: String,

@@ -51,7 +51,8 @@ pub(crate) fn findings(
     let mut found: Vec<Finding> = gaps_of(gaps, &clock).into_iter().collect();
     let all = || states.iter().chain(&inputs);
     found.extend(inputs.iter().filter(|u| never_moves(u)).map(|u| Finding::Constant { signal: u.name.to_owned() }));
-    found.extend(all().flat_map(|signal| clipping::of(signal, &clock)));
+    // What an input does at its limit is what acts there.
+    found.extend(states.iter().flat_map(|signal| clipping::of(signal, &clock)));
     let turns = |i: usize| spec.observation[i].kind == Kind::Angle;
     found.extend(inputs.iter().filter_map(|u| feedback::of(u, &states, turns)));
     found.extend(all().filter_map(|signal| oscillation::of(signal, spec.dt)));

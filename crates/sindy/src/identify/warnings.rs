@@ -80,8 +80,19 @@ fn wrong_signs(names: &[String], found: &Estimate) -> Vec<String> {
     found.contradicted.iter().enumerate().flat_map(of).collect()
 }
 
+/// Warnings of inputs that are in no equation.
+fn without_effect(names: &[String], found: &Estimate) -> Vec<String> {
+    let is_used = |input: usize| {
+        let contains = |&term: &usize| found.terms[term].expr.has(input);
+        found.fits.iter().flat_map(|fit| &fit.support).any(contains)
+    };
+    let told = |input: usize| {
+        format!("no equation contains the input `{}`: it has no effect, or none that these data show", names[input])
+    };
+    (found.fits.len()..names.len()).filter(|input| !is_used(*input)).map(told).collect()
+}
+
 /// All of them.
 pub(super) fn of(names: &[String], found: &Estimate) -> Vec<String> {
-    [too_coarse(names, found), same_on_data(names, found), offset_rates(names, found), wrong_signs(names, found)]
-        .concat()
+    [too_coarse, same_on_data, offset_rates, wrong_signs, without_effect].map(|told| told(names, found)).concat()
 }

@@ -76,6 +76,8 @@ impl Progress {
                     format!("return in the model {}, best {}", fixed(*mean_return, 1), fixed(*best_return, 1));
                 match self.bar(TRAINING) {
                     Some(bar) => bar.set_message(returns),
+                    // Planners are not trained.
+                    None if *updates == 0 => self.say(&format!("planning: {returns}")),
                     None => self.say(&format!("training: {updates} updates, {returns}")),
                 }
             }
