@@ -4,7 +4,7 @@ mod mechanisms;
 mod recorded;
 
 use mechanisms::{Mechanism, chain};
-use sindyna_core::{Rng, Seed};
+use sindyna_core::{Certainty, Rng, Seed};
 use sindyna_sindy::Identifier;
 
 const DT: f64 = 0.02;
@@ -38,4 +38,18 @@ fn two_poles_on_a_cart_are_adequate_with_noise() {
 #[test]
 fn three_links_are_adequate_with_noise() {
     is_adequate(|rng| chain(3, false, false, rng), 0.001, 0.003);
+}
+
+#[test]
+fn falls_are_explained_with_noise_whatever_was_found_in_fewer_of_them() {
+    let mut rng = Seed::new(1005).stream("mechanisms", 0);
+    let mechanism = chain(2, true, false, &mut rng);
+    let log = mechanism.noisy_recordings((16, 15, 10), 0.05, 0.001, &mut rng);
+    let spec = mechanism.spec(0.05);
+    let few = Identifier::new(&spec).identify_recordings(&log[..2]).expect("equations");
+    let found = Identifier::new(&spec).with_previous(Some(&few.model)).identify_recordings(&log).expect("equations");
+    let deviation = mechanism.deviation(&found.model);
+    assert!(deviation < 0.005 && deviation < mechanism.deviation(&few.model), "{deviation:e}\n{few}\n{found}");
+    // A parameter that is next to nothing has others beside it that are so, too.
+    assert!(matches!(found.certainty(), Certainty::Adequate | Certainty::Ambiguous), "{found}");
 }

@@ -10,6 +10,7 @@ use super::NoiseChoice;
 use super::ends;
 use super::in_motion::stays;
 use super::models::Models;
+use super::noisy::{Joined, Noisy};
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;
@@ -17,10 +18,11 @@ use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{Doubt, Estimate, Problem, Structure, budget};
 use crate::library::{Extent, Joints, Term, general, shaped};
+use crate::mechanics::Proposal;
 use crate::model::{Entry, Model};
 use crate::motion::{Found, Stepping};
 use crate::regression::{Space, model};
-use crate::{BestSubset, CoordinateMode, Expr, LibraryChoice, Watch};
+use crate::{CoordinateMode, Expr, LibraryChoice, Watch};
 
 /// Magnitudes of states whose third powers, and the squares of these, are numbers.
 const MAGNITUDES: RangeInclusive<f64> = 1e-45..=1e45;
@@ -112,15 +114,20 @@ impl Identifier {
         let segments = if unmeasured.is_empty() { segments } else { begun(segments, &self.rates(), &floor) };
         let space = self.motion_space().map_err(failed)?;
         let counts = Counts { rows, at_limit: 0, astray: 0 };
-        let found = self.estimated(
-            (tiers, None),
-            &segments,
-            &floor,
-            (Stepping::Continuous { substeps: 1 }, &[]),
+        let noisy = Noisy {
+            segments: &segments,
+            floor: &floor,
+            stepping: Stepping::Continuous { substeps: 1 },
+            simulators: &[],
             counts,
-            &space,
-            (solver, watch),
-        )?;
+            space: &space,
+            solver,
+            watch,
+        };
+        let found = match self.joined(&noisy)? {
+            Joined::Adequate(found) => Some(*found),
+            Joined::Proposed(proposed) => self.estimated((tiers, None), &proposed, &noisy)?,
+        };
         if !watch.go_on() {
             return Err(FitError::Interrupted);
         }
@@ -188,38 +195,17 @@ impl Identifier {
         Some(structured(rates.iter().enumerate().map(row).collect()))
     }
 
-    /// Equations with the best score, with noise estimated, but not below `floor` (n); `of_parts` explain parts of the data to rounding. Equations are
-    /// stepped as the states with declared rates show, or as one of the simulators does it. `None` if no equations follow the data.
-    #[expect(clippy::too_many_arguments, reason = "the data, what is known of them, and what equations are made of")]
-    pub(super) fn estimated(
-        &self,
-        (tiers, of_parts): (Vec<Term>, Option<Found>),
-        segments: &[Segment],
-        floor: &[f64],
-        (stepping, simulators): (Stepping, &[Stepping]),
-        counts: Counts,
-        space: &Space,
-        (solver, watch): (&BestSubset, &Watch<'_>),
-    ) -> Result<Option<Identified>, FitError> {
-        let failed = |reason: String| FitError::Regression { reason };
-        self.check_magnitudes(segments)?;
-        let mut terms = self.general_terms(tiers.clone(), segments);
-        let of_parts = of_parts
-            .map(|found| self.structure(&found, &tiers, &mut terms))
-            .or_else(|| self.previous.as_ref().and_then(|model| self.structure_of(model, &terms)));
-        let constraints = self.constrained(&mut terms).map_err(|e| failed(e.to_string()))?;
-        let rates = self.rates();
+    /// What all equations are looked for in, before there are terms.
+    fn problem<'a>(&self, noisy: &Noisy<'a>, rates: &'a [Option<usize>], spent: &'a Cell<u64>) -> Problem<'a> {
+        let Noisy { segments, floor, simulators, solver, watch, .. } = *noisy;
         let whole = budget(self.effort, segments);
-        // Simulators hold their inputs.
-        let discrete = self.simulators && segments.iter().all(|s| s.ramp.is_none());
-        let spent = Cell::new(0);
-        let problem = Problem {
+        Problem {
             terms: &[],
             n_plain: 0,
             of_parts: None,
             instead: None,
             mechanics: &[],
-            rates: &rates,
+            rates,
             n_controls: self.spec.control_dim(),
             constraints: &[],
             segments,
@@ -231,33 +217,61 @@ impl Identifier {
             whole,
             budget: whole,
             again: false,
-            discrete,
-            spent: &spent,
+            // Simulators hold their inputs.
+            discrete: self.simulators && segments.iter().all(|s| s.ramp.is_none()),
+            spent,
             watch,
+        }
+    }
+
+    /// Equations of several joints that one Lagrangian ties together, if nothing speaks against them, or what Lagrangians propose.
+    pub(super) fn joined(&self, noisy: &Noisy<'_>) -> Result<Joined, FitError> {
+        let (rates, spent) = (self.rates(), Cell::new(0));
+        let joints = Joints::new(&self.inputs(), &rates, &[]).filter(|_| self.constraints.is_empty());
+        let Some(joints) = joints else { return Ok(Joined::Proposed(Vec::new())) };
+        self.check_magnitudes(noisy.segments)?;
+        let problem = self.problem(noisy, &rates, &spent);
+        Ok(match self.of_joints(&joints, &problem, (noisy.stepping, noisy.space)) {
+            Ok(found) => Joined::Adequate(Box::new(self.told(found, Vec::new(), noisy)?)),
+            Err(proposed) => Joined::Proposed(proposed),
+        })
+    }
+
+    /// Equations with the best score, with noise estimated, but not below the smallest errors that are believed; `of_parts` explain parts of the data to rounding, and Lagrangians have
+    /// `proposed` others. Equations are stepped as the states with declared rates show, or as one of the simulators does it. `None` if no equations follow the data.
+    pub(super) fn estimated(
+        &self,
+        (tiers, of_parts): (Vec<Term>, Option<Found>),
+        proposed: &[Proposal],
+        noisy: &Noisy<'_>,
+    ) -> Result<Option<Identified>, FitError> {
+        let Noisy { segments, stepping, space, .. } = *noisy;
+        self.check_magnitudes(segments)?;
+        let mut terms = self.general_terms(tiers.clone(), segments);
+        let of_parts = of_parts
+            .map(|found| self.structure(&found, &tiers, &mut terms))
+            .or_else(|| self.previous.as_ref().and_then(|model| self.structure_of(model, &terms)));
+        let constraints = self.constrained(&mut terms).map_err(|e| FitError::Regression { reason: e.to_string() })?;
+        let (rates, spent) = (self.rates(), Cell::new(0));
+        let mechanics = Joints::new(&self.inputs(), &rates, &[])
+            .map_or_else(Vec::new, |joints| self.structures(&joints, proposed, &mut terms));
+        let n_plain = terms.len();
+        terms.extend(self.terms_with_parameters(segments));
+        let problem = Problem {
+            terms: &terms,
+            n_plain,
+            of_parts: of_parts.as_ref(),
+            mechanics: &mechanics,
+            constraints: &constraints,
+            ..self.problem(noisy, &rates, &spent)
         };
-        let joints = Joints::new(&self.inputs(), &rates, &[]);
-        let joints = joints.filter(|_| of_parts.is_none() && constraints.is_empty());
-        let of_joints = joints.map(|joints| (self.of_joints(&joints, &problem, (stepping, space)), joints));
-        let (found, notes) = match of_joints {
-            Some((Ok(found), _)) => (Some(found), Vec::new()),
-            other => {
-                let proposed = other.and_then(|(proposed, joints)| Some((joints, proposed.err()?)));
-                let mechanics: Vec<Structure> = proposed
-                    .map_or_else(Vec::new, |(joints, proposed)| self.structures(&joints, &proposed, &mut terms));
-                let n_plain = terms.len();
-                terms.extend(self.terms_with_parameters(segments));
-                let problem = Problem {
-                    terms: &terms,
-                    n_plain,
-                    of_parts: of_parts.as_ref(),
-                    mechanics: &mechanics,
-                    constraints: &constraints,
-                    ..problem
-                };
-                self.estimated_or_in_pieces(&problem, stepping, space)
-            }
-        };
-        let Some(mut found) = found else { return Ok(None) };
+        let (found, notes) = self.estimated_or_in_pieces(&problem, stepping, space);
+        found.map(|found| self.told(found, notes, noisy)).transpose()
+    }
+
+    /// What was `found`, with `notes` of it.
+    fn told(&self, mut found: Estimate, notes: Vec<String>, noisy: &Noisy<'_>) -> Result<Identified, FitError> {
+        let Noisy { segments, floor, ref counts, space, .. } = *noisy;
         if self.noise == NoiseChoice::Rounding && !found.leaves_nothing {
             for (fit, doubt) in found.fits.iter_mut().zip(&mut found.doubts) {
                 fit.reached_floor = false;
@@ -266,16 +280,16 @@ impl Identifier {
         }
         // Noise that is declared is no rounding, however little it leaves.
         found.rounding = found.rounding.filter(|_| self.spec.noise <= 0.0);
-        let model = written(&found, space, self.spec.dt).map_err(failed)?;
-        let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..counts };
-        let mut report = Report::estimated(&self.names(), counts, &found, self.spec.dt);
+        let dt = self.spec.dt;
+        let model = written(&found, space, dt).map_err(|reason| FitError::Regression { reason })?;
+        let counts = Counts { rows: counts.rows - found.astray, astray: found.astray, ..*counts };
+        let mut report = Report::estimated(&self.names(), counts, &found, dt);
         report.warnings.extend(notes);
         if found.astray > 0 {
             report.warnings.extend(ends::met(&self.names(), &model, segments, floor));
         }
-        let dt = self.spec.dt;
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
-        Ok(Some(Identified { model, report, models }))
+        Ok(Identified { model, report, models })
     }
 }
 

@@ -1,10 +1,13 @@
 //! Equations of motion with the way they are stepped: down to rounding where that explains the data, else with noise estimated.
 
+use std::cell::OnceCell;
+
 use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, FitError};
 
 use super::Identifier;
 use super::ends;
+use super::noisy::{Joined, Noisy};
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
@@ -63,39 +66,55 @@ impl Identifier {
         // Of several joints one Lagrangian has the fewest unknowns.
         let joints = if may_be_exact { Joints::new(&self.inputs(), &rates, &still) } else { None };
         let mechanical = joints.and_then(|joints| search.mechanical(&joints, &self.inputs()));
-        let mut exact = match mechanical {
-            None => rounded.then(|| search.exact()).flatten(),
+        let tilted = match mechanical {
+            None => None,
             Some(found) => match search.tilted_instead(&found) {
                 None => return Ok(warned(self.of_mechanics(found, &search, counts))),
                 tilted => tilted,
             },
-        }
-        .map(|found| (found, None, 0));
+        };
+        // Noise hides which samples are at a limit.
+        let near = || {
+            let noise = self.noise_of_limited(&segments, &floor)?;
+            let (runs, at_limit) = motion::runs(&self.spec, coordinates, data, &noise);
+            let rows: usize = runs.iter().map(motion::Run::len).sum();
+            let (segments, floor) = self.segments(&runs);
+            (rows >= needed).then_some((segments, floor, Counts { rows, at_limit, astray: 0 }))
+        };
+        let samples = OnceCell::new();
+        let simulators = OnceCell::new();
+        let noisy = || {
+            let (segments, floor, counts) =
+                samples.get_or_init(|| near().unwrap_or_else(|| (segments.clone(), floor.clone(), counts)));
+            Noisy {
+                segments,
+                floor,
+                stepping: motion::shown(&runs, &rates, self.spec.dt)
+                    .unwrap_or(motion::Stepping::Continuous { substeps: 1 }),
+                simulators: simulators.get_or_init(|| motion::simulators(&runs, &rates, self.spec.dt)),
+                counts: *counts,
+                space: &space,
+                solver,
+                watch,
+            }
+        };
+        // One Lagrangian has fewer unknowns than a search for equations of rounding, with noise too.
+        let proposed = if tilted.is_none() {
+            match self.joined(&noisy())? {
+                Joined::Adequate(found) => return Ok(warned(*found)),
+                Joined::Proposed(proposed) => proposed,
+            }
+        } else {
+            Vec::new()
+        };
+        let mut exact = tilted.or_else(|| rounded.then(|| search.exact()).flatten()).map(|found| (found, None, 0));
         if exact.is_none() && rounded {
             // What explains parts of the data to rounding explains all but a few steps.
             exact = search.without_strays().map(|(found, runs, strays)| (found, Some(runs), strays));
         }
         if exact.is_none() {
-            // Noise hides which samples are at a limit.
-            let near = self
-                .noise_of_limited(&segments, &floor)
-                .map(|noise| motion::runs(&self.spec, coordinates, data, &noise));
-            let far_enough = near.filter(|(runs, _)| runs.iter().map(motion::Run::len).sum::<usize>() >= needed);
-            let (segments, floor, counts) = match &far_enough {
-                Some((runs, at_limit)) => {
-                    let (segments, floor) = self.segments(runs);
-                    let rows = runs.iter().map(motion::Run::len).sum();
-                    (segments, floor, Counts { rows, at_limit: *at_limit, astray: 0 })
-                }
-                None => (segments, floor, counts),
-            };
-            let stepping =
-                motion::shown(&runs, &rates, self.spec.dt).unwrap_or(motion::Stepping::Continuous { substeps: 1 });
-            let simulators = motion::simulators(&runs, &rates, self.spec.dt);
-            let steppings = (stepping, &simulators[..]);
             let of_parts = may_be_exact.then(|| search.of_parts()).flatten();
-            let found =
-                self.estimated((tiers.terms, of_parts), &segments, &floor, steppings, counts, &space, (solver, watch))?;
+            let found = self.estimated((tiers.terms, of_parts), &proposed, &noisy())?;
             return found.map(warned).ok_or_else(|| failed("no equations reproduce the data".into()));
         }
         let Some((mut found, kept, strays)) = exact else {

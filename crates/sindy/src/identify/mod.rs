@@ -13,6 +13,7 @@ mod joints;
 mod knowledge;
 mod known;
 mod models;
+mod noisy;
 mod recording;
 mod region;
 mod report;

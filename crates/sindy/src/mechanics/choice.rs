@@ -1,5 +1,7 @@
 //! Which parameters of a Lagrangian windows of samples tell.
 
+use nalgebra::{DMatrix, DVector};
+
 use super::elimination::eliminated;
 use super::windows::{Fitted, Windows};
 use crate::Triangle;
@@ -38,12 +40,14 @@ impl Windows<'_> {
         let nearest = loop {
             let mut nearest = f64::INFINITY;
             let mut better: Option<(f64, f64, Vec<usize>)> = None;
+            let others: Vec<usize> = (0..complexity.len()).filter(|other| !columns.contains(other)).collect();
             for (at, own) in columns.iter().enumerate() {
-                for other in (0..complexity.len()).filter(|other| !columns.contains(other)) {
+                let kept: Vec<usize> = columns.iter().copied().filter(|column| column != own).collect();
+                for (&other, squares) in others.iter().zip(told.left_with_each(&kept, &others)) {
                     let mut exchanged = columns.clone();
                     exchanged[at] = other;
                     let simpler = complexity[*own] - complexity[other];
-                    let more = told.left(&exchanged) - left;
+                    let more = squares - left;
                     if simpler >= 0.0 {
                         nearest = nearest.min(more);
                     }
@@ -64,6 +68,9 @@ impl Windows<'_> {
     }
 }
 
+/// Square of the sine of the angle to other columns below which a column of unit length is one of them.
+const PARALLEL: f64 = 1e-14;
+
 /// Difference of scores that is no rounding.
 const MARGIN: f64 = 1e-6;
 
@@ -81,6 +88,34 @@ impl Told {
 
     fn values(&self, columns: &[usize]) -> Vec<f64> {
         self.0.solve_unit(columns, self.1)
+    }
+
+    /// Squares that the columns `kept` leave with each of `others` beside them: what is left of a column perpendicular to the ones kept takes its part of the rest away.
+    fn left_with_each(&self, kept: &[usize], others: &[usize]) -> Vec<f64> {
+        let unit = |j: usize| {
+            let column = self.column(j);
+            let length = column.norm();
+            column / length.max(f64::MIN_POSITIVE)
+        };
+        let columns: Vec<DVector<f64>> = kept.iter().map(|&j| unit(j)).collect();
+        let basis = (!columns.is_empty()).then(|| DMatrix::from_columns(&columns).qr().q());
+        let perpendicular = |of: DVector<f64>| match &basis {
+            Some(basis) => &of - basis * basis.tr_mul(&of),
+            None => of,
+        };
+        let rest = perpendicular(self.column(self.1));
+        let left = |&other: &usize| {
+            let column = perpendicular(unit(other));
+            let square = column.norm_squared();
+            let part = if square > PARALLEL { column.dot(&rest).powi(2) / square } else { 0.0 };
+            (rest.norm_squared() - part).max(0.0)
+        };
+        others.iter().map(left).collect()
+    }
+
+    fn column(&self, j: usize) -> DVector<f64> {
+        let known = self.0.column(j);
+        DVector::from_fn(self.1 + 1, |i, _| known.get(i).copied().unwrap_or(0.0))
     }
 
     /// Squares that the `columns` leave.
