@@ -327,3 +327,21 @@ fn a_log_in_hours_is_trained_on() {
         assert!((3600.0 * found / per_hour - 1.0).abs() < 1e-6, "{term}: {found}");
     }
 }
+
+#[test]
+fn a_task_in_degrees_is_refused_for_a_log_that_is_read_in_radians() {
+    use std::fmt::Write as _;
+    let temp = tempfile::tempdir().unwrap();
+    let mut log = String::from("t,heading [rad],steer [deg]\n");
+    for row in 0..40_u32 {
+        writeln!(log, "{},{},{}", 0.1 * f64::from(row), (0.2 * f64::from(row)).sin(), row % 7).unwrap();
+    }
+    fs::write(temp.path().join("bike.csv"), log).unwrap();
+    let task = "name = \"bike\"\nmax_steps = 20\n[[state]]\nname = \"heading\"\nunit = \"rad\"\nstart = [-0.5, 0.5]\n\
+                [[control]]\nname = \"steer\"\nunit = \"deg\"\nlow = -25.0\nhigh = 25.0\n[task]\nreward = \"-heading^2\"\n";
+    fs::write(temp.path().join("bike.toml"), task).unwrap();
+    let args = ["train", "--task-file", "bike.toml", "--data", "bike.csv", "--quiet", "--out", "run"];
+    let (code, _, said) = parts(&sindyna(temp.path(), &args));
+    assert!(code == 2 && said.contains("the task declares steer in deg"), "{code}: {said}");
+    assert!(!temp.path().join("run").exists());
+}

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use sindyna_core::{Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
-use sindyna_logs::{Clock, Log, LogError, LogOptions};
+use sindyna_logs::{Clock, Log, LogError, LogOptions, Note};
 use sindyna_sindy::Identified;
 
 use super::log_source::{Contents, LogSource, columns};
@@ -72,9 +72,27 @@ pub fn read_logs<P: AsRef<Path>>(
             (Err(LogError::UnknownColumn { column, .. }), _) if has_rate(&options, &column) => {
                 unmeasured.extend(take_rate(&mut options, &column));
             }
-            (log, _) => return Ok((log?, unmeasured)),
+            (log, _) => return Ok((in_units_of(task.spec(), log?)?, unmeasured)),
         }
     }
+}
+
+/// `log`, if none of its columns was turned into radians that the task of `spec` declares in what they were in.
+fn in_units_of(spec: &Spec, log: Log) -> Result<Log, Error> {
+    let declared = |column: &str, unit: &str| {
+        spec.state.iter().chain(&spec.control).any(|channel| channel.name == column && channel.unit == unit)
+    };
+    for note in &log.notes {
+        if let Note::Radians { column, unit } = note {
+            if declared(column, unit) {
+                let why = format!(
+                    "the task declares {column} in {unit}, but angles of logs are read in radians; declare it in radians, with its bounds"
+                );
+                return Err(Error::System { name: spec.name.clone(), why });
+            }
+        }
+    }
+    Ok(log)
 }
 
 /// Whether `column` is the rate of another state.
