@@ -82,15 +82,15 @@ fn in_units_of(spec: &Spec, log: Log) -> Result<Log, Error> {
     let declared = |column: &str, unit: &str| {
         spec.state.iter().chain(&spec.control).any(|channel| channel.name == column && channel.unit == unit)
     };
-    for note in &log.notes {
-        if let Note::Radians { column, unit } = note {
-            if declared(column, unit) {
-                let why = format!(
-                    "the task declares {column} in {unit}, but angles of logs are read in radians; declare it in radians, with its bounds"
-                );
-                return Err(Error::System { name: spec.name.clone(), why });
-            }
-        }
+    let mut radians = log.notes.iter().filter_map(|note| match note {
+        Note::Radians { column, unit } => Some((column, unit)),
+        _ => None,
+    });
+    if let Some((column, unit)) = radians.find(|(column, unit)| declared(column, unit)) {
+        let why = format!(
+            "the task declares {column} in {unit}, but angles of logs are read in radians; declare it in radians, with its bounds"
+        );
+        return Err(Error::System { name: spec.name.clone(), why });
     }
     Ok(log)
 }
