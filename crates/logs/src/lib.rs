@@ -43,6 +43,7 @@ mod log;
 mod missing_code;
 mod moments;
 mod note;
+mod note_text;
 mod options;
 mod place;
 mod positions;

@@ -14,6 +14,7 @@ mod plan;
 mod planned;
 pub mod problem;
 mod reach;
+mod rollout;
 pub mod settings;
 mod shown;
 mod summary;

@@ -2,13 +2,11 @@
 
 use ndarray::Array2;
 use rayon::prelude::*;
-use sindyna_core::{
-    Acting, Bounded, Dataset, Dynamics, Environment as _, Inverse, Kind, Memory as _, Mode, Policy, Seed, Simulated,
-    Spec,
-};
+use sindyna_core::{Dataset, Dynamics, Inverse, Kind, Policy, Spec};
 use sindyna_record::run::{Coverage, StateRange};
 
 use crate::problem::Problem;
+use crate::rollout::rollout;
 
 /// Episodes in the model.
 const EPISODES: u64 = 100;
@@ -22,8 +20,10 @@ pub(crate) fn coverage(
 ) -> Option<Coverage> {
     let spec = problem.spec();
     let shown = ranges(spec, states(spec, data)?.into_iter());
-    let visited: Vec<Vec<f64>> =
-        (0..EPISODES).into_par_iter().flat_map_iter(|episode| visited(problem, model, policy, episode)).collect();
+    let visited: Vec<Vec<f64>> = (0..EPISODES)
+        .into_par_iter()
+        .flat_map_iter(|episode| rollout(problem, model, policy, ("coverage", episode)).states)
+        .collect();
     let outside = |x: &Vec<f64>| {
         let mut beyond = x.iter().zip(&shown).zip(&spec.state).filter(|((_, _), channel)| channel.kind != Kind::Angle);
         beyond.any(|((value, (low, high)), _)| value < low || value > high)
@@ -38,27 +38,6 @@ pub(crate) fn coverage(
         policy,
     });
     Some(Coverage { episodes: EPISODES as usize, share_outside: share, states: states.collect() })
-}
-
-/// States (n each) of one episode in the model.
-fn visited(problem: &dyn Problem, model: &dyn Dynamics, policy: &dyn Policy, episode: u64) -> Vec<Vec<f64>> {
-    let (spec, task) = (problem.spec(), problem.task());
-    let mut rng = Seed::new(0).stream("coverage", episode);
-    let mut system = Simulated::new(Bounded::new(model, &spec.state), &*task, problem.sensors().without_noise());
-    let (mut action, mut states) = (vec![0.0; spec.action_space.action_dim()], Vec::new());
-    if system.reset(&mut rng).is_err() {
-        return states;
-    }
-    states.push(system.state().to_vec());
-    let mut policy = Acting::begin(policy);
-    loop {
-        policy.act(system.observation(), Mode::Exploit, &mut rng, &mut action);
-        let outcome = system.step(&action, &mut rng);
-        states.extend(outcome.is_ok().then(|| system.state().to_vec()));
-        if outcome.map_or(true, |outcome| outcome.terminated || outcome.truncated) {
-            return states;
-        }
-    }
 }
 
 /// All states (n each) of `data`.
