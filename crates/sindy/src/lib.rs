@@ -48,8 +48,9 @@ pub use error::{InvalidParam, UnknownName};
 pub use estimate::Doubt;
 pub use expr::{Compiled, Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
-    Derived, EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier, InsideParameter,
-    LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice, Target,
+    Derived, Disturbances, EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier,
+    InsideParameter, LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice,
+    Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{AnalysisError, Entry, Form, Inputs, Model, ModelError, ModelParts, Reading};

@@ -4,6 +4,7 @@
 //! standard errors and doubts. [`Identifier`] has every setting; [`Sindy`] is the plain regression of PySINDy.
 
 mod ahead;
+mod as_pieces;
 mod as_read;
 mod asked;
 mod between;

@@ -43,4 +43,4 @@ pub(crate) use hypothesis::budget;
 pub(crate) use posterior::Posterior;
 pub(crate) use problem::{OfPart, Problem, Structure};
 pub(crate) use search::{completed, estimate};
-pub(crate) use tied::adequate;
+pub(crate) use tied::{adequate, leaves_noise};

@@ -94,20 +94,30 @@ fn searched(problem: &Problem<'_>, stepping: Stepping) -> Option<Accounted> {
     if !problem.is_long() {
         return accounted(problem, (None, None), stepping);
     }
-    let (few, mut complete) = in_part(problem, (SAMPLE, IN_SAMPLE), None, stepping);
-    let mut part = few;
+    let (mut part, mut complete) = in_part(problem, (SAMPLE, IN_SAMPLE), None, stepping);
     let is_very_long = problem.samples() > 2.0 * LARGER_SAMPLE as f64;
-    if let Some(few) = part.as_ref().filter(|_| is_very_long) {
-        let (more, finished) = in_part(problem, (LARGER_SAMPLE, IN_LARGER), Some(&few.searched.best), stepping);
-        complete &= finished;
-        part = more.or(part);
-        if let (Some(instead), Some(Rejecting { searched, signals, kept })) = (problem.instead, &part) {
-            let of_part = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem };
-            if !of_part.is_settled(&searched.best) {
-                let Estimate { terms, fits, stepping, .. } = of_part.account(searched.clone(), signals);
-                if instead(OfPart { terms: &terms, fits: &fits, stepping, complete }) {
-                    return None;
-                }
+    // What explains the data better than what leaves more than noise of a part leaves nothing to look for in a larger one.
+    let is_explained_otherwise = |part: &Option<Rejecting>, complete: bool| {
+        let Some((instead, Rejecting { searched, signals, kept })) = problem.instead.zip(part.as_ref()) else {
+            return false;
+        };
+        let of_part = Problem { segments: &kept.segments, noise: &signals.sigma, ..*problem };
+        if of_part.is_settled(&searched.best) {
+            return false;
+        }
+        let Estimate { terms, fits, stepping, .. } = of_part.account(searched.clone(), signals);
+        instead(OfPart { terms: &terms, fits: &fits, stepping, complete })
+    };
+    if is_very_long {
+        if is_explained_otherwise(&part, complete) {
+            return None;
+        }
+        if let Some(few) = &part {
+            let (more, finished) = in_part(problem, (LARGER_SAMPLE, IN_LARGER), Some(&few.searched.best), stepping);
+            complete &= finished;
+            part = more.or(part);
+            if is_explained_otherwise(&part, complete) {
+                return None;
             }
         }
     }

@@ -32,6 +32,40 @@ struct Fitted {
     apart: Option<f64>,
 }
 
+/// Whether the `equations` of a Lagrangian with parameters `theta` that were fitted to the samples of `problem` leave noise alone of these.
+pub(crate) fn leaves_noise(
+    problem: &Problem<'_>,
+    (equations, theta): (&Equations, &[f64]),
+    signals: &Signals,
+    stepping: Stepping,
+) -> bool {
+    let Some(constraints) = given(equations, theta) else { return false };
+    let problem = Problem {
+        terms: &equations.terms,
+        n_plain: equations.terms.len(),
+        constraints: &constraints,
+        noise: &signals.sigma,
+        spent: &Cell::new(0),
+        of_parts: None,
+        mechanics: &[],
+        ..*problem
+    };
+    let start = Start { xi: &[], inside: &[], x: &signals.x, sigma: &signals.sigma };
+    let found = problem.hypothesis(vec![Vec::new(); problem.rates.len()], stepping, start, 0..4);
+    found.map(|found| problem.as_simulated(found)).is_some_and(|found| problem.is_settled(&found))
+}
+
+/// The coefficients of `equations` at `theta`, as all that each equation has.
+fn given(equations: &Equations, theta: &[f64]) -> Option<Vec<Constraints>> {
+    let mut rest = equations.coefficients(theta)?.into_iter();
+    let is_rate = equations.model.kinematic();
+    let of = |(support, is_rate): (&Vec<usize>, &bool)| Constraints {
+        fixed: if *is_rate { Vec::new() } else { support.iter().copied().zip(rest.by_ref()).collect() },
+        ..Constraints::default()
+    };
+    Some(equations.supports.iter().zip(is_rate).map(of).collect())
+}
+
 /// The `equations` of a Lagrangian with the parameters of `tied`, fitted to all data at once, if nothing speaks against them but others that are as good: they leave noise alone, and the halves of the data
 /// agree on all parameters.
 pub(crate) fn adequate(
@@ -81,12 +115,7 @@ impl Problem<'_> {
         for _ in 0..ROUNDS {
             let xi = equations.coefficients(&theta)?;
             errors.resize(xi.len(), 0.0);
-            let mut rest = xi.iter().copied();
-            let given = |support: &Vec<usize>| Constraints {
-                fixed: support.iter().copied().zip(rest.by_ref()).collect(),
-                ..Constraints::default()
-            };
-            let constraints: Vec<Constraints> = supports.iter().map(given).collect();
+            let constraints = given(equations, &theta)?;
             let problem = Problem { constraints: &constraints, ..*self };
             let start = Start { xi: &[], inside: &[], x: &x, sigma: &sigma };
             let found = problem.hypothesis(vec![Vec::new(); n], stepping, start, 0..4)?;

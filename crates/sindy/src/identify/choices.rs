@@ -178,6 +178,18 @@ fn unknown(what: &'static str, name: &str, known: &'static str) -> UnknownName {
     UnknownName { what, name: name.to_owned(), known }
 }
 
+/// Whether the system is disturbed: pushed by hand, say, or rubs in ways that no candidate term says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Disturbances {
+    /// It is not.
+    None,
+    /// It may be: equations are fitted to short pieces of the data where they leave more than noise of all.
+    #[default]
+    Possible,
+    /// It is: equations that leave noise alone of all data are looked for near those of the pieces, and nowhere else.
+    Known,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

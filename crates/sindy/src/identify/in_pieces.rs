@@ -4,13 +4,13 @@ use std::cell::{Cell, OnceCell};
 
 use super::Identifier;
 use super::estimated::written;
-use crate::LibraryChoice;
 use crate::estimate::{Doubt, Estimate, OfPart, Problem, budget, completed, estimate};
 use crate::library::Joints;
 use crate::model::Model;
 use crate::motion::Stepping;
 use crate::pieces::{Cut, Disturbed};
 use crate::regression::{Space, model};
+use crate::{Disturbances, LibraryChoice};
 
 /// Part of the usual effort from which on pieces are looked at. Equations of the system disturbed are those of the whole effort: their score is no other one's.
 const LEAST: f64 = 0.1;
@@ -20,8 +20,8 @@ impl Identifier {
     /// these leave noise alone of all data, they are the equations, and if not those of the system disturbed, with sentences about the pieces. Of two that
     /// are approximations the one counts that leaves less of most pieces.
     ///
-    /// The search for noise alone is made in any case, in all data or a large part of them: pieces that do not follow may as well be those in which a term acts that
-    /// is missing.
+    /// The search for noise alone is made in any case, in all data or a part of them, unless the system is known to be disturbed: pieces that do not follow may as well be
+    /// those in which a term acts that is missing.
     pub(super) fn estimated_or_in_pieces(
         &self,
         problem: &Problem<'_>,
@@ -35,6 +35,14 @@ impl Identifier {
             let found = || self.in_pieces(problem, stepping, space, (joints.as_ref()?, cut.as_ref()?));
             in_pieces.get_or_init(found).as_ref()
         };
+        if self.disturbances == Disturbances::Known
+            && let Some(InPieces { disturbed, whole }) = in_pieces()
+        {
+            return match whole {
+                Some(whole) => (Some(whole.clone()), Vec::new()),
+                None => (Some(disturbed.found.clone()), disturbed.notes.clone()),
+            };
+        }
         let is_better = |model: Option<Model>, left: f64| {
             let by_noise = model.and_then(|model| cut.as_ref()?.left_by(&model, problem.watch));
             by_noise.is_some_and(|by_noise| by_noise < left)
@@ -85,7 +93,7 @@ impl Identifier {
 
     /// Whether nothing is told of the equations that those of a Lagrangian could not have, and more than the simplest is looked for.
     fn may_be_disturbed(&self) -> bool {
-        self.disturbances
+        self.disturbances != Disturbances::None
             && self.effort >= LEAST
             && self.library == LibraryChoice::Auto
             && self.constraints.is_empty()

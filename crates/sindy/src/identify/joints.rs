@@ -5,8 +5,8 @@ use std::cell::OnceCell;
 use super::Identifier;
 use super::estimated::structured;
 use crate::LibraryChoice;
-use crate::data::{Smoother, sample_of, without_glitches};
-use crate::estimate::{Estimate, Problem, Structure, adequate};
+use crate::data::{Segment, Smoother, sample_of, without_glitches};
+use crate::estimate::{Estimate, Problem, Structure, adequate, leaves_noise};
 use crate::library::{Joints, Key, Lagrangian, Term, term};
 use crate::mechanics::{Equations, Proposal, proposals, tied};
 use crate::motion::Stepping;
@@ -63,9 +63,20 @@ impl Identifier {
         let signals = Smoother::new(&few, problem.rates, floor, watch.asks()).signals(floor);
         let many = OnceCell::new();
         let is_adequate = |proposal: &Proposal| {
+            let fitted = |samples: &[Segment]| {
+                let tied = tied(joints, proposal, (samples, floor), stepping)?;
+                Some((Equations::new(&tied.lagrangian, &tied.chosen, space, self.spec.dt)?, tied))
+            };
+            // What leaves more than noise of a part does so of all.
+            if segments.iter().map(Segment::len).sum::<usize>() > ALL_STEPS {
+                let (equations, tied) = fitted(&few)?;
+                let of_few = Problem { segments: &few, ..*problem };
+                if !leaves_noise(&of_few, (&equations, &tied.theta), &signals, stepping) {
+                    return None;
+                }
+            }
             let many = many.get_or_init(|| sample(ALL_STEPS));
-            let tied = tied(joints, proposal, (many, floor), stepping)?;
-            let equations = Equations::new(&tied.lagrangian, &tied.chosen, space, self.spec.dt)?;
+            let (equations, tied) = fitted(many)?;
             adequate(problem, (&equations, &tied), stepping)
         };
         let spatial =

@@ -12,6 +12,7 @@ mod in_pieces;
 mod joints;
 mod knowledge;
 mod known;
+mod misfits;
 mod models;
 mod noisy;
 mod recording;
@@ -26,7 +27,7 @@ mod warnings;
 use ndarray::Array2;
 use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, InterSample, Kind, Knowledge, Rng, Spec};
 
-pub use choices::{LibraryChoice, NoiseChoice, SolverChoice, Target};
+pub use choices::{Disturbances, LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use derivatives::Derived;
 pub use known::{EquationConstraint, EquationConstraintError};
 pub use models::Models;
@@ -88,7 +89,7 @@ pub struct Identifier {
     noise: NoiseChoice,
     effort: f64,
     simulators: bool,
-    disturbances: bool,
+    disturbances: Disturbances,
     constraints: Vec<(usize, EquationConstraint)>,
     previous: Option<Model>,
 }
@@ -107,7 +108,7 @@ impl Identifier {
             noise: NoiseChoice::Declared,
             effort: 1.0,
             simulators: true,
-            disturbances: true,
+            disturbances: Disturbances::Possible,
             constraints: Vec::new(),
             previous: None,
         }
@@ -194,9 +195,9 @@ impl Identifier {
         self.with_effort(effort)
     }
 
-    /// Whether the system may be disturbed: whether equations are fitted to short pieces of the data where they leave more than noise of all.
+    /// Whether the system is disturbed.
     #[must_use]
-    pub fn with_disturbances(self, disturbances: bool) -> Self {
+    pub fn with_disturbances(self, disturbances: Disturbances) -> Self {
         Self { disturbances, ..self }
     }
 

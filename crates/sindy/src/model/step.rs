@@ -163,10 +163,18 @@ impl Model {
         let mut x = Array2::zeros((u.nrows() + 1, x0.len()));
         let (mut now, mut next) = (x0.to_vec(), x0.to_vec());
         let mut input = vec![0.0; u.ncols()];
+        let mut scratch = self.friction.as_ref().map(|friction| self.scratch(friction));
         x.row_mut(0).assign(&ArrayView1::from(x0));
         for (t, dt) in dt.iter().enumerate() {
             input.iter_mut().zip(u.row(t)).for_each(|(slot, u)| *slot = *u);
-            self.held((scheme, *dt), &now, &input, &mut rng, &mut next).ok()?;
+            match (&self.friction, &mut scratch, scheme) {
+                (Some(friction), Some(scratch), Scheme::Rk4 { substeps }) => {
+                    next.copy_from_slice(&now);
+                    let mut step = |_| self.rubbed(friction, dt / substeps as f64, &mut next, &input, scratch);
+                    (0..substeps).try_for_each(&mut step).ok()?;
+                }
+                _ => self.held((scheme, *dt), &now, &input, &mut rng, &mut next).ok()?,
+            }
             x.row_mut(t + 1).assign(&ArrayView1::from(&next));
             std::mem::swap(&mut now, &mut next);
         }

@@ -74,7 +74,7 @@ impl Data<'_> {
     }
 
     /// Mean squares of the residuals of all pieces.
-    fn misfits(&self, model: Option<&Model>, starts: &[Vec<f64>], sigma: &[f64]) -> Vec<f64> {
+    pub(super) fn misfits(&self, model: Option<&Model>, starts: &[Vec<f64>], sigma: &[f64]) -> Vec<f64> {
         let of = |(piece, start): (&Piece, &Vec<f64>)| {
             let residuals = model.and_then(|model| self.residuals(model, piece, start, sigma));
             residuals.map_or(f64::INFINITY, |r| r.iter().map(|v| v * v).sum::<f64>() / r.len().max(1) as f64)

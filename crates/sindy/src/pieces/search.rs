@@ -94,6 +94,42 @@ impl<'a> Cut<'a> {
         Some(data.left(&fitted))
     }
 
+    /// How far `model` misses pieces of each of `cuts`, which differ in their inputs alone, with coefficients fitted to that one, from the start of each piece that suits it best: mean
+    /// squares of residuals over their size in most pieces of the first, infinite where it diverges. `None` if the first has no such coefficients.
+    pub(crate) fn misfits(cuts: &[Self], model: &Model, watch: &Watch<'_>) -> Option<Vec<Vec<f64>>> {
+        let first = cuts.first()?;
+        let some: Vec<Vec<Piece>> = cuts.iter().map(Self::some).collect();
+        let at = |theta: &[f64]| model.with_coefficients(&theta[1..]);
+        let begun = [&[1.0], &model.fitted()[..]].concat();
+        let fitted = |pieces: &[Piece], from: Option<&Fitted>| {
+            let theta = from.map_or(&begun, |from| &from.theta);
+            Data { pieces, ..first.data(watch) }.fitted(&at, theta, from, FEW)
+        };
+        let base = fitted(&some[0], None)?;
+        let of = |(at_cut, pieces): (usize, &Vec<Piece>)| {
+            let own = if at_cut == 0 { Some(base.clone()) } else { fitted(pieces, Some(&base)) };
+            let missed = |own: Fitted| {
+                let data = Data { pieces, ..first.data(watch) };
+                data.misfits(at(&own.theta).as_ref(), &own.starts, &base.sigma)
+            };
+            own.map_or_else(|| vec![f64::INFINITY; pieces.len()], missed)
+        };
+        Some(some.iter().enumerate().map(of).collect())
+    }
+
+    /// `model` with coefficients fitted to the pieces. `None` if it follows none.
+    pub(crate) fn refitted(&self, model: &Model, watch: &Watch<'_>) -> Option<Model> {
+        let begun = [&[1.0], &model.fitted()[..]].concat();
+        let at = |theta: &[f64]| model.with_coefficients(&theta[1..]);
+        let fitted = Data { pieces: &self.some(), ..self.data(watch) }.fitted(&at, &begun, None, FEW)?;
+        at(&fitted.theta)
+    }
+
+    /// Pieces by which equations are compared.
+    fn some(&self) -> Vec<Piece> {
+        self.pieces.iter().step_by(self.pieces.len().div_ceil(COMPARED)).cloned().collect()
+    }
+
     /// Equations of the machine, whose `joints` rub and are disturbed. `None` where nothing follows the data.
     pub(crate) fn disturbed(
         &self,
@@ -108,7 +144,7 @@ impl<'a> Cut<'a> {
         let lagrangians: Vec<Lagrangian> =
             Lagrangian::all_arrangements(joints).into_iter().map(|l| l.slow_friction(&speeds, &SLOW)).collect();
         let proposals = problem.proposals(&lagrangians, self.scale);
-        let some: Vec<Piece> = self.pieces.iter().step_by(self.pieces.len().div_ceil(COMPARED)).cloned().collect();
+        let some = self.some();
         let of_some = Data { pieces: &some, ..data };
         let first = |proposal: &Proposal| {
             let others = proposal.parameters.iter();

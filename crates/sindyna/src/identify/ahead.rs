@@ -67,17 +67,19 @@ fn deviations(recordings: &[Recording], count: usize) -> Vec<f64> {
 /// explain it (sign test).
 pub(super) fn clearly_least(errors: &[&[f64]]) -> Option<usize> {
     let windows = errors.iter().map(|e| e.len()).min()?;
-    let median = |of: &[f64]| {
-        let mut sorted = of.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        sorted.get(sorted.len() / 2).copied().unwrap_or(f64::INFINITY)
-    };
     let best = (0..errors.len()).min_by(|&a, &b| median(errors[a]).total_cmp(&median(errors[b])))?;
     let beats = |other: usize| {
         let wins = (0..windows).filter(|&w| errors[best][w] < errors[other][w]).count();
         by_chance(wins, windows) < CHANCE
     };
     (0..errors.len()).filter(|&other| other != best).all(beats).then_some(best)
+}
+
+/// The median of `errors`, infinite if there are none.
+pub(super) fn median(errors: &[f64]) -> f64 {
+    let mut sorted = errors.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(f64::INFINITY)
 }
 
 /// The probability of `wins` heads or more in `tosses` of a coin.

@@ -15,6 +15,17 @@ pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
     data.rollouts().zip(times).map(recording).collect()
 }
 
+/// The trajectories of `samples` as recordings of the states that `identifier` finds equations of.
+///
+/// # Errors
+/// [`FitError`] if the samples do not have the shape of its system.
+pub(super) fn recordings_of(identifier: &Identifier, samples: &Samples) -> Result<Vec<Recording>, FitError> {
+    match &samples.times {
+        None => identifier.recordings(&samples.data),
+        Some(times) => Ok(recordings(&samples.data, times)),
+    }
+}
+
 /// Whether what equations leave is noise, and inputs that are not held leave no less; there may be better ones where the search ended early.
 pub(super) fn is_explained(found: &Identified) -> bool {
     let leaves_more = |equation: &EquationReport| match equation.doubt {

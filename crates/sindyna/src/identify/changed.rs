@@ -1,9 +1,9 @@
 //! Systems that change during a log.
 
 use sindyna_core::FitError;
-use sindyna_sindy::{EquationReport, Identified};
+use sindyna_sindy::{Disturbances, EquationReport, Identified, Model};
 
-use super::as_read::{as_read, is_spoilt};
+use super::as_read::{as_read, is_disturbed, is_spoilt, recordings_of};
 use super::asked::Asked;
 use crate::logs::{Log, Note, Samples};
 
@@ -18,28 +18,55 @@ const EFFORT: f64 = 0.25;
 /// Standard errors by which a coefficient differs.
 const APART: f64 = 6.0;
 
-/// A note of the equations at the beginning and at the end of `log`, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
+/// A note of the equations at the beginning and at the end of `log`, where `found` holds for most of it, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
 /// hold for all of it.
 ///
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
-pub(super) fn changed<E: From<FitError>>(log: &Log, kept: &Samples, asked: &Asked<'_, E>) -> Result<Option<Note>, E> {
+pub(super) fn changed<E: From<FitError>>(
+    log: &Log,
+    kept: &Samples,
+    found: &Identified,
+    asked: &Asked<'_, E>,
+) -> Result<Option<Note>, E> {
     let all = kept.data.n_steps();
+    let split = |at: usize| kept.split(at).map_err(|e| FitError::Regression { reason: e.to_string() });
+    if is_disturbed(found) {
+        // Friction and disturbances leave more than noise of any part.
+        let (part, identifier) = ((PART * all as f64) as usize, (asked.identifier)(&log.spec)?);
+        let of = |samples: &Samples| {
+            identifier.fitted_to_pieces(&found.model, recordings_of(&identifier, samples)?, asked.watch)
+        };
+        let (first, last) = (of(&split(part)?.0)?, of(&split(all - part)?.1)?);
+        if !first.zip(last).is_some_and(|(first, last)| moved(found, &first, &last)) {
+            return Ok(None);
+        }
+    }
     let steps = ((PART * all as f64) as usize).min(MOST);
     if steps < FEWEST {
         return Ok(None);
     }
-    let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT).with_disturbances(false);
+    let identifier = (asked.identifier)(&log.spec)?.with_effort(EFFORT).with_disturbances(Disturbances::None);
     let of = |samples: &Samples| -> Result<Option<Identified>, E> {
         match as_read(&identifier, samples, asked.watch) {
             Err(FitError::Interrupted) => Err(FitError::Interrupted.into()),
             found => Ok(found.ok().filter(|found| !is_spoilt(found))),
         }
     };
-    let (_, end) = kept.split(all - steps).map_err(|e| FitError::Regression { reason: e.to_string() })?;
+    let end = split(all - steps)?.1;
     let Some(first) = of(&kept.first(steps))? else { return Ok(None) };
     let Some(last) = of(&end)? else { return Ok(None) };
     Ok(differ(&first, &last).then(|| Note::Changed { steps, first: of_motion(&first), last: of_motion(&last) }))
+}
+
+/// Whether a coefficient of the equations `found`, fitted to [`PART`] of the samples at either end, differs between these.
+fn moved(found: &Identified, first: &Model, last: &Model) -> bool {
+    let of = |(i, equation): (usize, &EquationReport)| {
+        let pairs = first.coefficients(i).iter().zip(last.coefficients(i));
+        let mut apart = pairs.zip(&equation.standard_errors);
+        apart.any(|((a, b), error)| (a.coefficient - b.coefficient).abs() > APART * error * (2.0 / PART).sqrt())
+    };
+    found.report.equations.iter().enumerate().any(of)
 }
 
 /// Whether the equations have the same terms, but not the same coefficients.

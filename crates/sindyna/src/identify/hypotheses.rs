@@ -1,9 +1,9 @@
 //! What a log may be besides what it says: inputs that act earlier or later, rates that were not measured, steps of a simulator.
 
 use sindyna_core::{FitError, InterSample, Spec};
-use sindyna_sindy::{Identified, Identifier};
+use sindyna_sindy::{Disturbances, Identified, Identifier};
 
-use super::as_read::{as_read, is_spoilt};
+use super::as_read::{as_read, is_disturbed, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
 use super::changed::changed;
@@ -61,7 +61,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     };
     // Of a system that changed no reading leaves noise alone.
     if let Some(found) = &first
-        && let Some(note) = changed(&log, &kept, asked)?
+        && let Some(note) = changed(&log, &kept, found, asked)?
     {
         log.notes.push(note);
         return Ok(Looked { found: found.clone(), identifier, log });
@@ -71,7 +71,9 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {
         Some(log) => {
             let kept = (asked.kept)(&log)?;
-            let identifier = (asked.identifier)(&log.spec)?;
+            let is_known = chosen.as_ref().is_some_and(|chosen| chosen.disturbed);
+            let disturbances = if is_known { Disturbances::Known } else { Disturbances::Possible };
+            let identifier = (asked.identifier)(&log.spec)?.with_disturbances(disturbances);
             match first_look(&identifier, &kept, asked) {
                 Ok(first) => Some((log, kept, identifier, first)),
                 Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
@@ -85,11 +87,11 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         return Err(nothing.into());
     }
     let (log, kept, identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
-    // A search that was not finished says nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
+    // Disturbances, and a search that was not finished, say nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
     let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
     let tells = |first: &Identified| {
         let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
-        is_spoilt(first) && (first.report.search_complete || has_lone || !seen.is_empty())
+        is_spoilt(first) && !is_disturbed(first) && (first.report.search_complete || has_lone || !seen.is_empty())
     };
     if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });

@@ -1,6 +1,7 @@
 //! States that may be angles, as their names or units say.
 
 use sindyna_core::{Certainty, FitError};
+use sindyna_sindy::Disturbances;
 
 use super::ahead::clearly_least;
 use super::asked::Asked;
@@ -20,7 +21,8 @@ pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_,
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
         let rates = &Unmeasured::None;
-        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: true }.of(Reading::GIVEN, STEPS)
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible }
+            .of(Reading::GIVEN, STEPS)
     };
     let Some(named) = tried(&turned)? else { return Ok(log) };
     let prefers = named.certainty >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));

@@ -1,9 +1,10 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
 use sindyna_core::{Certainty, Dataset, FitError, InterSample, Spec};
-use sindyna_sindy::Identified;
+use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::{clearly_least, missed};
+use super::as_pieces::least_missed;
 use super::as_read::{as_read, is_disturbed, is_explained, is_spoilt};
 use super::asked::{Asked, Delay};
 use super::between::linear;
@@ -34,6 +35,13 @@ impl Reading {
         let late = if self.rows == 0.0 { None } else { Some(delayed(log, self.rows)?) };
         Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
     }
+
+    /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
+    pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
+        let shifted = shifted(&kept.data, kept.times.as_deref(), self.rows, margins, most)?;
+        let foh = |data: Dataset| if self.linear { data.with_intersample(InterSample::Foh) } else { data };
+        Ok(Samples { data: foh(shifted.data), ..shifted })
+    }
 }
 
 /// What a part of a log speaks for.
@@ -41,6 +49,8 @@ pub(super) struct Chosen {
     pub(super) reading: Reading,
     /// Rates that were not measured, as (name, state), with which equations leave nothing to explain.
     pub(super) rates: Vec<(String, String)>,
+    /// Whether equations of pieces speak for it, and it leaves more than noise of a part too.
+    pub(super) disturbed: bool,
 }
 
 /// What is tried of every log with inputs, besides longer delays.
@@ -117,8 +127,17 @@ pub(super) fn told_apart<E: From<FitError>>(
     (asked.say)(
         "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
-    // What was fitted to pieces of all samples need not be fitted to pieces of some.
-    let disturbances = !first.is_some_and(is_disturbed);
+    if let Some(first) = first.filter(|first| is_disturbed(first)) {
+        let held: Vec<Reading> = others.into_iter().filter(|reading| !reading.simulated).collect();
+        let best = least_missed(log, kept, first, (&held, margins(&held)), asked)?;
+        let Some(reading) = best else { return Ok(None) };
+        // Inputs that act when equations have them act may leave noise alone.
+        let margins = margins(&[reading]);
+        let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances: Disturbances::None };
+        let explained = trial.of(reading, STEPS)?.is_some_and(|tried| tried.explained);
+        return Ok(Some(Chosen { reading, rates: Vec::new(), disturbed: !explained }));
+    }
+    let disturbances = Disturbances::Possible;
     let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others), disturbances };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let mut steps = STEPS;
@@ -138,7 +157,11 @@ pub(super) fn told_apart<E: From<FitError>>(
         }
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
-    Ok(best_of(&all, others.len() + 1).map(|best| Chosen { reading: best.reading, rates: seen(best) }))
+    Ok(best_of(&all, others.len() + 1).map(|best| Chosen {
+        reading: best.reading,
+        rates: seen(best),
+        disturbed: false,
+    }))
 }
 
 /// How readings are tried on the first samples of a log.
@@ -149,17 +172,14 @@ pub(super) struct Trial<'a, E> {
     pub(super) asked: &'a Asked<'a, E>,
     /// Steps at the beginning and the end of a trajectory that are not used.
     pub(super) margins: (usize, usize),
-    /// Whether the system may be disturbed.
-    pub(super) disturbances: bool,
+    pub(super) disturbances: Disturbances,
 }
 
 impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with `reading` in so many steps; `None` if nothing is.
     pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
         let Self { log, kept, rates, asked, margins, disturbances } = *self;
-        let shifted = shifted(&kept.data, kept.times.as_deref(), reading.rows, margins, steps + AHEAD)?;
-        let foh = |data: Dataset| if reading.linear { data.with_intersample(InterSample::Foh) } else { data };
-        let shifted = Samples { data: foh(shifted.data), ..shifted };
+        let shifted = reading.samples(kept, margins, steps + AHEAD)?;
         let samples = shifted.first(steps);
         let of = |spec: &Spec| {
             let identifier = (asked.identifier)(spec)?;
