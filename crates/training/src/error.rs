@@ -132,6 +132,9 @@ pub enum Error {
     /// The system of a run was a program, and none is named.
     #[error("its system was a program, which is not started from a record")]
     NoPipe,
+    /// The system of a run is no log, but a simulator or a program.
+    #[error("the run is not one on a log, so its system is not replaced by equations")]
+    NoLog,
     /// A model whose parts do not fit each other.
     #[error(transparent)]
     Model(#[from] sindyna_sindy::ModelError),

@@ -31,11 +31,17 @@ impl Models {
         Self { posterior, space, stepping, dt, best: best.clone() }
     }
 
+    /// The same over control intervals of `dt` \[s\]; `None` where only what one interval leads to is known.
+    pub(super) fn over_intervals(self, dt: f64) -> Option<Self> {
+        Some(Self { best: self.best.over_intervals(dt)?, ..self })
+    }
+
     /// Draws a model; where the data do not determine its coefficients, the likeliest one.
     pub fn draw(&self, rng: &mut Rng) -> Arc<Model> {
         let model = self.posterior.draw(rng).and_then(|(terms, equations)| {
             let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
-            of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()
+            let model = of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()?;
+            model.over_intervals(self.best.dt())
         });
         Arc::new(model.unwrap_or_else(|| self.best.clone()))
     }

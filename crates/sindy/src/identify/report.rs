@@ -24,6 +24,18 @@ pub struct Identified {
     pub models: Option<Models>,
 }
 
+impl Identified {
+    /// The same equations over control intervals of `dt` \[s\]; `None` where only what one interval leads to is known.
+    #[must_use]
+    pub fn over_intervals(self, dt: f64) -> Option<Self> {
+        let models = match self.models {
+            Some(models) => Some(models.over_intervals(dt)?),
+            None => None,
+        };
+        Some(Self { model: self.model.over_intervals(dt)?, models, ..self })
+    }
+}
+
 /// The account of an identification.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Report {

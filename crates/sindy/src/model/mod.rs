@@ -23,6 +23,8 @@ pub use friction::Joint;
 pub use inputs::Inputs;
 pub use parts::{Entry, Form, ModelParts};
 
+use sindyna_core::Scheme;
+
 use friction::Friction;
 use right_side::RightSide;
 use slopes::Shared;
@@ -173,6 +175,20 @@ impl Model {
     /// The same equations stepped in another way.
     pub(crate) fn with_form(&self, form: Form) -> Self {
         Self { parts: ModelParts { form, ..self.parts.clone() }, ..self.clone() }
+    }
+
+    /// The same equations over control intervals of `dt` \[s\], in steps about as long as before; `None` where only what one interval leads to is known.
+    #[must_use]
+    pub fn over_intervals(&self, dt: f64) -> Option<Self> {
+        let times = dt / self.parts.dt;
+        let parts = |substeps: usize| (times * substeps.max(1) as f64).round().max(1.0) as usize;
+        let form = match self.parts.form {
+            form if (times - 1.0).abs() < 1e-6 => form,
+            Form::Continuous(Scheme::Rk4 { substeps }) => Form::Continuous(Scheme::Rk4 { substeps: parts(substeps) }),
+            Form::SemiImplicit { substeps } => Form::SemiImplicit { substeps: parts(substeps) },
+            Form::Increment | Form::Discrete | Form::Continuous(_) => return None,
+        };
+        Some(Self { parts: ModelParts { form, dt, ..self.parts.clone() }, ..self.clone() })
     }
 
     /// The same model with other offsets of its states (n).

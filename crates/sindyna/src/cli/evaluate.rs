@@ -10,7 +10,7 @@ use sindyna_record::ModelRecord;
 use sindyna_record::run::{Evaluation, Summary};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
-use sindyna_training::problem::{Problem, Source};
+use sindyna_training::problem::{Problem, Source, on_twin};
 use sindyna_training::settings::{TrainConfig, check_episodes};
 use sindyna_training::{evaluation, planner};
 
@@ -29,6 +29,9 @@ pub(crate) struct Args {
     /// Output directory of `sindyna train`
     #[arg(value_name = "RUN")]
     run: PathBuf,
+    /// Evaluate on the equations of this output directory of `sindyna identify` instead, such as those of other logs of the same system; for runs on a log
+    #[arg(long, value_name = "DIR")]
+    model: Option<PathBuf>,
     /// Episodes [default: the run's own number]
     #[arg(long, value_name = "N")]
     episodes: Option<usize>,
@@ -84,7 +87,11 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let interrupt = if args.pipe.is_given() { Interrupt::listen()? } else { Interrupt::default() };
     let pipe = args.pipe.source(&interrupt)?;
     let source = Source::of(&config, &args.run, pipe.as_ref());
-    let problem = source.problem(config.simulator, args.noise.unwrap_or(config.noise))?;
+    let noise = args.noise.unwrap_or(config.noise);
+    let problem = match &args.model {
+        Some(directory) => on_twin(&source, directory, noise)?,
+        None => source.problem(config.simulator, noise)?,
+    };
     if !config.controller.trains() {
         return planned((args, &interrupt), &config, &*problem, &read);
     }
@@ -100,7 +107,10 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
             "{} was trained in the equations of a log: there is no system to evaluate its policy on",
             args.run.display()
         ))
-        .hint(format!("`sindyna show {}` prints the predicted return", args.run.display())));
+        .hint(format!(
+            "--model DIR evaluates it on equations of other logs; `sindyna show {}` prints the predicted return",
+            args.run.display()
+        )));
     }
     fits(&policy, problem.spec())?;
     evaluated((args, &interrupt), &config, &*problem, &policy)
@@ -117,7 +127,8 @@ fn planned(
         return Err(Failure::new(format!(
             "{} planned in the equations of a log: there is no system to evaluate it on",
             args.run.display()
-        )));
+        ))
+        .hint("--model DIR evaluates it on equations of other logs"));
     }
     let text = |name: &str| read(name).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     let model = Model::from_json(&text("model.json")?).context("model.json is no model")?;

@@ -83,7 +83,7 @@ fn kind_of(error: &Error) -> &'static str {
         Error::Fit(_) => "fit",
         Error::Train(error) => of_training(error),
         Error::Mujoco(_) => "mujoco",
-        Error::Environment(_) | Error::Pipe { .. } | Error::NoPipe => "system",
+        Error::Environment(_) | Error::Pipe { .. } | Error::NoPipe | Error::NoLog => "system",
         Error::TaskFile { .. } => "task-file",
         _ => "setting",
     }
@@ -130,6 +130,7 @@ fn of_ours(error: &Error) -> Option<String> {
         }
         Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
+        Error::NoLog => "leave --model out: the run is evaluated on its own system".into(),
         Error::NoSimulator { .. } => "`inverted-pendulum` has one; leave --simulator out for the other tasks".into(),
         Error::TaskFile { .. } | Error::System { .. } => "docs/task-files.md describes task files".into(),
         Error::Isa(_) => format!("without --isa the widest of this machine is used: {}", Isa::widest()),

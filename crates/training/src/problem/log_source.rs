@@ -119,9 +119,9 @@ impl LogSource {
         self.precision
     }
 
-    /// Reads it for the system `spec`, whose states and inputs its columns are called as. Samples that are not evenly spaced are interpolated to the sampling
-    /// interval: equations are not found again, and a policy acts at even times.
-    pub(super) fn read(&self, spec: &Spec) -> Result<Contents, Error> {
+    /// Reads it for the system `spec`, whose states and inputs its columns are called as. Samples that are not evenly spaced are interpolated every `dt` \[s\]:
+    /// equations are not found again, and a policy acts at even times.
+    pub(super) fn read(&self, spec: &Spec, dt: f64) -> Result<Contents, Error> {
         let (log, models) = (self.log.bytes()?, self.models.bytes()?);
         let refused = |why: String| Error::NotIdentified { path: self.models.path().to_owned(), why };
         let identified = identified_of(&models).map_err(refused)?;
@@ -137,7 +137,7 @@ impl LogSource {
             Log::read_from(self.log.path(), &log[..], &options)
         };
         let uneven = read(Clock::Stamps)?.times.is_some();
-        let told = read(if uneven { Clock::Resampled(self.dt) } else { Clock::Given(self.dt) })?;
+        let told = read(if uneven { Clock::Resampled(dt) } else { Clock::Given(self.dt) })?;
         same_signals(&identified, spec)?;
         Ok(Contents { log: told, identified, files: [(RECORDED_LOG, log), (RECORDED_MODELS, models)] })
     }

@@ -15,6 +15,7 @@ mod source;
 mod starts;
 mod task_builder;
 mod traits;
+mod twin;
 
 pub use crate::settings::{RECORDED_LOG, RECORDED_MODELS};
 pub use formula_task::{FormulaTask, Names};
@@ -23,7 +24,7 @@ pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub use pipe::PipeSource;
 pub use recorded::{declared, read_logs};
 pub use replay::{Played, Replayed};
-pub use source::{Source, of_file, of_model, on_log, system};
+pub use source::{Source, of_file, of_model, on_log, on_twin, system};
 pub use source::{named, names};
 pub use starts::Start;
 pub use task_builder::{OwnTask, TaskBuilder};

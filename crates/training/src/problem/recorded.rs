@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
+use ndarray::{Axis, s};
 use sindyna_core::{Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogError, LogOptions, Note};
-use sindyna_sindy::Identified;
+use sindyna_sindy::{Identified, Model};
 
 use super::log_source::{Contents, LogSource, columns};
 use super::{Played, Problem};
@@ -26,18 +27,29 @@ impl Recorded {
     /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task.
     pub(super) fn load(path: &Path, source: &LogSource) -> Result<Self, Error> {
         let task = without_simulator(path, Some(source.dt()))?;
-        let refused = |why: String| Error::System { name: task.spec().name.clone(), why };
-        if (task.spec().dt / source.dt() - 1.0).abs() > 1e-6 {
+        let name = task.spec().name.clone();
+        let refused = |why: String| Error::System { name: name.clone(), why };
+        let (own, of_log) = (task.spec().dt, source.dt());
+        let times = (own / of_log).round().max(1.0);
+        let task = task.with_precision(source.precision());
+        let Contents { log, identified, files } = source.read(task.spec(), own / times)?;
+        if (own / (times * log.spec.dt) - 1.0).abs() > 1e-6 {
             return Err(refused(format!(
-                "its `dt` is {} s, the sampling interval of the log is {} s",
-                task.spec().dt,
-                source.dt()
+                "its `dt` is {own} s, which is no multiple of the sampling interval of the log, {of_log} s"
             )));
         }
-        let task = task.with_precision(source.precision());
-        let Contents { log, identified, files } = source.read(task.spec())?;
-        let data = Arc::new(seen(&log, task.spec(), &*task.task(), &task.sensors())?);
+        let identified = identified.over_intervals(own).ok_or_else(|| {
+            refused(format!(
+                "its `dt` is {own} s, and the equations say nothing but what follows after the sampling interval of the log, {of_log} s"
+            ))
+        })?;
+        let data = Arc::new(seen(&log, times as usize, task.spec(), &*task.task(), &task.sensors())?);
         Ok(Self { task, data, identified, files })
+    }
+
+    /// The task, and the equations.
+    pub(super) fn into_parts(self) -> (TaskFile, Model) {
+        (self.task, self.identified.model)
     }
 }
 
@@ -119,15 +131,17 @@ fn without_simulator(path: &Path, dt: Option<f64>) -> Result<TaskFile, Error> {
     Ok(file)
 }
 
-/// The data of `log` as `sensors` show its states, with the rewards of `task`. Its controls may be larger than the task allows: equations hold for them as well.
-fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Dataset, Error> {
+/// The data of `log` as `sensors` show its states after each `times` of its steps, with the mean of the controls over these and the rewards of `task`. Its controls may be larger than the
+/// task allows: equations hold for them as well.
+fn seen(log: &Log, times: usize, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Dataset, Error> {
     let refused = |why: String| Error::System { name: spec.name.clone(), why };
     let (sensors, mut rng) = (sensors.without_noise(), Seed::new(0).stream("a log", 0));
     let (m, k) = (spec.observation_dim(), spec.control_dim());
-    let mut data = Dataset::new(m, k, k, log.spec.dt);
+    let mut data = Dataset::new(m, k, k, spec.dt);
     let mut observation = vec![0.0; m];
     for rollout in log.data.rollouts() {
-        let states: Vec<Vec<f64>> = rollout.observations.rows().into_iter().map(|row| row.to_vec()).collect();
+        let states: Vec<Vec<f64>> =
+            rollout.observations.rows().into_iter().step_by(times).map(|row| row.to_vec()).collect();
         for (i, state) in states.iter().enumerate() {
             sensors.observe(state, &mut rng, &mut observation);
             let broken = |e: sindyna_core::DatasetError| refused(format!("the log cannot be used: {e}"));
@@ -135,7 +149,8 @@ fn seen(log: &Log, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Da
                 data.begin(&observation).map_err(broken)?;
                 continue;
             };
-            let u = rollout.controls.row(before).to_vec();
+            let over = rollout.controls.slice(s![times * before..times * i, ..]);
+            let u = over.mean_axis(Axis(0)).map_or_else(Vec::new, |mean| mean.to_vec());
             let reward = task.reward(&states[before], &u, &u, state);
             data.push(&u, &u, reward, &observation).map_err(broken)?;
         }

@@ -13,6 +13,7 @@ use super::mujoco::OnMujoco;
 use super::native::Native;
 use super::pipe::{PipeSource, Piped};
 use super::recorded::{self, Recorded};
+use super::twin::Twin;
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -147,6 +148,15 @@ impl Source {
             }
         }
     }
+}
+
+/// The problem of a run on a log, `source`, on the equations that `sindyna identify` found in other logs of the same system and left in `directory`; `noise` as in [`Source::problem`].
+///
+/// # Errors
+/// [`Error::NoLog`] if the run is not one on a log, and as [`of_model`].
+pub fn on_twin(source: &Source, directory: &Path, noise: f64) -> Result<Arc<dyn Problem>, Error> {
+    let Source::Log(path, _) = source else { return Err(Error::NoLog) };
+    Ok(Arc::new(Twin::load(path, &LogSource::of_model(directory)?, noise)?))
 }
 
 /// Where the system of a task file lives.
