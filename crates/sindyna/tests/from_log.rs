@@ -218,8 +218,8 @@ fn a_model_identified_before_is_trained_in() {
         ("name = \"v\"", "name = \"w\"", "no column named `w`"),
         (
             "max_steps = 100",
-            "max_steps = 100\ndt = 0.1",
-            "its `dt` is 0.1 s, the sampling interval of the log is 0.05 s",
+            "max_steps = 100\ndt = 0.12",
+            "its `dt` is 0.12 s, which is no multiple of the sampling interval of the log, 0.05 s",
         ),
     ] {
         fs::write(temp.path().join("other.toml"), example("spring.toml").replace(from, to).replace("next_v", "next_x"))
@@ -253,6 +253,37 @@ fn a_model_identified_before_is_trained_in() {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &[&["train"], args].concat()));
         assert!(code == 2 && stderr.contains(says) && stderr.contains("hint: "), "{args:?}: {stderr}");
     }
+}
+
+#[test]
+fn a_policy_that_acts_every_other_row_is_judged_on_equations_of_another_log() {
+    let temp = workplace();
+    let identified = |log: &str, out: &str| {
+        let columns = ["--states", "x,v", "--inputs", "F", "--quiet", "--out", out];
+        succeeds(temp.path(), &[&["identify", log][..], &columns].concat());
+    };
+    identified("spring.csv", "model");
+    // The other log is of the same system: the second half of the same recording.
+    let text = example("spring.csv");
+    let rows: Vec<&str> = text.lines().collect();
+    let half = [&rows[..1], &rows[rows.len() / 2..]].concat().join("\n");
+    fs::write(temp.path().join("half.csv"), half).unwrap();
+    identified("half.csv", "twin");
+    let slow = example("spring.toml").replace("max_steps = 100", "max_steps = 50\ndt = 0.1");
+    fs::write(temp.path().join("slow.toml"), slow).unwrap();
+    let train = ["train", "--task-file", "slow.toml", "--model", "model", "--controller", "ilqr", "--out", "run"];
+    succeeds(temp.path(), &train);
+    let run = temp.path().join("run");
+    let model = json(&run.join("model.json"));
+    assert_eq!(model["dt"], 0.1, "{model}");
+    let predicted = json(&run.join("summary.json"))["training"]["predicted_return"].clone();
+    let answer = succeeds(temp.path(), &["evaluate", "run", "--model", "twin", "--json"]);
+    let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    let earned = answer["result"]["evaluation"]["mean_return"].as_f64().unwrap();
+    // The best that any control of ±1 N does from |x| ≤ 0.5 m, as the run with twice as many steps has it, but for what is paid for half as many.
+    assert!((-3.0..-0.3).contains(&earned), "{earned} {predicted}");
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["evaluate", "run"]));
+    assert!(code == 2 && stderr.contains("--model DIR"), "{stderr}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Where a policy goes in its model, and where the data never were.
 
+use std::f64::consts::{PI, TAU};
+
 use ndarray::Array2;
 use rayon::prelude::*;
 use sindyna_core::{Dataset, Dynamics, Inverse, Kind, Policy, Spec};
@@ -28,14 +30,18 @@ pub(crate) fn coverage(
         let mut beyond = x.iter().zip(&shown).zip(&spec.state).filter(|((_, _), channel)| channel.kind != Kind::Angle);
         beyond.any(|((value, (low, high)), _)| value < low || value > high)
     };
+    // Of an angle that has turned all the way round every value was seen.
+    let turned: Vec<bool> =
+        spec.state.iter().zip(&shown).map(|(c, (low, high))| c.kind == Kind::Angle && high - low >= TAU).collect();
+    let within_a_turn = |i: usize, range: (f64, f64)| if turned[i] { (-PI, PI) } else { range };
     let share = visited.iter().filter(|x| outside(x)).count() as f64 / visited.len().max(1) as f64;
     let gone = ranges(spec, visited.into_iter());
-    let each = spec.state.iter().zip(shown).zip(gone);
-    let states = each.map(|((channel, data), policy)| StateRange {
+    let each = spec.state.iter().zip(shown).zip(gone).enumerate();
+    let states = each.map(|(i, ((channel, data), policy))| StateRange {
         state: channel.name.clone(),
         unit: channel.unit.clone(),
-        data,
-        policy,
+        data: within_a_turn(i, data),
+        policy: if policy.0 < -PI || policy.1 > PI { within_a_turn(i, policy) } else { policy },
     });
     Some(Coverage { episodes: EPISODES as usize, share_outside: share, states: states.collect() })
 }

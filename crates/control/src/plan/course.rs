@@ -200,7 +200,7 @@ impl Course {
     /// whose gaps are closed: its controls alone, or its gains, may lead far away from them.
     pub(crate) fn led(&self, plant: &Plant, goals: &[Goal], x: &[f64], steps: usize) -> (Self, f64) {
         let length = self.length(plant, goals, x, steps);
-        let turned = self.plan.as_ref().map(|plan| plan.turned(plant, x));
+        let turned = self.plan.as_ref().map(|plan| plan.turned(plant, self.made, x));
         let closed = turned.as_ref().and_then(|plan| {
             let along = &plan.x[self.made..];
             let mut states = along.to_vec();

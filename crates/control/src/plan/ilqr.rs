@@ -74,11 +74,11 @@ impl Plan {
         cost.is_finite().then_some(Self { x, u: controls, gains, gaps, cost })
     }
 
-    /// The same with whole turns added to its states, so that it begins less than half a turn from x.
-    pub(crate) fn turned(&self, plant: &Plant, x: &[f64]) -> Self {
+    /// The same with whole turns added to its states, so that the one after `made` steps is less than half a turn from x.
+    pub(crate) fn turned(&self, plant: &Plant, made: usize, x: &[f64]) -> Self {
         let mut turned = self.clone();
         for i in (0..x.len()).filter(|i| plant.turns[*i]) {
-            let turns = ((x[i] - self.x[0][i]) / TAU).round() * TAU;
+            let turns = ((x[i] - self.x[made.min(self.u.len())][i]) / TAU).round() * TAU;
             turned.x.iter_mut().for_each(|state| state[i] += turns);
         }
         turned

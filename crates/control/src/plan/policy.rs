@@ -305,13 +305,22 @@ impl<'a> Episode<'a> {
                 if of_held >= earned - SAME * earned.abs() {
                     (best, earned) = (held, of_held);
                 }
+                let is_under_way = best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len());
                 if self.expected.is_missed(earned) {
-                    let (found, of_found) = search(plant, goals, &self.x, ahead, 1);
-                    if of_found > earned {
-                        (best, earned) = (found, of_found);
+                    if is_under_way {
+                        let (led, of_led) = best.led(plant, goals, &self.x, ahead);
+                        if of_led > earned {
+                            (best, earned) = (led, of_led);
+                        }
+                    }
+                    if self.expected.is_missed(earned) {
+                        let (found, of_found) = search(plant, goals, &self.x, ahead, 1);
+                        if of_found > earned {
+                            (best, earned) = (found, of_found);
+                        }
                     }
                     self.expected.set(earned);
-                } else if best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len()) {
+                } else if is_under_way {
                     let before = earned;
                     (best, earned) = best.again(plant, goals, &self.x, ahead, earned);
                     self.settled = earned - before <= SAME * before.abs();

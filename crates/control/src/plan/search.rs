@@ -51,7 +51,7 @@ const BEYOND: usize = 30;
 /// longer ones earn no more; so many `candidates` of them made faster, made smooth and judged by what they earn.
 pub(super) fn search(plant: &Plant, goals: &[Goal], x: &[f64], steps: usize, candidates: usize) -> (Course, f64) {
     let none = Found { earned: f64::NEG_INFINITY, course: Course { plan: None, made: 0, goal: None }, arrived: false };
-    let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new(), guessed: false, longest: steps / 2 };
+    let mut ways = Ways { plant, goals, x, steps, best: none, others: Vec::new(), guessed: false, longest: steps };
     let held = |goal| Course { plan: None, made: 0, goal };
     ways.better((0..goals.len()).map(Some).chain([None]).map(held).map(Try::Made).collect());
     if is_enough(goals, ways.best.earned, steps) {

@@ -284,6 +284,20 @@ mod tests {
     }
 
     #[test]
+    fn a_step_over_a_longer_interval_is_so_many_steps() {
+        let short = model(true);
+        let long = short.over_intervals(0.4).expect("it is continuous in time");
+        let (x0, u) = ([0.3, -0.2, 0.1], |steps| ndarray::Array2::from_elem((steps, 1), 0.7));
+        let ends = |model: &Model, steps| model.simulate(&x0, u(steps).view()).expect("finite").row(steps).to_vec();
+        assert_eq!(long.dt(), 0.4);
+        for (one, four) in ends(&long, 1).into_iter().zip(ends(&short, 4)) {
+            assert!((one - four).abs() < 1e-12, "{one} {four}");
+        }
+        let discrete = Model::new(ModelParts { form: Form::Discrete, ..short.parts().clone() }).expect("a model");
+        assert!(discrete.over_intervals(0.4).is_none() && discrete.over_intervals(0.1).is_some());
+    }
+
+    #[test]
     fn right_hand_sides_of_many_states_are_those_of_each_to_the_last_bit() {
         for (model, rows) in
             [(model(false), 0), (model(false), 7), (model(false), 8), (model(false), 45), (model(true), 45)]
