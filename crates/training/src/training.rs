@@ -78,8 +78,8 @@ impl Training {
     #[must_use]
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
         let mut config = TrainConfig::defaults(&*problem.task());
-        if let Some(log) = problem.log() {
-            config.on_log(log, problem.spec().precision);
+        if let Some((log, dt)) = problem.log().zip(problem.sampling_interval()) {
+            config.on_log(log, dt, problem.spec().precision);
         }
         Self { problem, config, recorded: None, evaluated: true }
     }

@@ -172,7 +172,9 @@ impl Settings {
                 config.task_file = (!matches!(source, Source::Named(_))).then(|| RECORDED_TASK.into());
                 if let Source::Log(..) = &source {
                     let problem = source.problem(simulator, 0.0)?;
-                    problem.log().iter().for_each(|log| config.on_log(log, spec.precision));
+                    if let Some((log, dt)) = problem.log().zip(problem.sampling_interval()) {
+                        config.on_log(log, dt, spec.precision);
+                    }
                 }
                 config
             }

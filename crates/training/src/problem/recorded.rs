@@ -19,6 +19,8 @@ pub(super) struct Recorded {
     /// The log as the sensors of the task show it, with the rewards of the task.
     data: Arc<Dataset>,
     identified: Identified,
+    /// Sampling interval of the log \[s\].
+    dt: f64,
     /// The log and what was identified in it, as files.
     files: [(&'static str, Vec<u8>); 2],
 }
@@ -44,7 +46,7 @@ impl Recorded {
             ))
         })?;
         let data = Arc::new(seen(&log, times as usize, task.spec(), &*task.task(), &task.sensors())?);
-        Ok(Self { task, data, identified, files })
+        Ok(Self { task, data, identified, dt: of_log, files })
     }
 
     /// The task, and the equations.
@@ -185,6 +187,10 @@ impl Problem for Recorded {
 
     fn log(&self) -> Option<&Dataset> {
         Some(&self.data)
+    }
+
+    fn sampling_interval(&self) -> Option<f64> {
+        Some(self.dt)
     }
 
     fn identified(&self) -> Option<&Identified> {

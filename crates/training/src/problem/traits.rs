@@ -47,6 +47,11 @@ pub trait Problem: Send + Sync {
         None
     }
 
+    /// Sampling interval \[s\] of what [`Self::log`] is made of, which may be shorter than the control interval.
+    fn sampling_interval(&self) -> Option<f64> {
+        self.log().map(Dataset::dt)
+    }
+
     /// What was identified from [`Self::log`] before.
     fn identified(&self) -> Option<&Identified> {
         None

@@ -205,12 +205,12 @@ impl TrainConfig {
         }
     }
 
-    /// Makes these the settings of a run on `log`: all of it at once, and no system to ask again.
-    pub fn on_log(&mut self, log: &Dataset, precision: Precision) {
+    /// Makes these the settings of a run on `log`, made of samples every `dt` \[s\]: all of it at once, and no system to ask again.
+    pub fn on_log(&mut self, log: &Dataset, dt: f64, precision: Precision) {
         self.data = Some(DataConfig {
             log: RECORDED_LOG.into(),
             models: RECORDED_MODELS.into(),
-            dt: log.dt(),
+            dt,
             precision: precision.into(),
         });
         (self.warmup.rollouts, self.warmup.rollout_len) = (1, log.n_steps());
