@@ -9,7 +9,7 @@ use super::asked::Asked;
 use super::readings::Reading;
 use crate::logs::{Log, Samples};
 
-/// The reading among `others` of which equations like those `found` miss least in most pieces, if that is clearly less than of the log as it stands. Steps within the `margins` of each trajectory are not used.
+/// The reading among `others` that changes least of the log as it stands, of those of which equations like those `found` miss about as little of most pieces as of any; `None` if they miss no more of the log as it stands. Steps within the `margins` of each trajectory are not used.
 ///
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
@@ -28,7 +28,10 @@ pub(super) fn least_missed<E: From<FitError>>(
         return Err(FitError::Interrupted.into());
     }
     let Some(misfits) = misfits else { return Ok(None) };
-    let best = (1..misfits.len()).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
-    let clear = best.filter(|&best| clearly_least(&[&misfits[0], &misfits[best]]) == Some(1));
-    Ok(clear.map(|best| others[best - 1]))
+    // Of readings that the best one is not clearly better than, that which is least of a change.
+    let all: Vec<Reading> = std::iter::once(Reading::GIVEN).chain(others.iter().copied()).collect();
+    let best = (0..all.len()).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
+    let as_good = |&i: &usize| best.is_some_and(|best| clearly_least(&[&misfits[i], &misfits[best]]) != Some(1));
+    let least = (0..all.len()).filter(as_good).min_by(|&a, &b| all[a].shift().total_cmp(&all[b].shift()));
+    Ok(least.map(|least| all[least]).filter(|reading| *reading != Reading::GIVEN))
 }

@@ -36,6 +36,11 @@ impl Reading {
         Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
     }
 
+    /// Rows by which inputs are moved, either way.
+    pub(super) fn shift(self) -> f64 {
+        if self.linear { 0.5 } else { self.rows.abs() }
+    }
+
     /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
     pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
         let shifted = shifted(&kept.data, kept.times.as_deref(), self.rows, margins, most)?;
