@@ -15,6 +15,7 @@ mod elsewhere;
 mod for_task;
 mod hypotheses;
 mod named;
+mod reading;
 mod readings;
 mod robot;
 mod unmeasured;

@@ -6,7 +6,7 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
-use super::readings::Reading;
+use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
 /// The reading among `others` that changes least of the log as it stands, of those of which equations like those `found` miss about as little of most pieces as of any; `None` if they miss no more of the log as it stands. Steps within the `margins` of each trajectory are not used.

@@ -5,7 +5,8 @@ use sindyna_sindy::Disturbances;
 
 use super::ahead::clearly_least;
 use super::asked::Asked;
-use super::readings::{Reading, STEPS, TOLD_APART, Trial, Tried};
+use super::reading::Reading;
+use super::readings::{STEPS, TOLD_APART, Trial, Tried};
 use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 

@@ -1,53 +1,15 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
-use sindyna_core::{Certainty, Dataset, FitError, InterSample, Spec};
+use sindyna_core::{Certainty, FitError, Spec};
 use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::{clearly_least, missed};
 use super::as_pieces::least_missed;
 use super::as_read::{as_read, is_disturbed, is_explained, is_spoilt};
 use super::asked::{Asked, Delay};
-use super::between::linear;
-use super::delay::{delayed, shifted};
+use super::reading::Reading;
 use super::unmeasured::{Choice, Order, Unmeasured, added, is_better, lone, with_rates_of};
 use crate::logs::{Log, Samples};
-
-/// How a log may be read.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Reading {
-    /// Rows by which inputs act later.
-    rows: f64,
-    /// Whether they are linear between rows.
-    linear: bool,
-    /// Whether the samples are those of a simulator.
-    pub(super) simulated: bool,
-}
-
-impl Reading {
-    /// The log as it stands.
-    pub(super) const GIVEN: Self = Self { rows: 0.0, linear: false, simulated: false };
-
-    /// `log` as it is read so; `None` if that is as it stands.
-    ///
-    /// # Errors
-    /// [`FitError::Regression`] if no trajectory is longer than the delay.
-    pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
-        let late = if self.rows == 0.0 { None } else { Some(delayed(log, self.rows)?) };
-        Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
-    }
-
-    /// Rows by which inputs are moved, either way.
-    pub(super) fn shift(self) -> f64 {
-        if self.linear { 0.5 } else { self.rows.abs() }
-    }
-
-    /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
-    pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
-        let shifted = shifted(&kept.data, kept.times.as_deref(), self.rows, margins, most)?;
-        let foh = |data: Dataset| if self.linear { data.with_intersample(InterSample::Foh) } else { data };
-        Ok(Samples { data: foh(shifted.data), ..shifted })
-    }
-}
 
 /// What a part of a log speaks for.
 pub(super) struct Chosen {

@@ -1,0 +1,44 @@
+//! One way in which a log may be read: inputs that act earlier or later, or change between rows, or steps of a simulator.
+
+use sindyna_core::{Dataset, FitError, InterSample};
+
+use super::between::linear;
+use super::delay::{delayed, shifted};
+use crate::logs::{Log, Samples};
+
+/// How a log may be read.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reading {
+    /// Rows by which inputs act later.
+    pub(super) rows: f64,
+    /// Whether they are linear between rows.
+    pub(super) linear: bool,
+    /// Whether the samples are those of a simulator.
+    pub(super) simulated: bool,
+}
+
+impl Reading {
+    /// The log as it stands.
+    pub(super) const GIVEN: Self = Self { rows: 0.0, linear: false, simulated: false };
+
+    /// `log` as it is read so; `None` if that is as it stands.
+    ///
+    /// # Errors
+    /// [`FitError::Regression`] if no trajectory is longer than the delay.
+    pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
+        let late = if self.rows == 0.0 { None } else { Some(delayed(log, self.rows)?) };
+        Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
+    }
+
+    /// Rows by which inputs are moved, either way.
+    pub(super) fn shift(self) -> f64 {
+        if self.linear { 0.5 } else { self.rows.abs() }
+    }
+
+    /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
+    pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
+        let shifted = shifted(&kept.data, kept.times.as_deref(), self.rows, margins, most)?;
+        let foh = |data: Dataset| if self.linear { data.with_intersample(InterSample::Foh) } else { data };
+        Ok(Samples { data: foh(shifted.data), ..shifted })
+    }
+}
