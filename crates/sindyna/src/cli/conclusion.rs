@@ -86,7 +86,7 @@ impl Conclusion<'_> {
             text += &format!("training ended early: {failure}\n");
         }
         text += &match evaluation {
-            Some(evaluation) => report(*threshold, evaluation, false),
+            Some(evaluation) => report((*threshold, "on the system"), evaluation, false),
             None if self.summary.interrupted => format!(
                 "interrupted before the end of the evaluation on the system; `sindyna train --resume {}` continues\n",
                 self.record.display()

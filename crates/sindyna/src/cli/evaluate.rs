@@ -56,6 +56,9 @@ struct Evaluated<'a> {
     task: &'a str,
     solved: Option<bool>,
     threshold: Option<f64>,
+    /// The output directory of `sindyna identify` whose equations took the place of the system.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    model: Option<&'a str>,
     evaluation: &'a Evaluation,
 }
 
@@ -158,8 +161,10 @@ fn evaluated(
     };
     let (name, threshold) = (&problem.spec().name, problem.protocol().solved_at);
     let solved = threshold.map(|mark| evaluation.mean_return >= mark);
-    let result = Evaluated { task: name, solved, threshold, evaluation: &evaluation };
-    Answer::new(verdict(problem, &evaluation), report(threshold, &evaluation, args.returns), &result)
+    let model = args.model.as_ref().map(|model| model.display().to_string());
+    let place = model.as_ref().map_or_else(|| "on the system".into(), |model| format!("in the equations of {model}"));
+    let result = Evaluated { task: name, solved, threshold, model: model.as_deref(), evaluation: &evaluation };
+    Answer::new(verdict(problem, &evaluation), report((threshold, &place), &evaluation, args.returns), &result)
 }
 
 /// Refuses a policy that was made for another task: what it observes and what it does must be what there is.
@@ -199,7 +204,7 @@ fn fits(policy: &SavedPolicy, spec: &Spec) -> Result<(), Failure> {
 }
 
 /// Whether the evaluation reached the task's threshold, in one line.
-pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool) -> String {
+pub(crate) fn report((threshold, place): (Option<f64>, &str), evaluation: &Evaluation, each: bool) -> String {
     let Evaluation { episodes, mean_return, std_return, returns } = evaluation;
     let judgement = match threshold {
         Some(mark) if *mean_return >= mark => format!(": solved (≥ {})", shortest(mark)),
@@ -207,7 +212,7 @@ pub(crate) fn report(threshold: Option<f64>, evaluation: &Evaluation, each: bool
         None => String::new(),
     };
     let (mean, deviation) = (fixed(*mean_return, 1), fixed(*std_return, 1));
-    let mut text = format!("return on the system: {mean} ± {deviation} over {episodes} episodes{judgement}\n");
+    let mut text = format!("return {place}: {mean} ± {deviation} over {episodes} episodes{judgement}\n");
     if each {
         text.extend(returns.iter().map(|r| format!("{r}\n")));
     }

@@ -91,7 +91,8 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
     let tells = |first: &Identified| {
         let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
-        is_spoilt(first) && !is_disturbed(first) && (first.report.search_complete || has_lone || !seen.is_empty())
+        let is_finished = first.report.search_complete && !is_disturbed(first);
+        is_spoilt(first) && (is_finished || has_lone || !seen.is_empty())
     };
     if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });

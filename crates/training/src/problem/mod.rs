@@ -15,7 +15,6 @@ mod source;
 mod starts;
 mod task_builder;
 mod traits;
-mod twin;
 
 pub use crate::settings::{RECORDED_LOG, RECORDED_MODELS};
 pub use formula_task::{FormulaTask, Names};

@@ -46,11 +46,8 @@ impl OwnSystem {
     /// # Errors
     /// [`Error::System`] if an observation channel names no state.
     pub fn simulated(task: impl Task + 'static, dynamics: impl Dynamics + 'static) -> Result<Self, Error> {
-        let dynamics: Arc<dyn Dynamics> = Arc::new(dynamics);
-        let make = move |task: &Arc<dyn Task>, sensors: &Sensors| -> Result<Box<dyn Environment>, Error> {
-            Ok(Box::new(Simulated::new(dynamics.clone(), task.clone(), sensors.clone())))
-        };
-        Self::new(task, Box::new(make), usize::MAX)
+        let (task, sensors) = Self::seen(task)?;
+        Ok(Self::shown_by(task, sensors, Arc::new(dynamics)))
     }
 
     /// The system that `connect` opens, with `task` on it; one at a time is open, as hardware has it.
@@ -65,15 +62,25 @@ impl OwnSystem {
             let plant = connect().map_err(failed)?;
             Ok(Box::new(Connected::new(plant, task.clone(), sensors.clone())))
         };
-        Self::new(task, Box::new(make), 1)
+        let (task, sensors) = Self::seen(task)?;
+        Ok(Self { task, sensors, make: Box::new(make), copies: 1, solved_at: None })
     }
 
-    fn new(task: impl Task + 'static, make: Make, copies: usize) -> Result<Self, Error> {
+    /// A task with the sensors that its channels declare.
+    fn seen(task: impl Task + 'static) -> Result<(Arc<dyn Task>, Sensors), Error> {
         let sensors = Sensors::new(task.spec()).ok_or_else(|| Error::System {
             name: task.spec().name.clone(),
             why: "an observation channel names no state".into(),
         })?;
-        Ok(Self { task: Arc::new(task), sensors, make, copies, solved_at: None })
+        Ok((Arc::new(task), sensors))
+    }
+
+    /// `task`, whose states `sensors` show, on the system that moves as `dynamics` do.
+    pub(super) fn shown_by(task: Arc<dyn Task>, sensors: Sensors, dynamics: Arc<dyn Dynamics>) -> Self {
+        let make = move |task: &Arc<dyn Task>, sensors: &Sensors| -> Result<Box<dyn Environment>, Error> {
+            Ok(Box::new(Simulated::new(dynamics.clone(), task.clone(), sensors.clone())))
+        };
+        Self { task, sensors, make: Box::new(make), copies: usize::MAX, solved_at: None }
     }
 
     /// Solved from this mean return on.

@@ -13,6 +13,9 @@ use super::{Played, Problem};
 use crate::Error;
 use crate::task_file::TaskFile;
 
+/// Part by which a control interval may be shorter than the median interval of samples that are not evenly spaced.
+const SHORTER: f64 = 1e-3;
+
 /// A task on a system of which there is nothing but a log, and what was identified in it.
 pub(super) struct Recorded {
     task: TaskFile,
@@ -35,17 +38,21 @@ impl Recorded {
         let times = (own / of_log).round().max(1.0);
         let task = task.with_precision(source.precision());
         let Contents { log, identified, files } = source.read(task.spec(), own / times)?;
-        if (own / (times * log.spec.dt) - 1.0).abs() > 1e-6 {
+        if own < of_log * (1.0 - SHORTER) || (own / (times * log.spec.dt) - 1.0).abs() > 1e-6 {
             return Err(refused(format!(
                 "its `dt` is {own} s, which is no multiple of the sampling interval of the log, {of_log} s"
             )));
+        }
+        let data = seen(&log, times as usize, task.spec(), &*task.task(), &task.sensors())?;
+        if data.n_steps() == 0 {
+            return Err(refused(format!("its `dt` is {own} s, and no trajectory of the log is as long")));
         }
         let identified = identified.over_intervals(own).ok_or_else(|| {
             refused(format!(
                 "its `dt` is {own} s, and the equations say nothing but what follows after the sampling interval of the log, {of_log} s"
             ))
         })?;
-        let data = Arc::new(seen(&log, times as usize, task.spec(), &*task.task(), &task.sensors())?);
+        let data = Arc::new(data);
         Ok(Self { task, data, identified, dt: of_log, files })
     }
 

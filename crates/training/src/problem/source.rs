@@ -11,9 +11,9 @@ use super::Problem;
 use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
+use super::own::OwnSystem;
 use super::pipe::{PipeSource, Piped};
 use super::recorded::{self, Recorded};
-use super::twin::Twin;
 use crate::Error;
 use crate::settings::{SimulatorName, TrainConfig};
 use crate::task_file::TaskFile;
@@ -156,7 +156,13 @@ impl Source {
 /// [`Error::NoLog`] if the run is not one on a log, and as [`of_model`].
 pub fn on_twin(source: &Source, directory: &Path, noise: f64) -> Result<Arc<dyn Problem>, Error> {
     let Source::Log(path, _) = source else { return Err(Error::NoLog) };
-    Ok(Arc::new(Twin::load(path, &LogSource::of_model(directory)?, noise)?))
+    let (task, model) = Recorded::load(path, &LogSource::of_model(directory)?)?.into_parts();
+    let task = task.with_noise(noise);
+    let twin = OwnSystem::shown_by(task.task(), task.sensors(), Arc::new(model));
+    Ok(Arc::new(match task.protocol().solved_at {
+        Some(mean_return) => twin.solved_at(mean_return),
+        None => twin,
+    }))
 }
 
 /// Where the system of a task file lives.
