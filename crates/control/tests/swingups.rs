@@ -6,6 +6,8 @@
 mod acrobot;
 #[path = "common/cart.rs"]
 mod cart;
+#[path = "common/rubbing.rs"]
+mod rubbing;
 #[path = "common/weak.rs"]
 mod weak;
 #[path = "common/wheel.rs"]
@@ -46,6 +48,15 @@ fn a_pole_is_swung_up_where_only_upright_pays() {
 #[test]
 fn a_reaction_wheel_swings_up_a_pendulum_soon() {
     assert!(least(&returns(&wheel::Swingup::dynamics(), Arc::new(wheel::Swingup::new()), 3)) >= 80.0);
+}
+
+/// With little torque, from rest: a dozen swings. Friction holds it wherever it stops, and where it rests slopes tell nothing.
+#[test]
+#[ignore = "takes half a minute"]
+fn a_pendulum_with_dry_friction_is_swung_up() {
+    let task = rubbing::Swingup::new();
+    let dynamics = task.dynamics();
+    assert!(least(&returns(&dynamics, Arc::new(task), 2)) >= 240.0);
 }
 
 #[test]

@@ -250,15 +250,6 @@ pub enum Note {
         /// Most digits of a number of the states that were written so.
         digits: usize,
     },
-    /// No equations hold for all of the log, but the same with other coefficients do for its beginning and its end.
-    Changed {
-        /// Steps of the beginning, and of the end.
-        steps: usize,
-        /// Equations of the beginning.
-        first: Vec<String>,
-        /// Equations of the end.
-        last: Vec<String>,
-    },
     /// Trajectories of one row, which have no step, are left out.
     Skipped {
         /// How many.

@@ -168,13 +168,6 @@ impl fmt::Display for Note {
             Self::Printed { digits } => {
                 write!(f, "states were written with up to {digits} digits; they are read as rounded to these")
             }
-            Self::Changed { steps, first, last } => write!(
-                f,
-                "the first {steps} steps follow {}; the last {steps} follow {}: the system changed, or a term is missing; identify the parts \
-                 separately",
-                first.join(", "),
-                last.join(", ")
-            ),
             Self::Skipped { trajectories } => {
                 let verbs = if *trajectories == 1 { "has no step and is" } else { "have no step and are" };
                 write!(f, "{} of one row {verbs} left out", parts(*trajectories))

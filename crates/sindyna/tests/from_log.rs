@@ -84,7 +84,7 @@ fn a_controller_from_a_log_does_on_the_system_what_is_predicted() {
     assert!(real > low - slack && real < high + slack && real > -3.5, "{real} is not in {low} to {high}");
     let coverage = &summary["training"]["coverage"];
     assert!(coverage["share_outside"].as_f64().unwrap() < 0.05, "{coverage}");
-    assert_eq!(coverage["states"][0]["state"], "x");
+    assert_eq!((&coverage["states"][0]["channel"], &coverage["controls"][0]["channel"]), (&"x".into(), &"F".into()));
     let page = fs::read_to_string(run.join("report.html")).unwrap();
     assert!(page.contains("the data are a log") && page.contains("beyond the data"));
 

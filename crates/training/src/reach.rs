@@ -1,19 +1,19 @@
-//! Where a policy goes in its model, and where the data never were.
+//! Where a policy goes in its model and what it does there, and where the data never were.
 
 use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 use rayon::prelude::*;
 use sindyna_core::{Dataset, Dynamics, Inverse, Kind, Policy, Spec};
-use sindyna_record::run::{Coverage, StateRange};
+use sindyna_record::run::{ChannelRange, Coverage};
 
 use crate::problem::Problem;
-use crate::rollout::rollout;
+use crate::rollout::{Rollout, rollout};
 
 /// Episodes in the model.
 const EPISODES: u64 = 100;
 
-/// States of `policy` in `model` beside those of `data`; `None` if states follow from no observation.
+/// States and controls of `policy` in `model` beside those of `data`; `None` if states follow from no observation.
 pub(crate) fn coverage(
     problem: &dyn Problem,
     model: &dyn Dynamics,
@@ -21,29 +21,53 @@ pub(crate) fn coverage(
     data: &Dataset,
 ) -> Option<Coverage> {
     let spec = problem.spec();
-    let shown = ranges(spec, states(spec, data)?.into_iter());
-    let visited: Vec<Vec<f64>> = (0..EPISODES)
-        .into_par_iter()
-        .flat_map_iter(|episode| rollout(problem, model, policy, ("coverage", episode)).states)
-        .collect();
-    let outside = |x: &Vec<f64>| {
-        let mut beyond = x.iter().zip(&shown).zip(&spec.state).filter(|((_, _), channel)| channel.kind != Kind::Angle);
-        beyond.any(|((value, (low, high)), _)| value < low || value > high)
+    let shown = ranges(spec.state_dim(), &states(spec, data)?);
+    let pushed: Vec<Vec<f64>> =
+        data.rollouts().flat_map(|r| r.controls.outer_iter().map(|u| u.to_vec()).collect::<Vec<_>>()).collect();
+    let pushed =
+        ranges(spec.control_dim(), &pushed).into_iter().enumerate().map(|(j, range)| widened(range, j, &pushed));
+    let pushed: Vec<(f64, f64)> = pushed.collect();
+    let rollouts: Vec<Rollout> =
+        (0..EPISODES).into_par_iter().map(|episode| rollout(problem, model, policy, ("coverage", episode))).collect();
+    let is_off = |value: f64, (low, high): (f64, f64)| value < low || value > high;
+    let outside = |x: &[f64], u: &[f64]| {
+        let mut states = x.iter().zip(&shown).zip(&spec.state).filter(|(_, channel)| channel.kind != Kind::Angle);
+        states.any(|((value, range), _)| is_off(*value, *range))
+            || u.iter().zip(&pushed).any(|(u, range)| is_off(*u, *range))
     };
+    // Each step with the state it leads to.
+    let steps = || rollouts.iter().flat_map(|r| r.states.iter().skip(1).zip(&r.controls));
     // Of an angle that has turned all the way round every value was seen.
     let turned: Vec<bool> =
         spec.state.iter().zip(&shown).map(|(c, (low, high))| c.kind == Kind::Angle && high - low >= TAU).collect();
     let within_a_turn = |i: usize, range: (f64, f64)| if turned[i] { (-PI, PI) } else { range };
-    let share = visited.iter().filter(|x| outside(x)).count() as f64 / visited.len().max(1) as f64;
-    let gone = ranges(spec, visited.into_iter());
+    let share = steps().filter(|(x, u)| outside(x, u)).count() as f64 / steps().count().max(1) as f64;
+    let gone = ranges(spec.state_dim(), rollouts.iter().flat_map(|r| &r.states));
+    let acted = ranges(spec.control_dim(), rollouts.iter().flat_map(|r| &r.controls));
     let each = spec.state.iter().zip(shown).zip(gone).enumerate();
-    let states = each.map(|(i, ((channel, data), policy))| StateRange {
-        state: channel.name.clone(),
+    let states = each.map(|(i, ((channel, data), policy))| ChannelRange {
+        channel: channel.name.clone(),
         unit: channel.unit.clone(),
         data: within_a_turn(i, data),
         policy: if policy.0 < -PI || policy.1 > PI { within_a_turn(i, policy) } else { policy },
     });
-    Some(Coverage { episodes: EPISODES as usize, share_outside: share, states: states.collect() })
+    let controls = spec.control.iter().zip(pushed).zip(acted).map(|((channel, data), policy)| ChannelRange {
+        channel: channel.name.clone(),
+        unit: channel.unit.clone(),
+        data,
+        policy,
+    });
+    let (states, controls) = (states.collect(), controls.collect());
+    Some(Coverage { episodes: EPISODES as usize, share_outside: share, states, controls })
+}
+
+/// The range of control `j` with the mean distance of its values added on both sides: as far as the largest of so many may be from the end of what they are drawn from.
+fn widened((low, high): (f64, f64), j: usize, controls: &[Vec<f64>]) -> (f64, f64) {
+    let mut values: Vec<f64> = controls.iter().map(|u| u[j]).collect();
+    values.sort_by(f64::total_cmp);
+    values.dedup();
+    let between = (high - low) / values.len().max(1) as f64;
+    (low - between, high + between)
 }
 
 /// All states (n each) of `data`.
@@ -63,8 +87,11 @@ fn states(spec: &Spec, data: &Dataset) -> Option<Vec<Vec<f64>>> {
     Some(found)
 }
 
-/// Lowest and highest value of each state.
-fn ranges(spec: &Spec, states: impl Iterator<Item = Vec<f64>>) -> Vec<(f64, f64)> {
-    let none = vec![(f64::INFINITY, f64::NEG_INFINITY); spec.state_dim()];
-    states.fold(none, |ranges, x| ranges.into_iter().zip(x).map(|((low, high), v)| (low.min(v), high.max(v))).collect())
+/// Lowest and highest of each of `count` values.
+fn ranges<'a>(count: usize, all: impl IntoIterator<Item = &'a Vec<f64>>) -> Vec<(f64, f64)> {
+    let none = vec![(f64::INFINITY, f64::NEG_INFINITY); count];
+    let wider = |ranges: Vec<(f64, f64)>, values: &Vec<f64>| {
+        ranges.into_iter().zip(values).map(|((low, high), v)| (low.min(*v), high.max(*v))).collect()
+    };
+    all.into_iter().fold(none, wider)
 }

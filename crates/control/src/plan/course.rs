@@ -28,6 +28,9 @@ pub(super) const POLISH: usize = 40;
 /// Iterations of such an improvement in receding horizon.
 const AGAIN: usize = 3;
 
+/// States of a plan from which it is tried to go on where it was missed.
+const JOINS: usize = 4;
+
 /// Scales within which a state is the planned one.
 const FOLLOWED: f64 = 1e-6;
 
@@ -104,6 +107,11 @@ impl Course {
     pub(crate) fn holds(&self, goals: &[Goal], x: &[f64]) -> bool {
         let through = self.plan.as_ref().is_none_or(|plan| self.made >= plan.u.len());
         through && self.goal.is_some_and(|goal| goals[goal].distance(x) < ARRIVED)
+    }
+
+    /// Whether steps of its plan are left.
+    pub(super) fn is_under_way(&self) -> bool {
+        self.plan.as_ref().is_some_and(|plan| self.made < plan.u.len())
     }
 
     /// Whether x is the state it planned to be in: what is planned from there has been improved already.
@@ -215,6 +223,22 @@ impl Course {
         };
         let earned = course.earns(plant, goals, x, steps).0;
         course.polished(plant, goals, x, steps, earned, (POLISH, length, &WIDTHS))
+    }
+
+    /// The same from states of its plan on that are nearer to x than those before and after, the nearest first: what was missed may be had some steps later.
+    pub(crate) fn joined(&self, plant: &Plant, x: &[f64]) -> Vec<Self> {
+        let Some(plan) = &self.plan else { return Vec::new() };
+        let away: Vec<f64> = plan.x[..plan.u.len()].iter().map(|planned| plant.apart(planned, x)).collect();
+        let beside = |t: usize| [t.wrapping_sub(1), t + 1].into_iter().filter_map(|t| away.get(t));
+        let mut nearest: Vec<usize> = (0..away.len()).filter(|t| beside(*t).all(|other| away[*t] < *other)).collect();
+        nearest.sort_by(|one, other| away[*one].total_cmp(&away[*other]));
+        nearest.truncate(JOINS);
+        nearest.into_iter().map(|made| Self { made, ..self.clone() }).collect()
+    }
+
+    /// What it earns in the next `steps` steps from where its plan is to be.
+    pub(crate) fn planned(&self, plant: &Plant, goals: &[Goal], steps: usize) -> f64 {
+        self.plan.as_ref().map_or(f64::NEG_INFINITY, |plan| self.earns(plant, goals, &plan.x[self.made], steps).0)
     }
 
     /// Steps that are left of its plan; without one those after which it has reached its goal from x.

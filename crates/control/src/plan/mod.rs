@@ -2,6 +2,7 @@
 
 mod agent;
 mod course;
+mod expected;
 mod filter;
 mod front;
 mod goal;

@@ -1,5 +1,6 @@
 //! A model and a task as a planner sees them.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -18,6 +19,9 @@ const HELD: usize = 10;
 
 /// Scales beyond the bounds of a position at which a state is there no longer by rounding or for want of iterations.
 const OUTSIDE: f64 = 1e-2;
+
+/// Part of a value within which two steps differ by rounding only.
+const ROUNDING: f64 = 1e-9;
 
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,7 +44,7 @@ pub(crate) struct Plant {
     pub(crate) pace: f64,
     /// The size of what a step pays under random controls: its mean; 1 where nothing is paid.
     pub(crate) paid_mostly: f64,
-    /// States that turn: whole turns of them are the same.
+    /// States that turn: whole turns of them change neither steps nor what these pay.
     pub(crate) turns: Vec<bool>,
     /// Positions whose rates are states, with their bounds.
     walls: Vec<(usize, f64, f64)>,
@@ -65,8 +69,6 @@ impl Plant {
                 })
                 .unzip(),
         };
-        let seen = |name: &str| spec.observation.iter().any(|o| o.name == name);
-        let turns = spec.state.iter().map(|c| c.kind == Kind::Angle && !c.is_bounded() && !seen(&c.name)).collect();
         let n = spec.state_dim();
         let is_wall = |i: usize| spec.state.iter().any(|channel| channel.kind == Kind::RateOf(i));
         let free = |(i, channel): (usize, &Channel)| {
@@ -77,7 +79,8 @@ impl Plant {
         let dynamics = Bounded::new(dynamics, &shown);
         let bounds = |i: usize| (i, spec.state[i].prior.bounds.0, spec.state[i].prior.bounds.1);
         let walls = (0..n).filter(|i| is_wall(*i)).map(bounds).collect();
-        let (scales, moved, stop) = (vec![1.0; n], vec![true; n], Arc::new(AtomicBool::new(false)));
+        let (scales, moved, turns) = (vec![1.0; n], vec![true; n], vec![false; n]);
+        let stop = Arc::new(AtomicBool::new(false));
         let mut plant =
             Self { dynamics, task, low, high, scales, pace: 1.0, paid_mostly: 1.0, turns, walls, moved, stop };
         plant.look_around();
@@ -126,6 +129,16 @@ impl Plant {
     pub(crate) fn beyond<'a>(&'a self, x: &'a [f64]) -> impl Iterator<Item = (usize, f64)> + 'a {
         let off = move |&(i, low, high): &(usize, f64, f64)| (i, (x[i] - x[i].clamp(low, high)) / self.scales[i]);
         self.walls.iter().map(off).filter(|(_, off)| *off != 0.0)
+    }
+
+    /// The squared distance of two states in scales, whole turns aside.
+    pub(crate) fn apart(&self, one: &[f64], other: &[f64]) -> f64 {
+        let off = |i: usize| {
+            let off = one[i] - other[i];
+            let off = if self.turns[i] { (off + PI).rem_euclid(TAU) - PI } else { off };
+            (off / self.scales[i]).powi(2)
+        };
+        (0..one.len()).map(off).sum()
     }
 
     /// Whether a position is beyond its bounds in x: what happens there the equations do not tell.
@@ -191,6 +204,7 @@ impl Plant {
         let (mut sums, mut squares, mut paid, mut count) = (vec![0.0; n], vec![0.0; n], 0.0, 0.0);
         let mut changes: Vec<Vec<f64>> = Vec::new();
         let mut touched = Array2::from_elem((n, n + k), false);
+        let mut places = Vec::new();
         for rollout in 0..ROLLOUTS {
             let mut rng = Seed::new(0).stream("looking around", rollout);
             let (mut x, mut next, mut u) = (vec![0.0; n], vec![0.0; n], Vec::new());
@@ -198,6 +212,7 @@ impl Plant {
             for t in 0..self.task.max_steps().min(STEPS) {
                 if t % HELD == 0 {
                     u = self.random_control(&mut rng);
+                    places.push((x.clone(), u.clone()));
                     if let Ok((a, b)) = self.linearize(&x, &u, &mut rng) {
                         for (i, (a, b)) in a.rows().into_iter().zip(b.rows()).enumerate() {
                             for (j, slope) in a.iter().chain(b).enumerate() {
@@ -222,6 +237,7 @@ impl Plant {
                 }
             }
         }
+        self.turns = (0..n).map(|i| self.turns(i, &places)).collect();
         for i in 0..n {
             let mean = sums[i] / f64::max(count, 1.0);
             let deviation = (squares[i] / f64::max(count, 1.0) - mean * mean).max(0.0).sqrt();
@@ -239,6 +255,42 @@ impl Plant {
         }
         self.moved = moved;
     }
+
+    /// Whether whole turns of state `i` are the same, and parts of them are not: by steps from these states, with any value of it, under these controls.
+    fn turns(&self, i: usize, places: &[(Vec<f64>, Vec<f64>)]) -> bool {
+        let channel = &self.spec().state[i];
+        if channel.is_bounded() || matches!(channel.kind, Kind::RateOf(_)) {
+            return false;
+        }
+        let (mut rng, mut matters) = (Seed::new(0).stream("whole turns", i as u64), false);
+        for (x, u) in places {
+            let at = rng.random_range(-PI..PI);
+            let [here, there, turned] = [0.0, 1.0, TAU].map(|off| self.moved_by(x, u, (i, at + off)));
+            matters |= !is_same(here.as_ref(), there.as_ref());
+            if !is_same(here.as_ref(), turned.as_ref()) {
+                return false;
+            }
+        }
+        matters
+    }
+
+    /// By how much a step from x moves each state, with another value of state `i`, and what it pays.
+    fn moved_by(&self, x: &[f64], u: &[f64], (i, value): (usize, f64)) -> Option<(Vec<f64>, Stepped)> {
+        let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
+        x[i] = value;
+        let stepped = self.step(&x, u, &mut unused(), &mut next)?;
+        Some((next.iter().zip(&x).map(|(next, x)| next - x).collect(), stepped))
+    }
+}
+
+/// Whether two steps are the same but for rounding.
+fn is_same(one: Option<&(Vec<f64>, Stepped)>, other: Option<&(Vec<f64>, Stepped)>) -> bool {
+    let (Some((by, pays)), Some((other_by, other_pays))) = (one, other) else {
+        return one.is_some() == other.is_some();
+    };
+    let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * (1.0 + a.abs() + b.abs());
+    let ended = pays.ended == other_pays.ended;
+    ended && near(pays.reward, other_pays.reward) && by.iter().zip(other_by).all(|(a, b)| near(*a, *b))
 }
 
 /// A generator for steps that draw nothing.

@@ -8,6 +8,7 @@ use ndarray::{ArrayView2, ArrayViewMut2};
 use sindyna_core::{Dynamics, Inverse, Memory, Mode, Policy, Rng, Seed, Task};
 
 use super::course::Course;
+use super::expected::Expected;
 use super::filter::Filter;
 use super::goal::{By, Goal};
 use super::mppi::Sampled;
@@ -21,9 +22,6 @@ const HORIZON: usize = 1_000;
 
 /// Steps of a plan that is sampled.
 const SAMPLED: usize = 100;
-
-/// Part of what an episode was expected to earn by which its plan may fall short before another is looked for.
-const SHORT: f64 = 0.05;
 
 /// Part of what a plan earns that is no reason to keep it where holding a goal earns the rest.
 const SAME: f64 = 1e-5;
@@ -222,30 +220,12 @@ struct Episode<'a> {
     steps: usize,
     goals: Vec<Goal>,
     course: Option<Course>,
+    /// The courses that were searched for, whole.
+    ways: Vec<Course>,
     sampled: Option<Sampled>,
     expected: Expected,
     /// Whether improving the course again has brought nothing.
     settled: bool,
-}
-
-/// What a course earns from here on, as it was when it was found.
-#[derive(Debug, Clone, Copy)]
-struct Expected {
-    earned: f64,
-    /// The most in size that it was in the episode.
-    most: f64,
-}
-
-impl Expected {
-    fn set(&mut self, earned: f64) {
-        self.earned = earned;
-        self.most = if earned.is_finite() { self.most.max(earned.abs()) } else { self.most };
-    }
-
-    /// Whether `earned` is so much less that another course is to be looked for.
-    fn is_missed(&self, earned: f64) -> bool {
-        self.earned - earned > SHORT * self.most
-    }
 }
 
 impl<'a> Episode<'a> {
@@ -258,8 +238,9 @@ impl<'a> Episode<'a> {
             steps: 0,
             goals: Vec::new(),
             course: None,
+            ways: planner.first.iter().map(|first| first.0.clone()).collect(),
             sampled: None,
-            expected: Expected { earned: f64::NAN, most: 0.0 },
+            expected: Expected::none(),
             settled: false,
         }
     }
@@ -292,7 +273,11 @@ impl<'a> Episode<'a> {
             None => {
                 let near = self.planner.first.as_ref().filter(|_| self.steps == 0);
                 let near = near.and_then(|first| first.0.adapted(plant, goals, &self.x, ahead, first.1));
-                let (course, earned) = near.unwrap_or_else(|| search(plant, goals, &self.x, ahead, 1));
+                let (course, earned) = near.unwrap_or_else(|| {
+                    let found = search(plant, goals, &self.x, ahead, 1);
+                    self.ways.push(found.0.clone());
+                    found
+                });
                 self.expected.set(earned);
                 course
             }
@@ -305,20 +290,10 @@ impl<'a> Episode<'a> {
                 if of_held >= earned - SAME * earned.abs() {
                     (best, earned) = (held, of_held);
                 }
-                let is_under_way = best.plan.as_ref().is_some_and(|plan| best.made < plan.u.len());
+                let is_under_way = best.is_under_way();
                 if self.expected.is_missed(earned) {
-                    if is_under_way {
-                        let (led, of_led) = best.led(plant, goals, &self.x, ahead);
-                        if of_led > earned {
-                            (best, earned) = (led, of_led);
-                        }
-                    }
-                    if self.expected.is_missed(earned) {
-                        let (found, of_found) = search(plant, goals, &self.x, ahead, 1);
-                        if of_found > earned {
-                            (best, earned) = (found, of_found);
-                        }
-                    }
+                    (best, earned) =
+                        self.expected.regained((best, earned), &mut self.ways, (plant, goals, &self.x), ahead);
                     self.expected.set(earned);
                 } else if is_under_way {
                     let before = earned;

@@ -15,6 +15,6 @@ pub use lock::DirLock;
 pub use moments::Moment;
 pub use rollout_csv::{log_csv, rollout_csv};
 pub use summary::{
-    Collect, Confirmation, Coverage, Evaluation, Identification, Improvable, PlannerReturn, Prediction, Span,
-    StateRange, Summary, Timing, Training,
+    ChannelRange, Collect, Confirmation, Coverage, Evaluation, Identification, Improvable, PlannerReturn, Prediction,
+    Span, Summary, Timing, Training,
 };

@@ -207,17 +207,21 @@ pub struct Prediction {
 pub struct Coverage {
     /// Episodes in the model.
     pub episodes: usize,
-    /// Share of their steps with a state beyond the range of the data; angles aside.
+    /// Share of their steps with a state or a control beyond the range of the data; angles aside.
     pub share_outside: f64,
     /// Each state.
-    pub states: Vec<StateRange>,
+    pub states: Vec<ChannelRange>,
+    /// Each control.
+    #[serde(default)]
+    pub controls: Vec<ChannelRange>,
 }
 
-/// Lowest and highest value of a state.
+/// Lowest and highest value of a state or control.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct StateRange {
-    /// The state.
-    pub state: String,
+pub struct ChannelRange {
+    /// The state or control.
+    #[serde(alias = "state")]
+    pub channel: String,
     /// Its unit.
     pub unit: String,
     /// In the data.

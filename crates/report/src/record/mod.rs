@@ -9,7 +9,7 @@ mod series;
 mod verdict;
 
 use sindyna_envs::System;
-use sindyna_record::run::{Coverage, Moment, StateRange, Summary};
+use sindyna_record::run::{ChannelRange, Coverage, Moment, Summary};
 use sindyna_record::{ModelRecord, RunRecord};
 
 use crate::Page;
@@ -199,9 +199,9 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
 /// Where the policy goes in the model, and where the data were.
 fn coverage(coverage: &Coverage) -> Vec<Block> {
     let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
-    let row = |r: &StateRange| {
+    let row = |r: &ChannelRange| {
         let beyond = if r.policy.0 < r.data.0 || r.policy.1 > r.data.1 { "yes" } else { "no" };
-        [r.state.clone(), r.unit.clone(), range(r.data), range(r.policy), beyond.into()]
+        [r.channel.clone(), r.unit.clone(), range(r.data), range(r.policy), beyond.into()]
     };
     vec![
         Block::text(format!(
@@ -211,8 +211,8 @@ fn coverage(coverage: &Coverage) -> Vec<Block> {
         )),
         Block::table(
             2,
-            ["state", "unit", "data", "policy", "beyond the data"],
-            coverage.states.iter().take(MOST_ROWS).map(row).collect(),
+            ["state or control", "unit", "data", "policy", "beyond the data"],
+            coverage.states.iter().chain(&coverage.controls).take(MOST_ROWS).map(row).collect(),
         ),
     ]
 }

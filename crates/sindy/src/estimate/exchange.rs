@@ -167,6 +167,7 @@ impl Problem<'_> {
             }
             if !self.leaves_nothing(best) && self.rates[i].is_none() && self.is_noise(best, i) {
                 proposals.extend(self.propose_inside(best, i));
+                proposals.extend(self.instead(best, i));
             }
             // Terms that are the same on all data, and no simpler, were compared above.
             let is_new =

@@ -31,7 +31,7 @@ const RANKED: usize = 24;
 pub(super) const FAMILIES: usize = 3;
 
 /// Change of the logarithm of a parameter that is believed of one linearisation.
-const BELIEVED: f64 = 1.0;
+pub(super) const BELIEVED: f64 = 1.0;
 
 /// A term with parameters inside, and the derivatives of the term by these, as terms.
 pub(super) struct Candidate {
@@ -138,7 +138,7 @@ impl Problem<'_> {
     }
 
     /// The best proposal of each of the best families.
-    fn best_of_families(&self, mut found: Vec<Proposal>) -> Vec<Proposal> {
+    pub(super) fn best_of_families(&self, mut found: Vec<Proposal>) -> Vec<Proposal> {
         found.sort_by(|a, b| a.score.total_cmp(&b.score));
         let mut families: Vec<Proposal> = Vec::new();
         for proposal in found {
@@ -164,9 +164,9 @@ impl Problem<'_> {
         let used = self.free(supports);
         let mut candidates = Vec::new();
         for j in self.n_plain..self.terms.len() {
-            // Kinks from the other side are written once they are found.
-            let is_tried = |shape: &&Shape| self.allows_inside(i, j) && shape.kink() != Some(-1.0);
-            let Some(shape) = self.terms[j].shape.as_ref().filter(is_tried) else { continue };
+            let Some(shape) = self.terms[j].shape.as_ref().filter(|shape| self.may_be_tried(i, j, shape)) else {
+                continue;
+            };
             let is_like = |k: &&usize| self.terms[**k].shape.as_ref().is_some_and(|other| other.is_like(shape));
             // A parameter is the same in all equations.
             match used.iter().find(is_like) {
@@ -183,6 +183,20 @@ impl Problem<'_> {
             }
         }
         (terms, candidates)
+    }
+
+    /// Whether the term `j`, which has parameters inside, may be tried in equation `i`: kinks from the other side are written once they are found.
+    fn may_be_tried(&self, i: usize, j: usize, shape: &Shape) -> bool {
+        self.allows_inside(i, j) && shape.kink() != Some(-1.0)
+    }
+
+    /// Whether the term `j`, which has parameters inside, may be added to equation `i` of `best`, which has none of its family.
+    pub(super) fn may_be_added(&self, best: &Hypothesis, i: usize, j: usize) -> bool {
+        let used = self.free(&best.supports);
+        let is_new = |shape: &&Shape| {
+            used.iter().all(|&k| self.terms[k].shape.as_ref().is_none_or(|other| !other.is_like(shape)))
+        };
+        self.terms[j].shape.as_ref().filter(is_new).is_some_and(|shape| self.may_be_tried(i, j, shape))
     }
 
     /// The derivatives of the term `j` by the parameters inside it where these are as `fitted`, as terms.
@@ -246,20 +260,20 @@ impl Problem<'_> {
             }
         }
         let (score, support, xi) = best;
-        self.proposed((candidate, &self.start_of(candidate)), support, xi, score)
+        let own = xi.get(support.len() - 1).copied()?;
+        self.proposed((candidate, &self.start_of(candidate)), support, xi, (score, own))
     }
 
-    /// The proposal of the terms `support`, of which `candidate` is the last, linearised where its parameters are `at`, with coefficients that are followed
-    /// by those of its slopes.
+    /// The proposal of the terms `support`, of which `candidate` is the last, linearised where its parameters are `at`, with coefficients `xi` that are followed
+    /// by those of its slopes; its parameters change by these, as parts of the coefficient `own` of the candidate.
     pub(super) fn proposed(
         &self,
         (candidate, at): (&Candidate, &[f64]),
         support: Vec<usize>,
         xi: Vec<f64>,
-        score: f64,
+        (score, own): (f64, f64),
     ) -> Option<Proposal> {
         let (coefficients, changes) = xi.split_at(support.len());
-        let own = coefficients.last().copied()?;
         if !score.is_finite() || own == 0.0 || xi.iter().any(|c| !c.is_finite()) {
             return None;
         }

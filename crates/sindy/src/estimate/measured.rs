@@ -153,7 +153,10 @@ impl Problem<'_> {
         let columns: Vec<usize> = kept.iter().copied().chain(0..n_inside).collect();
         let support: Vec<usize> = others.iter().copied().chain([candidate.term]).collect();
         let (score, xi) = self.scored_columns((&now.triangle, least), &columns, &support);
-        self.proposed((candidate, &now.at), support, xi, score)
+        // Where it is far from the end, as here, its own coefficient beside its slopes may have the wrong sign; a step of Gauss–Newton takes the one without these.
+        let target = now.triangle.n_columns() - 1;
+        let own = now.triangle.solve_unit(&columns[..support.len()], target).last().copied()?;
+        self.proposed((candidate, &now.at), support, xi, (score, own))
     }
 
     /// Where fits of the parameters inside `candidate` start.

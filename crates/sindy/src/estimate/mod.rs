@@ -12,6 +12,7 @@ mod exchange;
 mod hypothesis;
 mod implicit;
 mod inside;
+mod instead;
 mod jointly;
 mod measured;
 mod mechanics;

@@ -48,6 +48,14 @@ impl Shape {
         self.parameters.iter().map(|p| if p.positive { p.start.ln() } else { p.start }).collect()
     }
 
+    /// What is fitted at `count` values of its parameter, evenly between the bounds; `None` if it has not one parameter.
+    pub(crate) fn between(&self, count: usize) -> Option<Vec<Vec<f64>>> {
+        let [Parameter { bounds: (low, high), positive, .. }] = self.parameters[..] else { return None };
+        let (low, high) = if positive { (low.ln(), high.ln()) } else { (low, high) };
+        let value = |at: usize| vec![low + (at as f64 + 0.5) / count as f64 * (high - low)];
+        Some((0..count).map(value).collect())
+    }
+
     /// Whether all parameters, as they were fitted, are within their bounds.
     pub(crate) fn is_within(&self, fitted: &[f64]) -> bool {
         let within = |(p, v): (&Parameter, f64)| (p.bounds.0..=p.bounds.1).contains(&v);

@@ -5,7 +5,7 @@ use std::path::Path;
 use sindyna_core::number::{fixed, plural, significant};
 use sindyna_record::identification::Account;
 use sindyna_record::run::{
-    Collect, Confirmation, Coverage, Improvable, PlannerReturn, Prediction, Span, StateRange, Summary, Timing,
+    ChannelRange, Collect, Confirmation, Coverage, Improvable, PlannerReturn, Prediction, Span, Summary, Timing,
 };
 use sindyna_report::text;
 
@@ -148,17 +148,17 @@ fn wanted(Collect { share, states, controls }: &Collect) -> String {
     text
 }
 
-/// Where the policy goes, and where the data were.
-fn covered(Coverage { episodes, share_outside, states }: &Coverage) -> String {
+/// Where the policy goes and what it does, and where the data were.
+fn covered(Coverage { episodes, share_outside, states, controls }: &Coverage) -> String {
     let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
     let mut text = format!(
         "not evaluated: there is no system, only a log. In {} in the model, {:.0} % of the steps are beyond the data\n",
         plural(*episodes, "episode"),
         100.0 * share_outside
     );
-    for StateRange { state, unit, data, policy } in states {
+    for ChannelRange { channel, unit, data, policy } in states.iter().chain(controls) {
         let beyond = if policy.0 < data.0 || policy.1 > data.1 { "  beyond the data" } else { "" };
-        text += &format!("  {state} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
+        text += &format!("  {channel} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
     }
     text
 }

@@ -5,7 +5,7 @@ use sindyna_sindy::{Disturbances, EquationReport, Identified, Model};
 
 use super::as_read::{as_read, is_disturbed, is_spoilt, recordings_of};
 use super::asked::Asked;
-use crate::logs::{Log, Note, Samples};
+use crate::logs::{Log, Samples};
 
 /// Part of the steps at the beginning and at the end of a log that are looked at alone, and how many they are at least and at most.
 const PART: f64 = 0.3;
@@ -18,7 +18,7 @@ const EFFORT: f64 = 0.25;
 /// Standard errors by which a coefficient differs.
 const APART: f64 = 6.0;
 
-/// A note of the equations at the beginning and at the end of `log`, where `found` holds for most of it, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
+/// A warning with the equations at the beginning and at the end of `log`, where `found` holds for most of it, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
 /// hold for all of it.
 ///
 /// # Errors
@@ -28,7 +28,7 @@ pub(super) fn changed<E: From<FitError>>(
     kept: &Samples,
     found: &Identified,
     asked: &Asked<'_, E>,
-) -> Result<Option<Note>, E> {
+) -> Result<Option<String>, E> {
     let all = kept.data.n_steps();
     let split = |at: usize| kept.split(at).map_err(|e| FitError::Regression { reason: e.to_string() });
     if is_disturbed(found) {
@@ -56,7 +56,14 @@ pub(super) fn changed<E: From<FitError>>(
     let end = split(all - steps)?.1;
     let Some(first) = of(&kept.first(steps))? else { return Ok(None) };
     let Some(last) = of(&end)? else { return Ok(None) };
-    Ok(differ(&first, &last).then(|| Note::Changed { steps, first: of_motion(&first), last: of_motion(&last) }))
+    Ok(differ(&first, &last).then(|| {
+        format!(
+            "the first {steps} steps follow {}; the last {steps} follow {}: the system changed, or a term is missing; identify the parts \
+             separately",
+            of_motion(&first).join(", "),
+            of_motion(&last).join(", ")
+        )
+    }))
 }
 
 /// Whether a coefficient of the equations `found`, fitted to [`PART`] of the samples at either end, differs between these.

@@ -50,7 +50,11 @@ pub(crate) fn for_task<P: AsRef<Path>>(task_file: &Path, paths: &[P], how: &ForT
         say: how.say,
     };
     let names = paths.iter().map(|path| path.as_ref().display().to_string()).collect::<Vec<_>>().join(", ");
+    let read = log.notes.clone();
     let Looked { found, log, .. } = looked(log, &asked)?;
+    for note in log.notes.iter().filter(|note| !read.contains(note)) {
+        (how.say)(&format!("note: {note}"));
+    }
     LogSource::found(&names, &log, &found)
 }
 

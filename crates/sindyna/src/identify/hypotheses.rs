@@ -52,7 +52,7 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
-    let (mut log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
+    let (log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
         Some((turned, _, identifier, found)) if !is_spoilt(&found) => {
             return Ok(Looked { found, identifier, log: turned });
         }
@@ -61,10 +61,11 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     };
     // Of a system that changed no reading leaves noise alone.
     if let Some(found) = &first
-        && let Some(note) = changed(&log, &kept, found, asked)?
+        && let Some(warning) = changed(&log, &kept, found, asked)?
     {
-        log.notes.push(note);
-        return Ok(Looked { found: found.clone(), identifier, log });
+        let mut found = found.clone();
+        found.report.warnings.push(warning);
+        return Ok(Looked { found, identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
     let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;

@@ -9,6 +9,7 @@ use sindyna_logs::{Clock, Log, LogOptions, Note};
 use sindyna_record::run::log_csv;
 use sindyna_sindy::Identified;
 
+use super::turning::turns;
 use crate::Error;
 use crate::known::{identified_bytes, identified_of};
 use crate::settings::{DataConfig, PrecisionName, RECORDED_LOG, RECORDED_MODELS};
@@ -117,6 +118,16 @@ impl LogSource {
     /// How finely the states were recorded.
     pub(crate) fn precision(&self) -> Precision {
         self.precision
+    }
+
+    /// Those of the states `open` that are angles: by whole turns of which the equations are not changed.
+    pub(super) fn angles_among(&self, open: &[usize]) -> Result<Vec<usize>, Error> {
+        if open.is_empty() {
+            return Ok(Vec::new());
+        }
+        let refused = |why: String| Error::NotIdentified { path: self.models.path().to_owned(), why };
+        let identified = identified_of(&self.models.bytes()?).map_err(refused)?;
+        Ok(open.iter().copied().filter(|i| turns(&identified.model, *i)).collect())
     }
 
     /// Reads it for the system `spec`, whose states and inputs its columns are called as. Samples that are not evenly spaced are interpolated every `dt` \[s\]:

@@ -15,6 +15,7 @@ mod source;
 mod starts;
 mod task_builder;
 mod traits;
+mod turning;
 
 pub use crate::settings::{RECORDED_LOG, RECORDED_MODELS};
 pub use formula_task::{FormulaTask, Names};

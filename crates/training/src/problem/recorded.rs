@@ -29,9 +29,9 @@ pub(super) struct Recorded {
 }
 
 impl Recorded {
-    /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task.
-    pub(super) fn load(path: &Path, source: &LogSource) -> Result<Self, Error> {
-        let task = without_simulator(path, Some(source.dt()))?;
+    /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task. States are angles as [`of`] tells of `own`.
+    pub(super) fn load(path: &Path, source: &LogSource, own: &LogSource) -> Result<Self, Error> {
+        let task = of(path, own, source.dt())?;
         let name = task.spec().name.clone();
         let refused = |why: String| Error::System { name: name.clone(), why };
         let (own, of_log) = (task.spec().dt, source.dt());
@@ -62,9 +62,12 @@ impl Recorded {
     }
 }
 
-/// The task in the file at `path` on what `source` has.
-pub(super) fn task(path: &Path, source: &LogSource) -> Result<Arc<dyn Task>, Error> {
-    Ok(without_simulator(path, Some(source.dt()))?.with_precision(source.precision()).task())
+/// What the file at `path` declares of a task on what `source` has, with control intervals of `dt` \[s\] if it tells none. States of which it does not say what they are and by whole turns of which the equations found in the
+/// log are not changed are angles.
+pub(super) fn of(path: &Path, source: &LogSource, dt: f64) -> Result<TaskFile, Error> {
+    let file = without_simulator(path, Some(dt))?;
+    let angles = source.angles_among(file.open())?;
+    Ok(file.with_angles(&angles)?.with_precision(source.precision()))
 }
 
 /// What the task file at `path` declares, whatever its system is; `dt` \[s\] is the control interval where it tells none.
@@ -87,6 +90,9 @@ pub fn read_logs<P: AsRef<Path>>(
 ) -> Result<(Log, Vec<(String, String)>), Error> {
     let task = without_simulator(task_file, Some(1.0))?;
     let (mut options, mut unmeasured) = (columns(task.spec(), options), Vec::new());
+    if !task.declares_kinds() {
+        options.angles = None;
+    }
     loop {
         match (Log::read_all(paths, &options), task.dt()) {
             (Err(LogError::NoTime { .. }), Some(dt)) => options.clock = Clock::Given(dt),

@@ -53,7 +53,7 @@ pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error
 /// # Errors
 /// [`Error::TaskFile`] if it describes none, [`Error::System`] if it is one of another system.
 pub fn on_log(path: &Path, source: &LogSource) -> Result<Arc<dyn Problem>, Error> {
-    Ok(Arc::new(Recorded::load(path, source)?))
+    Ok(Arc::new(Recorded::load(path, source, source)?))
 }
 
 /// The system that comes along under `name`.
@@ -99,7 +99,7 @@ impl Source {
                 let file = TaskFile::with_simulator(path)?;
                 (file.task(), simulator_of(&file))
             }
-            Self::Log(path, source) => (recorded::task(path, source)?, SimulatorName::None),
+            Self::Log(path, source) => (recorded::of(path, source, source.dt())?.task(), SimulatorName::None),
             Self::Pipe(path, _) => (TaskFile::without_simulator(path)?.task(), SimulatorName::Pipe),
         })
     }
@@ -126,7 +126,7 @@ impl Source {
             (Self::Named(name), SimulatorName::Mujoco) => {
                 Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
             }
-            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source)?)),
+            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source, source)?)),
             (Self::Pipe(path, Some(source)), SimulatorName::Pipe) => Ok(Arc::new(Piped::open(path, source, noise)?)),
             (Self::Pipe(_, None), SimulatorName::Pipe) => Err(Error::NoPipe),
             (Self::Named(_) | Self::Log(..) | Self::Pipe(..), other) => {
@@ -155,8 +155,8 @@ impl Source {
 /// # Errors
 /// [`Error::NoLog`] if the run is not one on a log, and as [`of_model`].
 pub fn on_twin(source: &Source, directory: &Path, noise: f64) -> Result<Arc<dyn Problem>, Error> {
-    let Source::Log(path, _) = source else { return Err(Error::NoLog) };
-    let (task, model) = Recorded::load(path, &LogSource::of_model(directory)?)?.into_parts();
+    let Source::Log(path, own) = source else { return Err(Error::NoLog) };
+    let (task, model) = Recorded::load(path, &LogSource::of_model(directory)?, own)?.into_parts();
     let task = task.with_noise(noise);
     let twin = OwnSystem::shown_by(task.task(), task.sensors(), Arc::new(model));
     Ok(Arc::new(match task.protocol().solved_at {

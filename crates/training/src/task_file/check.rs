@@ -71,7 +71,7 @@ impl Document {
                 );
                 ensure!(!closes_circle(&rates, pair), "the rates of states form a circle at `{name}`");
                 rates.push(pair);
-                ensure!(*kind == StateKind::Plain, "state `{name}` cannot be both an angle and a rate");
+                ensure!(*kind != Some(StateKind::Angle), "state `{name}` cannot be both an angle and a rate");
             }
         }
         for document::Control { name, low, high, .. } in &self.control {

@@ -52,8 +52,8 @@ pub(super) struct State {
     /// Distribution of start values; the model's rest position, or 0, if there is none.
     pub(super) start: Option<StartValue>,
     pub(super) bounds: Option<[f64; 2]>,
-    #[serde(default)]
-    pub(super) kind: StateKind,
+    /// What is declared.
+    pub(super) kind: Option<StateKind>,
     pub(super) rate_of: Option<String>,
     /// Whether it is a parameter, which never changes within an episode.
     #[serde(skip)]
@@ -77,10 +77,9 @@ pub(super) struct Normal {
     pub(super) std: f64,
 }
 
-#[derive(Debug, Default, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum StateKind {
-    #[default]
     Plain,
     Angle,
 }

@@ -26,7 +26,7 @@ impl Document {
                 scale: 1.0,
                 start: Some(start),
                 bounds: None,
-                kind: StateKind::Plain,
+                kind: Some(StateKind::Plain),
                 rate_of: None,
                 still: true,
             });

@@ -24,7 +24,7 @@ use sindyna_sindy::Expr;
 
 use crate::Error;
 use crate::problem::{FormulaTask, Problem};
-use document::Document;
+use document::{Document, State, StateKind};
 use simulator::{Compiled, Simulator};
 
 /// Name of the task file in a run directory.
@@ -42,6 +42,10 @@ pub(crate) struct TaskFile {
     path: PathBuf,
     dt: Option<f64>,
     solved_at: Option<f64>,
+    /// States of which it is not said whether they are angles, and may be.
+    open: Vec<usize>,
+    /// Whether it is said of any.
+    declares_kinds: bool,
 }
 
 impl TaskFile {
@@ -78,7 +82,24 @@ impl TaskFile {
     }
 
     fn read(path: &Path, text: String, dt: Option<f64>) -> anyhow::Result<Self> {
-        let document: Document = toml::from_str(&text)?;
+        Self::read_with(path, text, dt, &[])
+    }
+
+    /// The same where the states `angles`, of which it is not said what they are, are angles.
+    pub(crate) fn with_angles(self, angles: &[usize]) -> Result<Self, Error> {
+        if angles.is_empty() {
+            return Ok(self);
+        }
+        let dt = Some(self.task.spec.dt);
+        Self::read_with(&self.path, self.text, dt, angles).map_err(|e| wrong(&self.path, e))
+    }
+
+    fn read_with(path: &Path, text: String, dt: Option<f64>, angles: &[usize]) -> anyhow::Result<Self> {
+        let mut document: Document = toml::from_str(&text)?;
+        let declares_kinds = document.state.iter().any(|state| state.kind.is_some());
+        angles.iter().for_each(|i| document.state[*i].kind = Some(StateKind::Angle));
+        let may_turn = |s: &State| s.kind.is_none() && s.rate_of.is_none() && s.bounds.is_none();
+        let open = (0..document.state.len()).filter(|i| may_turn(&document.state[*i])).collect();
         let document = document.with_drawn();
         document.check()?;
         let (simulator, task, document) = Simulator::of(document, path, dt)?;
@@ -93,6 +114,8 @@ impl TaskFile {
             path: path.to_owned(),
             dt: document.dt,
             solved_at: document.solved_at,
+            open,
+            declares_kinds,
         })
     }
 
@@ -112,6 +135,16 @@ impl TaskFile {
     /// The control interval that the file itself tells \[s\].
     pub(crate) fn dt(&self) -> Option<f64> {
         self.dt
+    }
+
+    /// States without bounds, rates of no others, of which it is not said whether they are angles.
+    pub(crate) fn open(&self) -> &[usize] {
+        &self.open
+    }
+
+    /// Whether it is said of any state whether it is an angle.
+    pub(crate) fn declares_kinds(&self) -> bool {
+        self.declares_kinds
     }
 
     /// Whether MuJoCo is what moves.

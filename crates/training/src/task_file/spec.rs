@@ -55,8 +55,8 @@ impl Document {
     fn channel(&self, state: &State) -> anyhow::Result<Channel> {
         let kind = match (&state.rate_of, state.kind) {
             (Some(of), _) => Kind::RateOf(self.state_named(of)?),
-            (None, StateKind::Angle) => Kind::Angle,
-            (None, StateKind::Plain) => Kind::Plain,
+            (None, Some(StateKind::Angle)) => Kind::Angle,
+            (None, Some(StateKind::Plain) | None) => Kind::Plain,
         };
         let channel = Channel::new(&state.name, &state.unit, kind, state.scale);
         Ok(match state.bounds {
