@@ -71,3 +71,57 @@ fn joined_tanks_flow_by_the_difference_of_their_levels() {
         assert_equation(&found, 1, &[("sqrt k", -0.1), (between, 0.15)], 0.05);
     }
 }
+
+/// A body that is heated and radiates.
+fn radiating(x: &[f64], u: f64) -> Vec<f64> {
+    vec![7.0 * opening(u) - 0.9 * (x[0] / 310.0).powi(4)]
+}
+
+/// A stirred reactor whose temperature is set; its reaction follows Arrhenius.
+fn reacting(x: &[f64], u: f64) -> Vec<f64> {
+    vec![0.4 * (2.2 - x[0]) - (19.0 - 6500.0 / temperature(u)).exp() * x[0]]
+}
+
+fn temperature(u: f64) -> f64 {
+    350.0 + 28.0 * u
+}
+
+#[test]
+fn a_body_radiates_by_a_power_of_its_temperature_and_not_by_a_sum_of_others() {
+    for seed in 0..5 {
+        let found = identified(&["T"], 20.0, &under_valves(radiating, &[310.0], 20.0, 0.005, seed));
+        let report = &found.report.equations[0];
+        let [exponent] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
+        let power = found.report.features[exponent.term].clone();
+        let at = report.support.iter().position(|term| *term == exponent.term).expect("it is in the equation");
+        let radiated = report.coefficients[at] * 310.0_f64.powf(exponent.value);
+        assert!(power.starts_with("T^") && (exponent.value - 4.0).abs() < 0.05, "{power}: {exponent:?}");
+        assert!((radiated + 0.9).abs() < 0.01, "{radiated}");
+        assert_equation(&found, 0, &[("u", 7.0), (&power, report.coefficients[at])], 0.02);
+    }
+}
+
+/// Within noise other terms may come to the same, and not every search comes to the true ones, which is told then.
+#[test]
+fn a_reaction_follows_arrhenius_and_not_a_sum_of_other_terms() {
+    let mut found_it = 0;
+    for seed in 0..5 {
+        let mut recording = record_held(reacting, &[1.0], (600, 0.05), (0.005, 1.0, false), 16, seed);
+        recording.controls.mapv_inplace(temperature);
+        let found = identified(&["c"], 0.05, &recording);
+        let report = &found.report.equations[0];
+        let Some(energy) = report.parameters.first().filter(|p| found.report.features[p.term].starts_with("c·exp(−"))
+        else {
+            assert!(report.doubt.is_some(), "{:?}", equation(&found, 0));
+            continue;
+        };
+        let reaction = found.report.features[energy.term].clone();
+        let at = report.support.iter().position(|term| *term == energy.term).expect("it is in the equation");
+        let rate = report.coefficients[at] * (-energy.value / 350.0).exp();
+        assert!((energy.value - 6500.0).abs() < 100.0, "{energy:?}");
+        assert!((rate / -(19.0 - 6500.0 / 350.0_f64).exp() - 1.0).abs() < 0.02, "{rate}");
+        assert_equation(&found, 0, &[("1", 0.88), ("c", -0.4), (&reaction, report.coefficients[at])], 0.03);
+        found_it += 1;
+    }
+    assert!(found_it >= 3, "{found_it}");
+}
