@@ -27,7 +27,7 @@ fn words(name: &str) -> impl Iterator<Item = String> {
 
 /// Whether `column` holds time stamps, by its name. A temperature `T`, or what has a unit of something else, does not.
 pub(crate) fn is_time(column: &Column) -> bool {
-    const TIMES: [&str; 15] = [
+    const TIMES: [&str; 18] = [
         "t",
         "time",
         "times",
@@ -39,6 +39,9 @@ pub(crate) fn is_time(column: &Column) -> bool {
         "seconds",
         "secs",
         "sec",
+        "minutes",
+        "hours",
+        "days",
         "millis",
         "micros",
         "milliseconds",
@@ -127,6 +130,7 @@ mod tests {
             "t_s",
             "stamp.sec",
             "unix_time",
+            "hours",
         ] {
             assert!(is_time(&named(name)), "{name}");
         }
@@ -138,6 +142,7 @@ mod tests {
         let unit = |name: &str, unit: &str| unit_in_header(&Column { name: name.into(), unit: unit.into() });
         assert_eq!(unit("time_ms", ""), Some(TimeUnit::Milliseconds));
         assert_eq!(unit("t", "\u{b5}s"), Some(TimeUnit::Microseconds));
+        assert_eq!((unit("day", ""), unit("hours", "")), (Some(TimeUnit::Days), Some(TimeUnit::Hours)));
         assert_eq!(unit("timestamp", ""), None);
         assert_eq!(unit("seconds", ""), Some(TimeUnit::Seconds));
     }

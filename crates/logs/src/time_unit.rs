@@ -18,10 +18,12 @@ pub enum TimeUnit {
     Minutes,
     /// h
     Hours,
+    /// d
+    Days,
 }
 
 impl TimeUnit {
-    /// The unit that `text` names: `s`, `ms`, `us`, `ns`, `min`, `h`, or a word for one.
+    /// The unit that `text` names: `s`, `ms`, `us`, `ns`, `min`, `h`, `d`, or a word for one.
     #[must_use]
     pub fn named(text: &str) -> Option<Self> {
         Some(match text.trim().to_lowercase().as_str() {
@@ -33,6 +35,7 @@ impl TimeUnit {
             "ns" | "nsec" | "nsecs" | "nanos" | "nanosecond" | "nanoseconds" => Self::Nanoseconds,
             "min" | "mins" | "minute" | "minutes" => Self::Minutes,
             "h" | "hr" | "hrs" | "hour" | "hours" => Self::Hours,
+            "d" | "day" | "days" => Self::Days,
             _ => return None,
         })
     }
@@ -47,6 +50,7 @@ impl TimeUnit {
             Self::Nanoseconds => 1e-9,
             Self::Minutes => 60.0,
             Self::Hours => 3600.0,
+            Self::Days => 86_400.0,
         }
     }
 }
@@ -60,6 +64,7 @@ impl fmt::Display for TimeUnit {
             Self::Nanoseconds => "nanoseconds",
             Self::Minutes => "minutes",
             Self::Hours => "hours",
+            Self::Days => "days",
         })
     }
 }

@@ -230,6 +230,7 @@ impl Run<'_> {
                 }
             }
         }
+        let summary = summary(config, made_by, problem, &learned, evaluated.clone());
         let clock = recorder.clock;
         let timing = Timing {
             format: 1,
@@ -249,7 +250,6 @@ impl Run<'_> {
                 self.run_dir.path().join("rollout.csv").display()
             )));
         }
-        let summary = summary(config, made_by, problem, &learned, evaluated.clone());
         // What was found is told even if it cannot be written down.
         let recorded = self.record(&learned, first_episode.as_ref(), &summary, &timing, &log);
         let account = learned.model.as_ref().map(|fitted| Account::new(&fitted.0, spec));
