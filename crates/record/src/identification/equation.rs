@@ -146,6 +146,12 @@ impl Equation {
 }
 
 impl Equation {
+    /// Whether other terms were found that explain the data as well.
+    #[must_use]
+    pub fn has_known_rivals(&self) -> bool {
+        self.is_ambiguous() || self.doubt.as_deref() == Some(told(Doubt::OtherTerms))
+    }
+
     /// Whether nothing speaks against the equation but other terms that explain the data as well, or may do.
     pub(super) fn has_rivals(&self) -> bool {
         let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished].map(told);

@@ -87,8 +87,8 @@ fn quality(account: &Account, width: usize) -> String {
 fn claim(account: &Account) -> &'static str {
     match (account.certainty(), account.noise) {
         (Some(Certainty::Doubted), _) => "an approximation, ",
-        (Some(Certainty::Ambiguous), _) if !account.search_complete => {
-            "ambiguous (other sets of terms may fit equally well), "
+        (Some(Certainty::Ambiguous), _) if !account.equations.iter().any(Equation::has_known_rivals) => {
+            "ambiguous (other sets of terms may fit equally well: not all were tried), "
         }
         (Some(Certainty::Ambiguous), _) => "ambiguous (other sets of terms fit equally well), ",
         (Some(_), NoiseSource::Estimated) => "adequate among the candidate terms, ",

@@ -114,7 +114,7 @@ impl Problem<'_> {
     }
 
     /// The score of the terms of `along`, and those with one of these in place of some, each with its coefficients.
-    fn scores(&self, replaced: &Replaced<'_>, looked: &[(usize, Vec<f64>)]) -> Option<(f64, Vec<(f64, Vec<f64>)>)> {
+    fn scores(&self, replaced: &Replaced<'_>, looked: &[(usize, Vec<f64>)]) -> Option<(f64, Vec<Scored>)> {
         let Replaced { along, i, kept, places } = replaced;
         let (own, least, mut terms) = (&along.supports[*i], self.least_near(along), self.terms.to_vec());
         let first = terms.len();
@@ -157,6 +157,9 @@ impl Problem<'_> {
         (0..self.rates.len() + self.n_controls).map(|v| self.terms[j].expr.has(v)).collect()
     }
 }
+
+/// A score, and the coefficients.
+type Scored = (f64, Vec<f64>);
 
 /// Terms of an equation that others take the place of.
 struct Replaced<'a> {
