@@ -17,7 +17,7 @@ use std::io::{self, Write as _};
 use std::sync::Arc;
 
 use sindyna_control::{Method, Planner};
-use sindyna_core::{Dynamics, Seed, Sensors, Simulated, Task};
+use sindyna_core::{Acting, Dynamics, Environment as _, Memory as _, Mode, Seed, Sensors, Simulated, Task};
 use sindyna_dyna::evaluate;
 
 /// Returns of episodes from start states of development seeds.
@@ -55,8 +55,37 @@ fn a_reaction_wheel_swings_up_a_pendulum_soon() {
 #[ignore = "takes half a minute"]
 fn a_pendulum_with_dry_friction_is_swung_up() {
     let task = rubbing::Swingup::new();
-    let dynamics = task.dynamics();
+    let dynamics = task.dynamics(1.1);
     assert!(least(&returns(&dynamics, Arc::new(task), 2)) >= 240.0);
+}
+
+/// Plans are missed where friction is 7 % more than in the model, as seen through noisy rates; all are upright in the last second.
+#[test]
+#[ignore = "takes minutes"]
+fn a_pendulum_with_more_friction_than_its_model_is_swung_up() {
+    let task = Arc::new(rubbing::Swingup::new());
+    let (model, system) = (task.dynamics(1.08), task.dynamics(1.155));
+    let planner = Planner::new(Method::Ilqr, model, task.clone()).expect("all is observed").with_noise(&[0.005, 0.5]);
+    let planner = planner.prepared();
+    for episode in 0..10 {
+        let sensors = Sensors::new(task.spec()).expect("all is observed");
+        let mut env = Simulated::new(system.clone(), task.clone(), sensors);
+        let (mut rng, mut policy) = (Seed::new(1000).stream("a twin", episode), Acting::begin(&planner));
+        env.reset(&mut rng).expect("nothing fails here");
+        let (mut action, mut highest) = ([0.0], Vec::new());
+        loop {
+            policy.act(env.observation(), Mode::Exploit, &mut rng, &mut action);
+            let outcome = env.step(&action, &mut rng).expect("nothing fails here");
+            highest.push(-env.state()[0].cos());
+            if outcome.truncated {
+                break;
+            }
+        }
+        let last = &highest[highest.len() - 20..];
+        writeln!(io::stderr(), "{episode}: upright from step {:?}", highest.iter().rposition(|up| *up < 0.95))
+            .expect("it can be written");
+        assert!(last.iter().all(|up| *up > 0.95), "{episode}: {last:?}");
+    }
 }
 
 #[test]

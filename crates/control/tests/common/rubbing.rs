@@ -6,7 +6,7 @@ use rand::RngExt as _;
 use sindyna_core::{Channel, Dynamics, Kind, Precision, Rng, Scheme, Space, Spec, Task};
 use sindyna_sindy::{Entry, Form, Model, ModelParts};
 
-/// q̈ = −19.5 sin q − 1.1 sign q̇ + 5.3 u, |u| ≤ 0.5; q from hanging.
+/// q̈ = −19.5 sin q − F sign q̇ + 5.3 u, |u| ≤ 0.5; q from hanging.
 pub(crate) struct Swingup(Spec);
 
 const DT: f64 = 0.05;
@@ -29,14 +29,15 @@ impl Swingup {
         Self(spec)
     }
 
-    pub(crate) fn dynamics(&self) -> Arc<dyn Dynamics> {
+    /// With dry friction F \[rad/s²\].
+    pub(crate) fn dynamics(&self, friction: f64) -> Arc<dyn Dynamics> {
         let model = Model::new(ModelParts {
             form: Form::Continuous(Scheme::Rk4 { substeps: 10 }),
             dt: DT,
             terms: ["w", "sin(q)", "sign(w)", "u"].map(String::from).to_vec(),
             equations: vec![
                 vec![Entry::new(0, 1.0)],
-                vec![Entry::new(1, -19.5), Entry::new(2, -1.1), Entry::new(3, 5.3)],
+                vec![Entry::new(1, -19.5), Entry::new(2, -friction), Entry::new(3, 5.3)],
             ],
             n_features: 4,
             states: ["q", "w"].map(String::from).to_vec(),
