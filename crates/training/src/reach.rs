@@ -24,16 +24,15 @@ pub(crate) fn coverage(
     let shown = ranges(spec.state_dim(), &states(spec, data)?);
     let pushed: Vec<Vec<f64>> =
         data.rollouts().flat_map(|r| r.controls.outer_iter().map(|u| u.to_vec()).collect::<Vec<_>>()).collect();
-    let pushed =
-        ranges(spec.control_dim(), &pushed).into_iter().enumerate().map(|(j, range)| widened(range, j, &pushed));
-    let pushed: Vec<(f64, f64)> = pushed.collect();
+    let margins: Vec<f64> = (0..spec.control_dim()).map(|j| between(j, &pushed)).collect();
+    let pushed = ranges(spec.control_dim(), &pushed);
     let rollouts: Vec<Rollout> =
         (0..EPISODES).into_par_iter().map(|episode| rollout(problem, model, policy, ("coverage", episode))).collect();
     let is_off = |value: f64, (low, high): (f64, f64)| value < low || value > high;
     let outside = |x: &[f64], u: &[f64]| {
         let mut states = x.iter().zip(&shown).zip(&spec.state).filter(|(_, channel)| channel.kind != Kind::Angle);
         states.any(|((value, range), _)| is_off(*value, *range))
-            || u.iter().zip(&pushed).any(|(u, range)| is_off(*u, *range))
+            || u.iter().zip(pushed.iter().zip(&margins)).any(|(u, ((low, high), by))| is_off(*u, (low - by, high + by)))
     };
     // Each step with the state it leads to.
     let steps = || rollouts.iter().flat_map(|r| r.states.iter().skip(1).zip(&r.controls));
@@ -50,24 +49,26 @@ pub(crate) fn coverage(
         unit: channel.unit.clone(),
         data: within_a_turn(i, data),
         policy: if policy.0 < -PI || policy.1 > PI { within_a_turn(i, policy) } else { policy },
+        margin: 0.0,
     });
-    let controls = spec.control.iter().zip(pushed).zip(acted).map(|((channel, data), policy)| ChannelRange {
+    let each = spec.control.iter().zip(pushed.into_iter().zip(margins)).zip(acted);
+    let controls = each.map(|((channel, (data, margin)), policy)| ChannelRange {
         channel: channel.name.clone(),
         unit: channel.unit.clone(),
         data,
         policy,
+        margin,
     });
     let (states, controls) = (states.collect(), controls.collect());
     Some(Coverage { episodes: EPISODES as usize, share_outside: share, states, controls })
 }
 
-/// The range of control `j` with the mean distance of its values added on both sides: as far as the largest of so many may be from the end of what they are drawn from.
-fn widened((low, high): (f64, f64), j: usize, controls: &[Vec<f64>]) -> (f64, f64) {
+/// The mean distance of neighbouring values of control `j`: as far as the largest of so many may be from the end of what they are drawn from.
+fn between(j: usize, controls: &[Vec<f64>]) -> f64 {
     let mut values: Vec<f64> = controls.iter().map(|u| u[j]).collect();
     values.sort_by(f64::total_cmp);
     values.dedup();
-    let between = (high - low) / values.len().max(1) as f64;
-    (low - between, high + between)
+    values.last().zip(values.first()).map_or(0.0, |(high, low)| (high - low) / values.len() as f64)
 }
 
 /// All states (n each) of `data`.

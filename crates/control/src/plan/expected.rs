@@ -32,12 +32,12 @@ impl Expected {
         self.earned - earned > SHORT * self.most
     }
 
-    /// A course from x in place of `course`, which was missed and earns `earned` from there in the next `ahead` steps: the same led back; or one of the `ways` of the episode from a
+    /// A course from x in place of `course`, which was missed and earns `earned` from there in the next `ahead` steps: the same led back; or the `first` or another one of the `ways` of the episode from a
     /// state near x on, if it earns about what it does from that state; or one that is searched for, which is another way then. The best, and what it earns.
     pub(super) fn regained(
         self,
         (course, earned): (Course, f64),
-        ways: &mut Vec<Course>,
+        (first, ways): (Option<&Course>, &mut Vec<Course>),
         (plant, goals, x): (&Plant, &[Goal], &[f64]),
         ahead: usize,
     ) -> (Course, f64) {
@@ -51,7 +51,7 @@ impl Expected {
         if !self.is_missed(best.1) {
             return best;
         }
-        for joined in ways.iter().flat_map(|way| way.joined(plant, x)) {
+        for joined in first.into_iter().chain(ways.iter()).flat_map(|way| way.joined(plant, x)) {
             let led = joined.led(plant, goals, x, ahead);
             if led.1 > best.1 {
                 best = led;

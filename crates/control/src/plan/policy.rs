@@ -238,7 +238,7 @@ impl<'a> Episode<'a> {
             steps: 0,
             goals: Vec::new(),
             course: None,
-            ways: planner.first.iter().map(|first| first.0.clone()).collect(),
+            ways: Vec::new(),
             sampled: None,
             expected: Expected::none(),
             settled: false,
@@ -292,8 +292,8 @@ impl<'a> Episode<'a> {
                 }
                 let is_under_way = best.is_under_way();
                 if self.expected.is_missed(earned) {
-                    (best, earned) =
-                        self.expected.regained((best, earned), &mut self.ways, (plant, goals, &self.x), ahead);
+                    let ways = (self.planner.first.as_ref().map(|first| &first.0), &mut self.ways);
+                    (best, earned) = self.expected.regained((best, earned), ways, (plant, goals, &self.x), ahead);
                     self.expected.set(earned);
                 } else if is_under_way {
                     let before = earned;

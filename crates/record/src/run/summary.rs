@@ -228,6 +228,17 @@ pub struct ChannelRange {
     pub data: (f64, f64),
     /// In episodes of the policy in the model.
     pub policy: (f64, f64),
+    /// How far beyond the data a value is yet like them: for controls the mean distance of neighbouring values.
+    #[serde(default)]
+    pub margin: f64,
+}
+
+impl ChannelRange {
+    /// Whether the policy goes beyond the data.
+    #[must_use]
+    pub fn is_beyond(&self) -> bool {
+        self.policy.0 < self.data.0 - self.margin || self.policy.1 > self.data.1 + self.margin
+    }
 }
 
 /// Data that would tell more: where the policy goes and the models that the data allow disagree most.

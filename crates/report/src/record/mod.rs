@@ -200,7 +200,7 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
 fn coverage(coverage: &Coverage) -> Vec<Block> {
     let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
     let row = |r: &ChannelRange| {
-        let beyond = if r.policy.0 < r.data.0 || r.policy.1 > r.data.1 { "yes" } else { "no" };
+        let beyond = if r.is_beyond() { "yes" } else { "no" };
         [r.channel.clone(), r.unit.clone(), range(r.data), range(r.policy), beyond.into()]
     };
     vec![

@@ -4,7 +4,7 @@
 
 use super::exchange::NEAR;
 use super::hypothesis::Hypothesis;
-use super::inside::{BELIEVED, Candidate, FAMILIES};
+use super::inside::{BELIEVED, Candidate};
 use super::problem::Problem;
 use super::regression::Proposal;
 use super::search::SAMPLE;
@@ -27,7 +27,8 @@ impl Problem<'_> {
     pub(super) fn instead(&self, best: &Hypothesis, i: usize) -> Vec<Proposal> {
         let own = &best.supports[i];
         let mut groups: Vec<Vec<bool>> = Vec::new();
-        for &j in own.iter().filter(|&&j| self.terms[j].rate.is_none() && !self.required(i).contains(&j)) {
+        let is_free = |j: usize| self.terms[j].rate.is_none() && !self.required(i).contains(&j);
+        for &j in own.iter().filter(|&&j| is_free(j)) {
             let variables = self.variables(j);
             if !groups.contains(&variables) {
                 groups.push(variables);
@@ -39,13 +40,13 @@ impl Problem<'_> {
         let along = part.as_ref().unwrap_or(best);
         let mut found = Vec::new();
         for variables in groups {
-            let is_replaced = |j: &usize| {
-                self.terms[*j].rate.is_none() && !self.required(i).contains(j) && self.variables(*j) == variables
-            };
-            let (group, kept): (Vec<usize>, Vec<usize>) = own.iter().partition(|j| is_replaced(j));
+            let (group, kept): (Vec<usize>, Vec<usize>) =
+                own.iter().partition(|&&j| is_free(j) && self.variables(j) == variables);
+            if group.len() < 2 {
+                continue;
+            }
             let may = |j: &usize| {
-                group.len() > 1
-                    && self.variables(*j) == variables
+                self.variables(*j) == variables
                     && self.n_parameters(&[*j]) <= self.n_parameters(&group)
                     && self.may_be_added(best, i, *j)
             };
@@ -63,9 +64,7 @@ impl Problem<'_> {
                 found.extend(problem.in_place((along, i), &kept, &family));
             }
         }
-        let mut families = self.best_of_families(found);
-        families.truncate(FAMILIES);
-        families
+        self.best_of_families(found)
     }
 
     /// The terms `kept` of equation `i` with one of a `family`, whose parameters are fitted along `along`; `None` if it explains much less than the terms of `along` do.
@@ -100,17 +99,10 @@ impl Problem<'_> {
             (at, now) = (to, better);
         }
         let (score, coefficients) = now;
-        let mut told: Vec<(usize, f64)> = kept.iter().copied().chain([j]).zip(coefficients).collect();
-        told.sort_by_key(|(j, _)| *j);
-        let (support, coefficients): (Vec<usize>, Vec<f64>) = told.into_iter().unzip();
-        let is_whole = score.is_finite() && coefficients.iter().all(|c| c.is_finite());
-        (is_whole && score - base <= NEAR).then(|| Proposal {
-            support,
-            coefficients,
-            inside: vec![(j, at)],
-            score,
-            residual: 0.0,
-        })
+        let candidate = Candidate { term: j, slopes: Vec::new() };
+        let own = coefficients.last().copied().filter(|_| score - base <= NEAR)?;
+        let proposal = self.proposed((&candidate, &at), [kept, &[j]].concat(), coefficients, (score, own))?;
+        Some(Proposal { inside: vec![(j, at)], ..proposal })
     }
 
     /// The score of the terms of `along`, and those with one of these in place of some, each with its coefficients.

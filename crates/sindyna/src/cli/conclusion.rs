@@ -156,8 +156,9 @@ fn covered(Coverage { episodes, share_outside, states, controls }: &Coverage) ->
         plural(*episodes, "episode"),
         100.0 * share_outside
     );
-    for ChannelRange { channel, unit, data, policy } in states.iter().chain(controls) {
-        let beyond = if policy.0 < data.0 || policy.1 > data.1 { "  beyond the data" } else { "" };
+    for of in states.iter().chain(controls) {
+        let ChannelRange { channel, unit, data, policy, .. } = of;
+        let beyond = if of.is_beyond() { "  beyond the data" } else { "" };
         text += &format!("  {channel} {}: data {} {unit}{beyond}\n", range(*policy), range(*data));
     }
     text
