@@ -1,7 +1,6 @@
 //! The state behind an observation.
 
-use std::f64::consts::TAU;
-
+use crate::turning::unwrapped;
 use crate::{Channel, Kind, Spec};
 
 /// How one state is read from an observation.
@@ -50,7 +49,7 @@ impl Inverse {
                 Source::Shown(at) => o[at],
                 Source::Turned { cosine, sine } => {
                     let angle = o[sine].atan2(o[cosine]);
-                    angle + TAU * ((near - angle) / TAU).round()
+                    unwrapped(angle, *near)
                 }
             };
         }

@@ -47,6 +47,7 @@ mod simulated;
 mod spec;
 mod support;
 mod task;
+pub mod turning;
 mod whitened;
 
 pub use bounds::Bounded;

@@ -1,7 +1,8 @@
 //! A torque-driven pendulum, to be swung up and held (Gymnasium's `Pendulum-v1`).
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
+use sindyna_core::turning::wrapped;
 use sindyna_core::{Channel, Diverged, Dynamics, Kind, Precision, Rng, Space, Spec, Task, VectorField};
 
 use crate::float32::{is_float32, rounded_if};
@@ -119,11 +120,6 @@ impl Task for PendulumTask {
 fn squared(value: f32) -> f32 {
     // A compiler that sees the exponent makes a product of it.
     value.powf(std::hint::black_box(2.0))
-}
-
-/// The same angle in [−π, π).
-fn wrapped(angle: f64) -> f64 {
-    (angle + PI).rem_euclid(TAU) - PI
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! Which two states are the cosine and the sine of one angle.
 
-use std::f64::consts::TAU;
-
 use ndarray::Array2;
+use sindyna_core::turning::unwrapped;
 
 use crate::positions::positions;
 use crate::recording::Recording;
@@ -126,8 +125,7 @@ pub(crate) fn read(recordings: &[Recording], readings: &[Reading]) -> Vec<Record
                 Reading::Circle { cosine, sine } => {
                     let mut last = 0.0;
                     for (value, row) in state.iter_mut().zip(columns.rows()) {
-                        let folded = row[sine].atan2(row[cosine]);
-                        last = folded + TAU * ((last - folded) / TAU).round();
+                        last = unwrapped(row[sine].atan2(row[cosine]), last);
                         *value = last;
                     }
                 }

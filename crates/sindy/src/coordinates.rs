@@ -1,8 +1,9 @@
 //! The learned side's map from what sensors show back to the state.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use ndarray::{Array2, ArrayView1, ArrayView2};
+use sindyna_core::turning::unwrapped;
 use sindyna_core::{Kind, Precision, Spec};
 
 use crate::library::{Input, Role};
@@ -61,7 +62,7 @@ impl Coordinates {
             for (o, mut z) in observations.rows().into_iter().zip(states.rows_mut()) {
                 z[i] = match *source {
                     Source::Shown(at) => o[at],
-                    Source::Turned { cosine, sine } => near(o[sine].atan2(o[cosine]), last),
+                    Source::Turned { cosine, sine } => unwrapped(o[sine].atan2(o[cosine]), last),
                 };
                 last = z[i];
             }
@@ -124,11 +125,6 @@ fn ulp(v: f64, precision: Precision) -> f64 {
     }
 }
 
-/// `angle` plus whole turns, as near to `to` as possible.
-pub(crate) fn near(angle: f64, to: f64) -> f64 {
-    angle + TAU * ((to - angle) / TAU).round()
-}
-
 fn source(spec: &Spec, i: usize) -> Option<Source> {
     let shown = spec.observation.iter().position(|o| o.name == spec.state[i].name);
     let of = |kind| spec.observation.iter().position(|o| o.kind == kind);
@@ -173,12 +169,5 @@ mod tests {
         is(ulp(-1.0, Precision::F64), f64::EPSILON);
         is(ulp(0.75, Precision::F32), f64::from(f32::EPSILON) / 2.0);
         assert!(ulp(0.0, Precision::F32) > 0.0);
-    }
-
-    #[test]
-    fn angles_stay_near_the_last_one() {
-        for (angle, to, expected) in [(-3.0, 3.0, TAU - 3.0), (0.1, -12.5, 0.1 - 2.0 * TAU), (1.0, 1.5, 1.0)] {
-            assert!((near(angle, to) - expected).abs() < 1e-14);
-        }
     }
 }

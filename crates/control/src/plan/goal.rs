@@ -1,10 +1,9 @@
 //! Goals: states of rest, and the regulators that hold them.
 
-use std::f64::consts::{PI, TAU};
-
 use ndarray::{Array1, Array2};
 use rand_distr::{Distribution as _, StandardNormal};
 use sindyna_core::Seed;
+use sindyna_core::turning::wrapped;
 
 use super::plant::{Plant, unused};
 use super::slopes::costs;
@@ -56,7 +55,7 @@ impl Goal {
         let each = x.iter().zip(&self.x).zip(&self.turns);
         each.map(|((x, goal), turns)| {
             let off = x - goal;
-            if *turns { (off + PI).rem_euclid(TAU) - PI } else { off }
+            if *turns { wrapped(off) } else { off }
         })
         .collect()
     }

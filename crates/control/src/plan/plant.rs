@@ -1,11 +1,11 @@
 //! A model and a task as a planner sees them.
 
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ndarray::Array2;
 use rand::RngExt as _;
+use sindyna_core::turning::{turns, wrapped};
 use sindyna_core::{Bounded, Channel, Diverged, Dynamics, Jacobians, Kind, Rng, Seed, Space, Spec, Task};
 
 /// Rollouts under random controls, from which it is told how far states move.
@@ -19,9 +19,6 @@ const HELD: usize = 10;
 
 /// Scales beyond the bounds of a position at which a state is there no longer by rounding or for want of iterations.
 const OUTSIDE: f64 = 1e-2;
-
-/// Part of a value within which two steps differ by rounding only.
-const ROUNDING: f64 = 1e-9;
 
 /// What a step came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +132,7 @@ impl Plant {
     pub(crate) fn apart(&self, one: &[f64], other: &[f64]) -> f64 {
         let off = |i: usize| {
             let off = one[i] - other[i];
-            let off = if self.turns[i] { (off + PI).rem_euclid(TAU) - PI } else { off };
+            let off = if self.turns[i] { wrapped(off) } else { off };
             (off / self.scales[i]).powi(2)
         };
         (0..one.len()).map(off).sum()
@@ -256,41 +253,21 @@ impl Plant {
         self.moved = moved;
     }
 
-    /// Whether whole turns of state `i` are the same, and parts of them are not: by steps from these states, with any value of it, under these controls.
+    /// Whether whole turns of state `i` change neither steps from these states under these controls nor what they pay.
     fn turns(&self, i: usize, places: &[(Vec<f64>, Vec<f64>)]) -> bool {
         let channel = &self.spec().state[i];
-        if channel.is_bounded() || matches!(channel.kind, Kind::RateOf(_)) {
-            return false;
-        }
-        let (mut rng, mut matters) = (Seed::new(0).stream("whole turns", i as u64), false);
-        for (x, u) in places {
-            let at = rng.random_range(-PI..PI);
-            let [here, there, turned] = [0.0, 1.0, TAU].map(|off| self.moved_by(x, u, (i, at + off)));
-            matters |= !is_same(here.as_ref(), there.as_ref());
-            if !is_same(here.as_ref(), turned.as_ref()) {
-                return false;
-            }
-        }
-        matters
+        let may = !channel.is_bounded() && !matches!(channel.kind, Kind::RateOf(_));
+        may && turns(places, i, |x, u| self.effect(x, u))
     }
 
-    /// By how much a step from x moves each state, with another value of state `i`, and what it pays.
-    fn moved_by(&self, x: &[f64], u: &[f64], (i, value): (usize, f64)) -> Option<(Vec<f64>, Stepped)> {
-        let (mut x, mut next) = (x.to_vec(), vec![0.0; x.len()]);
-        x[i] = value;
-        let stepped = self.step(&x, u, &mut unused(), &mut next)?;
-        Some((next.iter().zip(&x).map(|(next, x)| next - x).collect(), stepped))
+    /// By how much a step moves each state, what it pays, and whether it ends the episode.
+    fn effect(&self, x: &[f64], u: &[f64]) -> Option<Vec<f64>> {
+        let mut next = vec![0.0; x.len()];
+        let stepped = self.step(x, u, &mut unused(), &mut next)?;
+        next.iter_mut().zip(x).for_each(|(next, x)| *next -= x);
+        next.extend([stepped.reward, f64::from(u8::from(stepped.ended))]);
+        Some(next)
     }
-}
-
-/// Whether two steps are the same but for rounding.
-fn is_same(one: Option<&(Vec<f64>, Stepped)>, other: Option<&(Vec<f64>, Stepped)>) -> bool {
-    let (Some((by, pays)), Some((other_by, other_pays))) = (one, other) else {
-        return one.is_some() == other.is_some();
-    };
-    let near = |a: f64, b: f64| (a - b).abs() <= ROUNDING * (1.0 + a.abs() + b.abs());
-    let ended = pays.ended == other_pays.ended;
-    ended && near(pays.reward, other_pays.reward) && by.iter().zip(other_by).all(|(a, b)| near(*a, *b))
 }
 
 /// A generator for steps that draw nothing.

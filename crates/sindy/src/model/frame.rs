@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::coordinates::near;
+use sindyna_core::turning::unwrapped;
 
 /// How one state of a model in observation space follows from the task's state x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,7 +43,7 @@ pub(crate) fn back(readings: &[Reading], z: &[f64], x: &[f64], next: &mut [f64])
             Reading::Direct(i) => next[i] = value,
             Reading::Cosine(i) => {
                 if let Some(at) = readings.iter().position(|r| *r == Reading::Sine(i)) {
-                    next[i] = near(z[at].atan2(value), x[i]);
+                    next[i] = unwrapped(z[at].atan2(value), x[i]);
                 }
             }
             Reading::Sine(_) => {}

@@ -1,9 +1,9 @@
 //! A task whose reward and end are formulas.
 
-use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use rand::RngExt as _;
+use sindyna_core::turning::wrapped;
 use sindyna_core::{EnvError, Kind, Rng, Seed, Space, Spec, Task};
 use sindyna_sindy::{Compiled, Expr, parse};
 
@@ -164,7 +164,7 @@ impl FormulaTask {
     /// The states (n) as formulas see them.
     fn fold(&self, x: &mut [f64]) {
         for &i in &self.folded {
-            x[i] = (x[i] + PI).rem_euclid(TAU) - PI;
+            x[i] = wrapped(x[i]);
         }
     }
 }

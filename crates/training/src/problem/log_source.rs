@@ -9,7 +9,7 @@ use sindyna_logs::{Clock, Log, LogOptions, Note};
 use sindyna_record::run::log_csv;
 use sindyna_sindy::Identified;
 
-use super::turning::turns;
+use super::turning::angles_among;
 use crate::Error;
 use crate::known::{identified_bytes, identified_of};
 use crate::settings::{DataConfig, PrecisionName, RECORDED_LOG, RECORDED_MODELS};
@@ -127,7 +127,7 @@ impl LogSource {
         }
         let refused = |why: String| Error::NotIdentified { path: self.models.path().to_owned(), why };
         let identified = identified_of(&self.models.bytes()?).map_err(refused)?;
-        Ok(open.iter().copied().filter(|i| turns(&identified.model, *i)).collect())
+        Ok(angles_among(&identified.model, open))
     }
 
     /// Reads it for the system `spec`, whose states and inputs its columns are called as. Samples that are not evenly spaced are interpolated every `dt` \[s\]:

@@ -1,52 +1,24 @@
 //! States that are angles, as equations tell.
 
-use std::f64::consts::TAU;
-
 use rand::RngExt as _;
-use sindyna_core::{Dynamics as _, Rng, Seed};
+use sindyna_core::{Dynamics as _, Seed, turning};
 use sindyna_sindy::Model;
 
 /// States and inputs at which a step is compared with one a turn farther.
-const PLACES: u64 = 16;
+const PLACES: usize = 16;
 
-/// Part of a state within which both are the same, and beyond which the state matters.
-const SAME: f64 = 1e-9;
-
-/// Whether steps of `model` depend on state `i`, and whole turns of it \[rad\] change nothing.
-pub(super) fn turns(model: &Model, i: usize) -> bool {
+/// Those of the states `open` of which whole turns \[rad\] change no step of `model`.
+pub(super) fn angles_among(model: &Model, open: &[usize]) -> Vec<usize> {
     let (n, k) = (model.states().len(), model.controls().len());
-    if i >= n {
-        return false;
-    }
-    let (mut rng, mut matters, mut compared) = (Seed::new(0).stream("whole turns", 0), false, 0);
-    for _ in 0..PLACES {
-        let mut draw = |count: usize| (0..count).map(|_| rng.random_range(-1.0..1.0)).collect::<Vec<f64>>();
-        let (x, u, part) = (draw(n), draw(k), draw(1)[0]);
-        // Another place, and a turn from here.
-        let (Some(here), Some(there), Some(turned)) =
-            (moved(model, &x, &u, (i, 0.0)), moved(model, &x, &u, (i, part)), moved(model, &x, &u, (i, TAU)))
-        else {
-            continue;
-        };
-        let differ = |other: &[f64], by: f64| {
-            let far = |(a, b): (&f64, &f64)| (a - b).abs() > by * (1.0 + a.abs() + b.abs());
-            here.iter().zip(other).any(far)
-        };
-        matters |= differ(&there, SAME);
-        if differ(&turned, SAME) {
-            return false;
-        }
-        compared += 1;
-    }
-    matters && compared > 0
-}
-
-/// By how much a step moves each state from x with `off` added to one of them; `None` where the model diverges.
-fn moved(model: &Model, x: &[f64], u: &[f64], (i, off): (usize, f64)) -> Option<Vec<f64>> {
-    let (mut x, mut next, mut rng): (_, _, Rng) = (x.to_vec(), vec![0.0; x.len()], Seed::new(0).numpy());
-    x[i] += off;
-    model.step(&x, u, &mut rng, &mut next).ok()?;
-    Some(next.iter().zip(&x).map(|(next, x)| next - x).collect())
+    let (mut drawing, unused) = (Seed::new(0).stream("places", 0), Seed::new(0).numpy());
+    let mut draw = |count: usize| (0..count).map(|_| drawing.random_range(-1.0..1.0)).collect::<Vec<f64>>();
+    let places: Vec<_> = (0..PLACES).map(|_| (draw(n), draw(k))).collect();
+    let change = |x: &[f64], u: &[f64]| {
+        let mut next = vec![0.0; n];
+        model.step(x, u, &mut unused.clone(), &mut next).ok()?;
+        Some(next.iter().zip(x).map(|(next, x)| next - x).collect())
+    };
+    open.iter().copied().filter(|i| *i < n && turning::turns(&places, *i, change)).collect()
 }
 
 #[cfg(test)]
@@ -78,6 +50,6 @@ mod tests {
             kinematic: vec![true, true, false, false, false],
         })
         .expect("a model");
-        assert_eq!((0..6).filter(|i| turns(&model, *i)).collect::<Vec<_>>(), [1]);
+        assert_eq!(angles_among(&model, &[0, 1, 2, 3, 4, 5]), [1]);
     }
 }
