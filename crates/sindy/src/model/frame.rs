@@ -1,7 +1,6 @@
 //! Between the task's state and the space a model lives in.
 
 use serde::{Deserialize, Serialize};
-
 use sindyna_core::turning::unwrapped;
 
 /// How one state of a model in observation space follows from the task's state x.

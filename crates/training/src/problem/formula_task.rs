@@ -218,6 +218,8 @@ impl Task for FormulaTask {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use sindyna_core::{Channel, Precision};
 
