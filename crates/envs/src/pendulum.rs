@@ -124,6 +124,8 @@ fn squared(value: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::TAU;
+
     use super::*;
     use sindyna_core::Seed;
 
