@@ -86,18 +86,63 @@ fn temperature(u: f64) -> f64 {
     350.0 + 28.0 * u
 }
 
+/// T^4 is T^c with c = 4 and (T + c)⁴ with c = 0.
 #[test]
 fn a_body_radiates_by_a_power_of_its_temperature_and_not_by_a_sum_of_others() {
     for seed in 0..5 {
         let found = identified(&["T"], 20.0, &under_valves(radiating, &[310.0], 20.0, 0.005, seed));
         let report = &found.report.equations[0];
-        let [exponent] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
-        let power = found.report.features[exponent.term].clone();
-        let at = report.support.iter().position(|term| *term == exponent.term).expect("it is in the equation");
-        let radiated = report.coefficients[at] * 310.0_f64.powf(exponent.value);
-        assert!(power.starts_with("T^") && (exponent.value - 4.0).abs() < 0.05, "{power}: {exponent:?}");
+        let [inside] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
+        let power = found.report.features[inside.term].clone();
+        let at = report.support.iter().position(|term| *term == inside.term).expect("it is in the equation");
+        let (zero, exponent) = if power.starts_with("(T ") { (inside.value, 4.0) } else { (0.0, inside.value) };
+        let radiated = report.coefficients[at] * (310.0 + zero).powf(exponent);
+        assert!(
+            power.starts_with(['T', '(']) && (exponent - 4.0).abs() < 0.05 && zero.abs() < 4.0,
+            "{power}: {inside:?}"
+        );
         assert!((radiated + 0.9).abs() < 0.01, "{radiated}");
         assert_equation(&found, 0, &[("u", 7.0), (&power, report.coefficients[at])], 0.02);
+    }
+}
+
+/// A furnace whose temperature is measured in degrees Celsius.
+fn glowing(x: &[f64], u: f64) -> Vec<f64> {
+    vec![5.2 * opening(u) - 5.1e-12 * ((x[0] + 273.15).powi(4) - 288.0_f64.powi(4))]
+}
+
+/// Whatever the unit and the zero of temperatures. A constant as small as the noise may be another small term.
+#[test]
+fn a_furnace_radiates_by_its_temperature_above_absolute_zero() {
+    let fahrenheit = |x: f64| 1.8 * x + 32.0;
+    for seed in 0..5 {
+        let recording = record_held(glowing, &[20.0], (800, 2.0), (0.001, 1.0, false), 30, seed);
+        for (of, zero) in [(None, 273.15), (Some(fahrenheit), 459.67)] {
+            let mut recording = recording.clone();
+            of.into_iter().for_each(|of| recording.states.mapv_inplace(of));
+            recording.controls.mapv_inplace(opening);
+            let found = identified(&["T"], 2.0, &recording);
+            let report = &found.report.equations[0];
+            let [inside] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
+            let power = &found.report.features[inside.term];
+            assert!(power.starts_with("(T + ") && power.ends_with("⁴"), "{power}");
+            assert!((inside.value / zero - 1.0).abs() < 0.02, "{inside:?}");
+        }
+    }
+}
+
+/// Cells that grow by Gompertz and are killed.
+fn growing(x: &[f64], u: f64) -> Vec<f64> {
+    vec![0.45 * x[0] * (6.0 / x[0]).ln() - 0.8 * opening(u) * x[0]]
+}
+
+#[test]
+fn growth_by_gompertz_is_no_sum_of_powers() {
+    for seed in 0..5 {
+        let mut recording = record_held(growing, &[0.6], (500, 0.1), (0.01, 1.0, false), 25, seed);
+        recording.controls.mapv_inplace(opening);
+        let found = identified(&["V"], 0.1, &recording);
+        assert_equation(&found, 0, &[("V", 0.45 * 6.0_f64.ln()), ("V·log V", -0.45), ("V·u", -0.8)], 0.03);
     }
 }
 

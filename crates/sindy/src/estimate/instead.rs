@@ -22,8 +22,8 @@ const PARTS: [f64; 4] = [1.0, 0.5, 0.25, 0.1];
 const STAYS: f64 = 0.01;
 
 impl Problem<'_> {
-    /// Proposals for equation `i` of `best` with one term that has parameters inside in place of all terms that are functions of the same variables, where these have as many
-    /// parameters or more: the best of each of the best families. Of long data a part tells them.
+    /// Proposals for equation `i` of `best` with one term that has parameters inside in place of all terms that are functions of the same variables, alone or beside a constant or a variable, where these have as
+    /// many parameters or more: the best of each of the best families. Of long data a part tells them.
     pub(super) fn instead(&self, best: &Hypothesis, i: usize) -> Vec<Proposal> {
         let own = &best.supports[i];
         let mut groups: Vec<Vec<bool>> = Vec::new();
@@ -45,11 +45,11 @@ impl Problem<'_> {
             if group.len() < 2 {
                 continue;
             }
-            let may = |j: &usize| {
-                self.variables(*j) == variables
-                    && self.n_parameters(&[*j]) <= self.n_parameters(&group)
-                    && self.may_be_added(best, i, *j)
-            };
+            let fits = |terms: &[usize]| self.n_parameters(terms) <= self.n_parameters(&group);
+            let may = |j: &usize| self.variables(*j) == variables && fits(&[*j]) && self.may_be_added(best, i, *j);
+            let is_beside =
+                |j: usize| self.is_constant(j) || (self.is_variable(j) && self.variables(j) == variables && is_free(j));
+            let beside: Vec<usize> = (0..self.n_plain).filter(|&j| is_beside(j) && !kept.contains(&j)).collect();
             let mut families: Vec<Vec<usize>> = Vec::new();
             for j in (self.n_plain..self.terms.len()).filter(may) {
                 match families.iter_mut().find(|family| self.are_alike(&[family[0]], &[j])) {
@@ -62,6 +62,9 @@ impl Problem<'_> {
                     return Vec::new();
                 }
                 found.extend(problem.in_place((along, i), &kept, &family));
+                for &j in beside.iter().filter(|&&j| fits(&[j, family[0]])) {
+                    found.extend(problem.in_place((along, i), &[&kept[..], &[j]].concat(), &family));
+                }
             }
         }
         self.best_of_families(found)
@@ -79,8 +82,10 @@ impl Problem<'_> {
             }
         }
         let own = &along.supports[i];
-        let places = kept.iter().filter_map(|k| own.iter().position(|o| o == k));
-        let replaced = Replaced { along, i, kept, places: places.collect() };
+        let added = kept.iter().copied().filter(|k| !own.contains(k));
+        let all: Vec<usize> = own.iter().copied().chain(added).collect();
+        let places = kept.iter().filter_map(|k| all.iter().position(|o| o == k)).collect();
+        let replaced = Replaced { along, i, kept, all, places };
         let (base, scores) = self.scores(&replaced, &looked)?;
         let ranked = looked.into_iter().zip(scores).min_by(|a, b| a.1.0.total_cmp(&b.1.0));
         let ((j, mut at), mut now) = ranked?;
@@ -107,18 +112,18 @@ impl Problem<'_> {
 
     /// The score of the terms of `along`, and those with one of these in place of some, each with its coefficients.
     fn scores(&self, replaced: &Replaced<'_>, looked: &[(usize, Vec<f64>)]) -> Option<(f64, Vec<Scored>)> {
-        let Replaced { along, i, kept, places } = replaced;
+        let Replaced { along, i, kept, all, places } = replaced;
         let (own, least, mut terms) = (&along.supports[*i], self.least_near(along), self.terms.to_vec());
         let first = terms.len();
         for (j, at) in looked {
             let expr = self.terms[*j].shape.as_ref()?.at(at);
             terms.push(Term { expr, shape: None, ..self.terms[*j].clone() });
         }
-        let choice: Vec<usize> = own.iter().copied().chain(first..terms.len()).collect();
+        let choice: Vec<usize> = all.iter().copied().chain(first..terms.len()).collect();
         let triangle = self.triangle_near(&terms, along, *i, &choice)?;
         let base = self.scored_columns((&triangle, least), &(0..own.len()).collect::<Vec<_>>(), own).0;
         let of = |(at, (j, _)): (usize, &(usize, Vec<f64>))| {
-            let columns = [&places[..], &[own.len() + at]].concat();
+            let columns = [&places[..], &[all.len() + at]].concat();
             self.scored_columns((&triangle, least), &columns, &[&kept[..], &[*j]].concat())
         };
         Some((base, looked.iter().enumerate().map(of).collect()))
@@ -126,15 +131,15 @@ impl Problem<'_> {
 
     /// What a step of Gauss–Newton changes of the parameters inside the term `j`, which are `at`.
     fn step(&self, replaced: &Replaced<'_>, j: usize, at: &[f64]) -> Option<Vec<f64>> {
-        let Replaced { along, i, kept, places } = replaced;
-        let (own, least, mut terms) = (&along.supports[*i], self.least_near(along), self.terms.to_vec());
+        let Replaced { along, i, kept, all, places } = replaced;
+        let (least, mut terms) = (self.least_near(along), self.terms.to_vec());
         terms[j].expr = self.terms[j].shape.as_ref()?.at(at);
         let first = terms.len();
         terms.extend(self.slopes(j, at));
         let candidate = Candidate { term: j, slopes: (first..terms.len()).collect() };
-        let choice: Vec<usize> = own.iter().copied().chain(candidate.columns()).collect();
+        let choice: Vec<usize> = all.iter().copied().chain(candidate.columns()).collect();
         let triangle = self.triangle_near(&terms, along, *i, &choice)?;
-        let columns: Vec<usize> = places.iter().copied().chain(own.len()..choice.len()).collect();
+        let columns: Vec<usize> = places.iter().copied().chain(all.len()..choice.len()).collect();
         let support = [&kept[..], &[j]].concat();
         // From where the coefficient is without the slopes: with them it says nothing of its own.
         let (_, without) = self.scored_columns((&triangle, least), &columns[..support.len()], &support);
@@ -158,7 +163,9 @@ struct Replaced<'a> {
     along: &'a Hypothesis,
     /// The equation.
     i: usize,
-    /// Terms that it keeps, and their places among its own.
+    /// Terms that stand beside the new one.
     kept: &'a [usize],
+    /// Its terms, and those of `kept` that are new; the places of `kept` among them.
+    all: Vec<usize>,
     places: Vec<usize>,
 }

@@ -56,12 +56,12 @@ impl Problem<'_> {
     }
 
     /// Whether term `j` is the constant.
-    fn is_constant(&self, j: usize) -> bool {
+    pub(super) fn is_constant(&self, j: usize) -> bool {
         self.terms[j].rate.is_none() && self.terms[j].expr.is_one()
     }
 
     /// Whether term `j` is a variable by itself.
-    fn is_variable(&self, j: usize) -> bool {
+    pub(super) fn is_variable(&self, j: usize) -> bool {
         self.terms[j].rate.is_none() && matches!(self.terms[j].expr, Expr::Variable(_))
     }
 }

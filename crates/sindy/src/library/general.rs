@@ -18,7 +18,8 @@ const FREQUENCIES: usize = 3;
 /// differences of two):
 ///
 /// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
-/// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, and sign a only if they are rates,
+/// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, a·ln a, growth by Gompertz, and sign a only if
+///   they are rates,
 /// - u·√a of inputs u and states a that stay positive, valves; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
 ///   that are joined,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
@@ -53,6 +54,7 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
         if positive {
             let root = call(Function::Sqrt, variable(a));
             terms.add(root.clone(), None);
+            terms.add(variable(a).times(call(Function::Log, variable(a))), None);
             controls.iter().for_each(|&u| terms.add(variable(u).times(root.clone()), None));
         }
     }

@@ -13,8 +13,40 @@ pub(crate) struct Parameter {
     pub(crate) start: f64,
     /// Values beyond which the term is another one.
     pub(crate) bounds: (f64, f64),
-    /// Whether it is positive, and then its logarithm is what is fitted.
-    pub(crate) positive: bool,
+    pub(crate) measure: Measure,
+}
+
+/// What is fitted of a parameter: a number that does not depend on units, of which 1 is much.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Measure {
+    /// Its logarithm: it is positive.
+    Logarithm,
+    /// How many of these it is.
+    Of(f64),
+}
+
+impl Measure {
+    fn fitted(self, value: f64) -> f64 {
+        match self {
+            Self::Logarithm => value.ln(),
+            Self::Of(unit) => value / unit,
+        }
+    }
+
+    fn value(self, fitted: f64) -> f64 {
+        match self {
+            Self::Logarithm => fitted.exp(),
+            Self::Of(unit) => unit * fitted,
+        }
+    }
+
+    /// The value as a function of what is `fitted`.
+    fn of(self, fitted: Expr) -> Expr {
+        match self {
+            Self::Logarithm => Expr::Call(Function::Exp, Box::new(fitted)),
+            Self::Of(unit) => Expr::Mul(Box::new(Expr::Constant(unit)), Box::new(fitted)),
+        }
+    }
 }
 
 /// A family of terms: a formula of variables and of parameters, whose values the data tell.
@@ -45,13 +77,13 @@ impl Shape {
 
     /// What is fitted, at the start.
     pub(crate) fn start(&self) -> Vec<f64> {
-        self.parameters.iter().map(|p| if p.positive { p.start.ln() } else { p.start }).collect()
+        self.parameters.iter().map(|p| p.measure.fitted(p.start)).collect()
     }
 
     /// What is fitted at `count` values of its parameter, evenly between the bounds; `None` if it has not one parameter.
     pub(crate) fn between(&self, count: usize) -> Option<Vec<Vec<f64>>> {
-        let [Parameter { bounds: (low, high), positive, .. }] = self.parameters[..] else { return None };
-        let (low, high) = if positive { (low.ln(), high.ln()) } else { (low, high) };
+        let [Parameter { bounds: (low, high), measure, .. }] = self.parameters[..] else { return None };
+        let (low, high) = (measure.fitted(low), measure.fitted(high));
         let value = |at: usize| vec![low + (at as f64 + 0.5) / count as f64 * (high - low)];
         Some((0..count).map(value).collect())
     }
@@ -64,8 +96,7 @@ impl Shape {
 
     /// The values of the parameters that were `fitted`.
     pub(crate) fn values(&self, fitted: &[f64]) -> Vec<f64> {
-        let value = |(p, v): (&Parameter, &f64)| if p.positive { v.exp() } else { *v };
-        self.parameters.iter().zip(fitted).map(value).collect()
+        self.parameters.iter().zip(fitted).map(|(p, v)| p.measure.value(*v)).collect()
     }
 
     /// The term with the parameters that were `fitted`.
@@ -76,10 +107,7 @@ impl Shape {
 
     /// The term with what is fitted as variables, from number `first` on.
     pub(crate) fn over(&self, first: usize) -> Expr {
-        self.with(&|k| {
-            let fitted = Expr::Variable(first + k);
-            if self.parameters[k].positive { Expr::Call(Function::Exp, Box::new(fitted)) } else { fitted }
-        })
+        self.with(&|k| self.parameters[k].measure.of(Expr::Variable(first + k)))
     }
 
     /// For max(x − c, 0) and max(c − x, 0) the sign of x; none for other terms.
@@ -113,7 +141,10 @@ impl Shape {
 
     /// The standard error of parameter `k`, if that of what was fitted is `error`.
     pub(crate) fn error(&self, k: usize, fitted: &[f64], error: f64) -> f64 {
-        if self.parameters[k].positive { error * fitted[k].exp() } else { error }
+        match self.parameters[k].measure {
+            Measure::Logarithm => error * fitted[k].exp(),
+            Measure::Of(unit) => error * unit,
+        }
     }
 
     /// The term as people write it, with its parameters called c, or c1, c2.

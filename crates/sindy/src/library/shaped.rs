@@ -1,6 +1,6 @@
 //! Candidate terms with parameters inside.
 
-use super::shape::{Parameter, Shape, parameter};
+use super::shape::{Measure, Parameter, Shape, parameter};
 use super::{Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
 
@@ -52,6 +52,10 @@ const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
 const BELOW: f64 = 0.2;
 const FAR_BELOW: f64 = 4.0;
 
+/// Multiples of the range below the lowest value where absolute zero is looked for first, and beyond which (a + c)⁴ is as good as a parabola.
+const ABSOLUTE: [f64; 2] = [0.5, 2.0];
+const PARABOLIC: f64 = 10.0;
+
 /// Parts of the range, from its lowest value, and of the largest value, where kinks are looked for.
 const KINKS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
@@ -64,7 +68,8 @@ const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 ///
 /// - tanh(a/c): saturation and smooth friction, of all of them; of those that are no rates:
 /// - max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or a dead zone,
-/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero; where they are
+/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero; (a + c)⁴, radiation at
+///   temperatures that are not measured from absolute zero; where they are
 ///   positive but for noise a/(c + a); where they are positive a^c, and e^(−c/a), a reaction (Arrhenius),
 /// - the exponentials and ratios times each other b, the roots times inputs.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
@@ -82,6 +87,7 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         let c = |k: usize| Box::new(parameter(k));
         let over_c = || Expr::Div(x(), c(0));
         let scale = |part: f64, most: f64| positive(part, (SMALLEST, most), largest);
+        let place = |start: f64, bounds| Parameter { start, bounds, measure: Measure::Of(extent.spread) };
         for part in SCALES {
             terms.add(call(Function::Tanh, over_c()), vec![scale(part, LINEAR)]);
         }
@@ -90,10 +96,10 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         }
         let beyond = |from: Expr, to: Expr| call(Function::PositivePart, Expr::Sub(Box::new(from), Box::new(to)));
         for at in KINKS {
-            let kink = Parameter { start: extent.at(at), bounds: (extent.low, extent.high), positive: false };
+            let kink = place(extent.at(at), (extent.low, extent.high));
             terms.add(beyond(*x(), *c(0)), vec![kink]);
         }
-        let kink = Parameter { start: extent.at(0.5), bounds: (extent.low, extent.high), positive: false };
+        let kink = place(extent.at(0.5), (extent.low, extent.high));
         terms.add(beyond(*c(0), *x()), vec![kink]);
         if extent.low < 0.0 && extent.high > 0.0 {
             let below = beyond(Expr::Neg(c(0)), *x());
@@ -103,7 +109,7 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             }
         }
         for at in [0.25, 0.5, 0.75] {
-            let location = Parameter { start: extent.at(at), bounds: (extent.low, extent.high), positive: false };
+            let location = place(extent.at(at), (extent.low, extent.high));
             let argument = Expr::Div(Box::new(Expr::Sub(x(), c(0))), c(1));
             let width = positive(0.5, (SMALLEST, LINEAR), extent.spread);
             terms.add(call(Function::Tanh, argument), vec![location, width]);
@@ -119,8 +125,13 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         let inputs_alone = straight.iter().filter(|&&b| b != a && inputs[b].role == Role::Control);
         for factor in std::iter::once(Expr::Constant(1.0)).chain(inputs_alone.map(|&b| Expr::Variable(b))) {
             let bounds = (extent.at(-FAR_BELOW), extent.low);
-            let zero = Parameter { start: extent.at(-BELOW), bounds, positive: false };
+            let zero = place(extent.at(-BELOW), bounds);
             terms.add(factor.times(call(Function::Sqrt, Expr::Sub(x(), c(0)))), vec![zero]);
+        }
+        let absolute = Expr::Power(Box::new(Expr::Add(x(), c(0))), 4);
+        for spans in ABSOLUTE {
+            let zero = place(-extent.at(-spans), (-extent.low, -extent.at(-PARABOLIC)));
+            terms.add(absolute.clone(), vec![zero]);
         }
         for factor in &factors {
             if extent.low > 0.0 {
@@ -162,7 +173,7 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
 
 /// A positive parameter that is some `times` the size `typical`.
 fn positive(times: f64, bounds: (f64, f64), typical: f64) -> Parameter {
-    Parameter { start: times * typical, bounds: (bounds.0 * typical, bounds.1 * typical), positive: true }
+    Parameter { start: times * typical, bounds: (bounds.0 * typical, bounds.1 * typical), measure: Measure::Logarithm }
 }
 
 struct Shaped {
