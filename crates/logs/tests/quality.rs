@@ -84,6 +84,18 @@ fn a_motor_against_its_rod_is_heard() {
 }
 
 #[test]
+fn peaks_where_an_input_is_switched_are_no_spikes() {
+    // A body that warms and cools by turns, with little noise: its temperature has a corner at every switch.
+    let warmth = |t: f64| {
+        let (turn, at) = ((t / 2.0) as usize, t % 2.0);
+        if turn.is_multiple_of(2) { 1.0 - (-at).exp() } else { (1.0 - (-2.0_f64).exp()) * (-at).exp() }
+    };
+    let found =
+        findings(text(|t, i| [warmth(t) + 1e-4 * chance(i, 1), (TAU * t).sin(), f64::from(u8::from(t % 4.0 < 2.0))]));
+    assert!(!found.iter().any(|f| matches!(f, Finding::Spikes { .. })), "{found:?}");
+}
+
+#[test]
 fn an_overflow_and_spikes_are_told_with_their_times() {
     // Over the brim for a quarter of every turn, from 1/8 turn on.
     let brim = 1.5 * 0.5_f64.sqrt();

@@ -15,9 +15,11 @@ mod elsewhere;
 mod for_task;
 mod hypotheses;
 mod named;
+mod parts_of_rows;
 mod reading;
 mod readings;
 mod robot;
+mod trial;
 mod unmeasured;
 
 use sindyna_core::Spec;

@@ -151,3 +151,35 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", "500"]));
     assert!(code == 2 && stderr.contains("no trajectory is longer"), "{stderr}");
 }
+
+/// A motor whose input acts some rows and a part of a row late; its lag is no rate that nobody measured.
+#[test]
+fn inputs_that_act_between_rows_are_told() {
+    const PARTS: usize = 100;
+    let temp = tempfile::tempdir().unwrap();
+    for late in [0.4, 2.5] {
+        let shift = (late * PARTS as f64) as i64;
+        let at = |part: i64| ((part.max(0) / (15 * PARTS as i64) * 7919) % 17) as f64 / 8.0 - 1.0;
+        let (mut w, mut text) = (0.0, "t,w,u\n".to_owned());
+        for i in 0..800_i64 {
+            let first = i * PARTS as i64;
+            writeln!(text, "{},{},{}", 0.02 * i as f64, w + 0.004 * shaken(i as usize), at(first)).unwrap();
+            for part in first..first + PARTS as i64 {
+                w += 0.02 / PARTS as f64 * (2.6 * at(part - shift) - 1.3 * w);
+            }
+        }
+        fs::write(temp.path().join("log.csv"), text).unwrap();
+        let out = format!("model-{late}");
+        let told = ["identify", "log.csv", "--states", "w", "--inputs", "u", "--strict", "--no-report", "--out", &out];
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &told));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        let account = json(&temp.path().join(&out).join("identify.json"));
+        assert!((account["input_delay"].as_f64().unwrap() - late).abs() < 0.1, "{stdout}");
+        let terms = account["equations"][0]["terms"].as_array().unwrap();
+        assert_eq!(terms.len(), 2, "{stdout}");
+        for (term, truth) in [("w", -1.3), ("u", 2.6)] {
+            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
+            assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < 0.02, "{term}: {stdout}");
+        }
+    }
+}

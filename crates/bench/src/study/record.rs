@@ -149,7 +149,9 @@ pub fn study<T: Serialize + DeserializeOwned>(
     page: impl FnOnce(&Document<T>) -> Result<String>,
 ) -> Result {
     if !page_only {
-        store(stem, measure()?)?;
+        // What is checked out may be changed while it runs.
+        let made = Made::now();
+        write(stem, &Document { made, figures: measure()? })?;
     }
     let document = load(stem)?.with_context(|| format!("there is no results/{stem}.json"))?;
     Ok(save(&root().join(path), page(&document)?.as_bytes())?)
@@ -160,6 +162,9 @@ pub fn study<T: Serialize + DeserializeOwned>(
 /// # Errors
 /// If it cannot be written.
 pub fn store<T: Serialize>(stem: &str, figures: T) -> Result {
-    let document = Document { made: Made::now(), figures };
-    Ok(save(&root().join("results").join(format!("{stem}.json")), &json(&document)?)?)
+    write(stem, &Document { made: Made::now(), figures })
+}
+
+fn write<T: Serialize>(stem: &str, document: &Document<T>) -> Result {
+    Ok(save(&root().join("results").join(format!("{stem}.json")), &json(document)?)?)
 }

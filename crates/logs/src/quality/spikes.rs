@@ -1,17 +1,24 @@
 //! Single samples that are off.
 
+use ndarray::ArrayView1;
+
 use super::finding::Finding;
 use super::signal::{Clock, Signal, median};
 
-/// Standard deviations by which a sample is off.
-const FAR: f64 = 8.0;
+/// Standard deviations of an extrapolation by which a sample is off.
+const FAR: f64 = 5.0;
 
-/// The samples of `signal` that are far from both neighbours, which are near each other. The scale is what the middle half of the samples is off: a
-/// signal that jumps from level to level has none.
+/// Samples on each side that tell what is expected.
+const BESIDE: usize = 3;
+
+/// The samples of `signal` that are far from what those before and those after them lead to, to the same side. Where a signal bends or jumps, as states and rates do where an
+/// input is switched, one of both leads there; where it is smooth, parabolas from both sides are off to different sides. The scale is what the middle half of the samples is
+/// off: a signal that jumps from level to level has none.
 pub(super) fn of(signal: &Signal<'_>, clock: &Clock<'_>) -> Option<Finding> {
-    let off = |values: &ndarray::ArrayView1<'_, f64>, i: usize| values[i] - 0.5 * (values[i - 1] + values[i + 1]);
-    let inner = |n: usize| 1..n.saturating_sub(1);
-    let sizes = signal.pieces.iter().flat_map(|piece| inner(piece.values.len()).map(|i| off(&piece.values, i).abs()));
+    let inner = |n: usize| BESIDE..n.saturating_sub(BESIDE);
+    let sizes = signal.pieces.iter().flat_map(|piece| {
+        inner(piece.values.len()).flat_map(|i| off(&piece.values, i)).map(f64::abs).collect::<Vec<_>>()
+    });
     let scale = 1.4826 * median(sizes.collect())?.max(signal.step.unwrap_or(0.0));
     if scale == 0.0 {
         return None;
@@ -19,13 +26,19 @@ pub(super) fn of(signal: &Signal<'_>, clock: &Clock<'_>) -> Option<Finding> {
     let (mut at, mut largest) = (Vec::new(), 0.0_f64);
     for piece in &signal.pieces {
         for i in inner(piece.values.len()) {
-            let size = off(&piece.values, i).abs();
-            let apart = (piece.values[i + 1] - piece.values[i - 1]).abs();
-            if size > FAR * scale && apart < 0.5 * size {
-                largest = largest.max(size);
+            let [before, after] = off(&piece.values, i);
+            let size = before.abs().min(after.abs());
+            if size > FAR * scale && before.signum() == after.signum() {
+                largest = largest.max((piece.values[i] - 0.5 * (piece.values[i - 1] + piece.values[i + 1])).abs());
                 at.push(clock.of(piece, i));
             }
         }
     }
     (!at.is_empty()).then(|| Finding::Spikes { signal: signal.name.to_owned(), largest, at })
+}
+
+/// By how much sample `i` is off from the parabolas through the three samples before and after it.
+fn off(values: &ArrayView1<'_, f64>, i: usize) -> [f64; 2] {
+    let parabola = |[a, b, c]: [usize; 3]| 3.0 * values[a] - 3.0 * values[b] + values[c];
+    [[i - 1, i - 2, i - 3], [i + 1, i + 2, i + 3]].map(|beside| values[i] - parabola(beside))
 }

@@ -6,7 +6,8 @@ use sindyna_sindy::Disturbances;
 use super::ahead::clearly_least;
 use super::asked::Asked;
 use super::reading::Reading;
-use super::readings::{STEPS, TOLD_APART, Trial, Tried};
+use super::readings::{STEPS, TOLD_APART};
+use super::trial::{Trial, Tried};
 use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 
@@ -22,11 +23,12 @@ pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_,
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
         let rates = &Unmeasured::None;
-        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible }
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible, terms: None }
             .of(Reading::GIVEN, STEPS)
     };
     let Some(named) = tried(&turned)? else { return Ok(log) };
-    let prefers = named.certainty >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));
+    let prefers =
+        named.certainty() >= Certainty::Adequate || tried(&log)?.is_none_or(|given| is_better(&named, &given));
     Ok(if prefers { turned } else { log })
 }
 

@@ -1,14 +1,16 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
-use sindyna_core::{Certainty, FitError, Spec};
+use sindyna_core::FitError;
 use sindyna_sindy::{Disturbances, Identified};
 
-use super::ahead::{clearly_least, missed};
+use super::ahead::clearly_least;
 use super::as_pieces::least_missed;
-use super::as_read::{as_read, is_disturbed, is_explained, is_spoilt};
+use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay};
+use super::parts_of_rows::{HALF, refined};
 use super::reading::Reading;
-use super::unmeasured::{Choice, Order, Unmeasured, added, is_better, lone, with_rates_of};
+use super::trial::{Trial, Tried, terms_of};
+use super::unmeasured::{Unmeasured, lone};
 use crate::logs::{Log, Samples};
 
 /// What a part of a log speaks for.
@@ -29,12 +31,11 @@ const TRIED: [Reading; 5] = [
     Reading { simulated: true, ..Reading::GIVEN },
 ];
 
-/// Steps by which they are told apart, or four times as many where these are too few, and the part of the usual effort for each.
+/// Steps by which they are told apart, or four times as many where these are too few.
 pub(super) const STEPS: usize = 300;
-const EFFORT: f64 = 0.1;
 
-/// Steps after these that are predicted, at most.
-const AHEAD: usize = 900;
+/// Times as many steps tell a part of a row.
+const MORE: usize = 5;
 
 /// Difference of scores at odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
@@ -94,34 +95,65 @@ pub(super) fn told_apart<E: From<FitError>>(
     (asked.say)(
         "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
+    let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
+    // What explains the log without more states comes first.
+    let first_of = |trial: &Trial<'_, E>, reading: Reading, steps: usize| {
+        if is_given { trial.of(reading, steps) } else { trial.without_rates(reading, steps) }
+    };
+    let parts = asked.delay == Delay::Auto && kept.times.is_none();
+    let with_parts = |(before, after)| if parts { (before + 1, after + 1) } else { (before, after) };
     if let Some(first) = first.filter(|first| is_disturbed(first)) {
         let held: Vec<Reading> = others.into_iter().filter(|reading| !reading.simulated).collect();
         let best = least_missed(log, kept, first, (&held, margins(&held)), asked)?;
-        let Some(reading) = best else { return Ok(None) };
+        let reading = best.unwrap_or(Reading::GIVEN);
         // Inputs that act when equations have them act may leave noise alone.
-        let margins = margins(&[reading]);
-        let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances: Disturbances::None };
-        let explained = trial.of(reading, STEPS)?.is_some_and(|tried| tried.explained);
-        return Ok(Some(Chosen { reading, rates: Vec::new(), disturbed: !explained }));
+        let (margins, disturbances) = (with_parts(margins(&[reading])), Disturbances::None);
+        let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
+        let (steps, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
+        let explained = tried.is_some_and(|tried| tried.explained);
+        if parts
+            && !explained
+            && let Some(between) = between_rows(&trial, steps, (reading, &terms_of(&first.model)))?
+            && between.explained
+        {
+            return Ok(Some(Chosen { reading: between.reading, rates: Vec::new(), disturbed: false }));
+        }
+        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: !explained }));
     }
-    let disturbances = Disturbances::Possible;
-    let trial = Trial { log, kept, rates: &rates, asked, margins: margins(&others), disturbances };
+    let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
+    let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
-    let mut steps = STEPS;
-    let mut given = trial.of(Reading::GIVEN, steps)?;
-    while steps < kept.data.n_steps() && given.as_ref().is_some_and(|given| !given.spoilt) {
-        steps *= 4;
-        given = trial.of(Reading::GIVEN, steps)?;
-    }
+    let (steps, given) = until_spoilt(kept, |steps| first_of(&trial, Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
-    for group in groups {
+    for group in &groups {
         // What leaves nothing to explain is compared with what is much like it, and with nothing else.
         if all.iter().any(|tried| !tried.spoilt) {
             break;
         }
-        for reading in group {
-            all.extend(trial.of(reading, steps)?);
+        for &reading in group {
+            all.extend(first_of(&trial, reading, steps)?);
         }
+    }
+    if parts && all.iter().all(|tried| tried.spoilt) {
+        let held = all.iter().filter(|tried| !tried.reading.linear && !tried.reading.simulated);
+        if let Some(best) = held.min_by(|a, b| a.score.total_cmp(&b.score)) {
+            let from = (best.reading, &best.terms()[..]);
+            all.extend(between_rows(&trial, steps, from)?);
+        }
+    }
+    if !is_given {
+        let is_spoilt = all.iter().all(|tried| tried.spoilt);
+        let without = |reading: Reading| all.iter().find(|tried| tried.reading == reading).cloned();
+        let mut with = Vec::from_iter(trial.with_rates(Reading::GIVEN, steps, without(Reading::GIVEN))?);
+        for group in groups.iter().filter(|_| is_spoilt) {
+            if with.iter().any(|tried| !tried.spoilt) {
+                break;
+            }
+            for &reading in group {
+                with.extend(trial.with_rates(reading, steps, without(reading))?);
+            }
+        }
+        all.extend(with.into_iter().filter(|tried| !tried.rates.is_empty()));
     }
     let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
     Ok(best_of(&all, others.len() + 1).map(|best| Chosen {
@@ -131,79 +163,56 @@ pub(super) fn told_apart<E: From<FitError>>(
     }))
 }
 
-/// How readings are tried on the first samples of a log.
-pub(super) struct Trial<'a, E> {
-    pub(super) log: &'a Log,
-    pub(super) kept: &'a Samples,
-    pub(super) rates: &'a Unmeasured,
-    pub(super) asked: &'a Asked<'a, E>,
-    /// Steps at the beginning and the end of a trajectory that are not used.
-    pub(super) margins: (usize, usize),
-    pub(super) disturbances: Disturbances,
-}
-
-impl<E: From<FitError>> Trial<'_, E> {
-    /// What is found with `reading` in so many steps; `None` if nothing is.
-    pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
-        let Self { log, kept, rates, asked, margins, disturbances } = *self;
-        let shifted = reading.samples(kept, margins, steps + AHEAD)?;
-        let samples = shifted.first(steps);
-        let of = |spec: &Spec| {
-            let identifier = (asked.identifier)(spec)?;
-            let identifier = identifier.with_effort(EFFORT).with_disturbances(disturbances);
-            Ok::<_, E>(identifier.with_simulators(reading.simulated))
-        };
-        let plain = of(&log.spec)?;
-        let first = match asked.unmeasured {
-            Unmeasured::Given(_) => None,
-            _ => as_read(&plain, &samples, asked.watch).ok(),
-        };
-        let (found, identifier, rates) = match first {
-            Some(first) if !is_spoilt(&first) => (first, plain, Vec::new()),
-            first => {
-                // Rates that the whole log speaks for are taken without asking.
-                let before = first.as_ref().filter(|_| !matches!(rates, Unmeasured::Given(_)));
-                let choice = Choice { first: before, asked: rates, seen: &[] };
-                let with = with_rates_of(log, &samples, choice, of, (asked.watch, &|_| {}), Order::Second);
-                if !asked.watch.go_on() {
-                    return Err(FitError::Interrupted.into());
-                }
-                let with = with.ok().flatten().map(|(found, identifier, spec)| (found, identifier, added(log, &spec)));
-                let better = with.filter(|(with, ..)| first.as_ref().is_none_or(|first| is_better(with, first)));
-                let Some(best) = better.or_else(|| Some((first?, plain, Vec::new()))) else { return Ok(None) };
-                best
-            }
-        };
-        let tried = |score: f64| Tried {
-            reading,
-            rates: rates.clone(),
-            score,
-            spoilt: is_spoilt(&found),
-            explained: is_explained(&found),
-            certainty: found.certainty(),
-            astray: found.report.rows_astray,
-            missed: missed(&found.model, &identifier, &shifted, steps),
-        };
-        Ok(found.report.score.map(tried))
+/// What is found in so many of the first steps of `kept` that it leaves more than noise, or in all.
+fn until_spoilt<E>(
+    kept: &Samples,
+    of: impl Fn(usize) -> Result<Option<Tried>, E>,
+) -> Result<(usize, Option<Tried>), E> {
+    let mut steps = STEPS;
+    let mut found = of(steps)?;
+    while steps < kept.data.n_steps() && found.as_ref().is_some_and(|found| !found.spoilt) {
+        steps *= 4;
+        found = of(steps)?;
     }
+    Ok((steps, found))
 }
 
-/// What was found with one reading.
-pub(super) struct Tried {
-    reading: Reading,
-    /// Rates that were not measured, as (name, state).
-    rates: Vec<(String, String)>,
-    pub(super) score: f64,
-    /// Whether it leaves what no term explains, or the search ended early.
-    spoilt: bool,
-    /// Whether it leaves noise alone, whatever a longer search may find.
-    pub(super) explained: bool,
-    /// How far its equations are to be believed.
-    pub(super) certainty: Certainty,
-    /// Steps left out.
-    astray: usize,
-    /// What its predictions of later samples miss, per window.
-    pub(super) missed: Vec<f64>,
+/// What is found with inputs that act between rows, near the delay of `from`: with these `terms` in `steps` steps, then with those found so in more. `None` if no such delay is
+/// better.
+fn between_rows<E: From<FitError>>(
+    trial: &Trial<'_, E>,
+    steps: usize,
+    (from, terms): (Reading, &[String]),
+) -> Result<Option<Tried>, E> {
+    let reading = delayed_as(trial, steps, (from, terms), HALF)?;
+    if reading == from {
+        return Ok(None);
+    }
+    let Some(between) = trial.without_rates(reading, steps)? else { return Ok(None) };
+    let finer = delayed_as(trial, MORE * steps, (reading, &between.terms()), 0.25 * HALF)?;
+    if finer == reading { Ok(Some(between)) } else { trial.without_rates(finer, steps) }
+}
+
+/// How inputs act with such `terms`, near the delay of `from`, which is first changed by this part of a row.
+fn delayed_as<E: From<FitError>>(
+    trial: &Trial<'_, E>,
+    steps: usize,
+    (from, terms): (Reading, &[String]),
+    part: f64,
+) -> Result<Reading, E> {
+    let alike = Trial { terms: Some(terms), ..*trial };
+    let score = |reading| Ok::<_, E>(alike.without_rates(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
+    let mut now = score(from)?;
+    refined(from, part, |_, both| {
+        for reading in both {
+            let other = score(reading)?;
+            if other + TOLD_APART < now {
+                now = other;
+                return Ok(Some(reading));
+            }
+        }
+        Ok(None)
+    })
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.
@@ -212,10 +221,10 @@ fn best_of(all: &[Tried], count: usize) -> Option<&Tried> {
     let told_apart = TOLD_APART + 2.0 * (count as f64).ln();
     // One that leaves out more steps is contradicted by them: where an input changes, and nowhere else, its delay shows.
     let mut best = first;
-    let mut left_out = first.astray;
+    let mut left_out = first.astray();
     for tried in all.iter().skip(1).filter(|tried| tried.explained) {
-        if tried.astray <= left_out {
-            left_out = tried.astray;
+        if tried.astray() <= left_out {
+            left_out = tried.astray();
             // Those tried first are the likelier ones before there are data.
             best = if tried.score + told_apart < best.score { tried } else { best };
         }

@@ -1,0 +1,139 @@
+//! What is found in the first samples of a log that is read in one way.
+
+use sindyna_core::{Certainty, FitError, Spec};
+use sindyna_sindy::{Disturbances, Identified, Identifier, LibraryChoice, Model};
+
+use super::ahead::missed;
+use super::as_read::{as_read, is_explained, is_spoilt};
+use super::asked::Asked;
+use super::reading::Reading;
+use super::unmeasured::{Choice, Order, Unmeasured, added, is_better, with_rates_of};
+use crate::logs::{Log, Samples};
+
+/// Part of the usual effort for each reading.
+const EFFORT: f64 = 0.1;
+
+/// Steps after those used that are predicted, at most.
+const AHEAD: usize = 900;
+
+/// How readings are tried on the first samples of a log.
+pub(super) struct Trial<'a, E> {
+    pub(super) log: &'a Log,
+    pub(super) kept: &'a Samples,
+    pub(super) rates: &'a Unmeasured,
+    pub(super) asked: &'a Asked<'a, E>,
+    /// Steps at the beginning and the end of a trajectory that are not used.
+    pub(super) margins: (usize, usize),
+    pub(super) disturbances: Disturbances,
+    /// The only candidate terms; `None` for those of the identifier.
+    pub(super) terms: Option<&'a [String]>,
+}
+
+impl<E: From<FitError>> Trial<'_, E> {
+    /// What is found with `reading` in so many steps; `None` if nothing is.
+    pub(super) fn of(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
+        let first = match self.asked.unmeasured {
+            Unmeasured::Given(_) => None,
+            _ => self.without_rates(reading, steps)?,
+        };
+        match first {
+            Some(first) if !first.spoilt => Ok(Some(first)),
+            first => self.with_rates(reading, steps, first),
+        }
+    }
+
+    /// What is found without rates that were not measured.
+    pub(super) fn without_rates(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
+        let shifted = reading.samples(self.kept, self.margins, steps + AHEAD)?;
+        let identifier = self.identifier(reading, &self.log.spec)?;
+        let found = as_read(&identifier, &shifted.first(steps), self.asked.watch).ok();
+        Ok(found.and_then(|found| tried(reading, found, Vec::new(), (&identifier, &shifted, steps))))
+    }
+
+    /// What is found with rates that were not measured, where that is better than the `first`, found without them.
+    pub(super) fn with_rates(&self, reading: Reading, steps: usize, first: Option<Tried>) -> Result<Option<Tried>, E> {
+        let Self { log, kept, rates, asked, margins, .. } = *self;
+        let shifted = reading.samples(kept, margins, steps + AHEAD)?;
+        // Rates that the whole log speaks for are taken without asking.
+        let found = first.as_ref().map(|first| &first.found);
+        let before = found.filter(|_| !matches!(rates, Unmeasured::Given(_)));
+        let choice = Choice { first: before, asked: rates, seen: &[] };
+        let of = |spec: &Spec| self.identifier(reading, spec);
+        let with = with_rates_of(log, &shifted.first(steps), choice, of, (asked.watch, &|_| {}), Order::Second);
+        if !asked.watch.go_on() {
+            return Err(FitError::Interrupted.into());
+        }
+        let better = with.ok().flatten().filter(|(with, ..)| found.is_none_or(|first| is_better(with, first)));
+        Ok(match better {
+            Some((found, identifier, spec)) => tried(reading, found, added(log, &spec), (&identifier, &shifted, steps)),
+            None => first,
+        })
+    }
+
+    fn identifier(&self, reading: Reading, spec: &Spec) -> Result<Identifier, E> {
+        let mut identifier = (self.asked.identifier)(spec)?;
+        if let Some(terms) = self.terms {
+            let only = identifier.with_library(LibraryChoice::Terms(terms.to_vec()));
+            identifier = only.map_err(|e| FitError::Regression { reason: e.to_string() })?;
+        }
+        let identifier = identifier.with_effort(EFFORT).with_disturbances(self.disturbances);
+        Ok(identifier.with_simulators(reading.simulated))
+    }
+}
+
+/// What was `found` with `reading` and such `rates` in the first `steps` of `shifted`; `None` if it has no score.
+fn tried(
+    reading: Reading,
+    found: Identified,
+    rates: Vec<(String, String)>,
+    (identifier, shifted, steps): (&Identifier, &Samples, usize),
+) -> Option<Tried> {
+    Some(Tried {
+        reading,
+        rates,
+        score: found.report.score?,
+        spoilt: is_spoilt(&found),
+        explained: is_explained(&found),
+        missed: missed(&found.model, identifier, shifted, steps),
+        found,
+    })
+}
+
+/// What was found with one reading.
+#[derive(Clone)]
+pub(super) struct Tried {
+    pub(super) reading: Reading,
+    /// Rates that were not measured, as (name, state).
+    pub(super) rates: Vec<(String, String)>,
+    pub(super) score: f64,
+    /// Whether it leaves what no term explains, or the search ended early.
+    pub(super) spoilt: bool,
+    /// Whether it leaves noise alone, whatever a longer search may find.
+    pub(super) explained: bool,
+    pub(super) found: Identified,
+    /// What its predictions of later samples miss, per window.
+    pub(super) missed: Vec<f64>,
+}
+
+impl Tried {
+    /// How far its equations are to be believed.
+    pub(super) fn certainty(&self) -> Certainty {
+        self.found.certainty()
+    }
+
+    /// Steps left out.
+    pub(super) fn astray(&self) -> usize {
+        self.found.report.rows_astray
+    }
+
+    /// The terms of its equations, as text that can be read back.
+    pub(super) fn terms(&self) -> Vec<String> {
+        terms_of(&self.found.model)
+    }
+}
+
+/// The terms of the equations of `model`, as text that can be read back.
+pub(super) fn terms_of(model: &Model) -> Vec<String> {
+    let names = [model.states(), model.controls()].concat();
+    model.terms().iter().map(|term| term.display(&names).to_string()).collect()
+}
