@@ -10,8 +10,9 @@ use sindyna_record::run::{ChannelRange, Coverage};
 use crate::problem::Problem;
 use crate::rollout::{Rollout, rollout};
 
-/// Episodes in the model.
+/// Episodes in the model, and those of a policy that plans, which takes its time for every step.
 const EPISODES: u64 = 100;
+const PLANNED: u64 = 10;
 
 /// States and controls of `policy` in `model` beside those of `data`; `None` if states follow from no observation.
 pub(crate) fn coverage(
@@ -26,8 +27,9 @@ pub(crate) fn coverage(
         data.rollouts().flat_map(|r| r.controls.outer_iter().map(|u| u.to_vec()).collect::<Vec<_>>()).collect();
     let margins: Vec<f64> = (0..spec.control_dim()).map(|j| between(j, &pushed)).collect();
     let pushed = ranges(spec.control_dim(), &pushed);
+    let episodes = if policy.begin().is_some() { PLANNED } else { EPISODES };
     let rollouts: Vec<Rollout> =
-        (0..EPISODES).into_par_iter().map(|episode| rollout(problem, model, policy, ("coverage", episode))).collect();
+        (0..episodes).into_par_iter().map(|episode| rollout(problem, model, policy, ("coverage", episode))).collect();
     let is_off = |value: f64, (low, high): (f64, f64)| value < low || value > high;
     let outside = |x: &[f64], u: &[f64]| {
         let mut states = x.iter().zip(&shown).zip(&spec.state).filter(|(_, channel)| channel.kind != Kind::Angle);
@@ -60,7 +62,7 @@ pub(crate) fn coverage(
         margin,
     });
     let (states, controls) = (states.collect(), controls.collect());
-    Some(Coverage { episodes: EPISODES as usize, share_outside: share, states, controls })
+    Some(Coverage { episodes: episodes as usize, share_outside: share, states, controls })
 }
 
 /// The mean distance of neighbouring values of control `j`: as far as the largest of so many may be from the end of what they are drawn from.

@@ -17,6 +17,10 @@ const DISTURBED: f64 = 0.2;
 /// Consecutive parts of the pieces that are taken for independent.
 const CLUSTERS: usize = 30;
 
+/// Part of a parameter by which it is changed for standard errors. Where dry friction holds, a path has corners in its parameters, and a tangent at one says nothing of how far
+/// the parameter is known.
+const SECANT: f64 = 0.01;
+
 /// Times that are told, at most.
 const TOLD: usize = 8;
 
@@ -97,7 +101,7 @@ pub(super) fn account(
 /// # References
 /// White (1980), Econometrica 48(4); Liang, Zeger (1986), Biometrika 73(1): H⁻¹ (Σ g gᵀ) H⁻¹ over clusters.
 fn covariance(data: &Data<'_>, equations: &Equations, fitted: &Fitted) -> Option<DMatrix<f64>> {
-    let groups = linearised::groups(data, equations, &fitted.theta, fitted);
+    let groups = linearised::groups(data, equations, (&fitted.theta, SECANT), fitted);
     let k = fitted.theta.len() - 1;
     let (mut hessian, mut clusters) = (DMatrix::<f64>::zeros(k, k), vec![DVector::<f64>::zeros(k); CLUSTERS]);
     let count = groups.len();

@@ -82,20 +82,22 @@ impl Data<'_> {
         self.pieces.iter().zip(starts).map(of).collect()
     }
 
-    /// The slopes of each piece by the parameters `free`; none where it diverges.
+    /// The slopes of each piece by the parameters `free`, each changed by at least the part `least` of its own; none where it diverges.
     pub(super) fn slopes(
         &self,
         at: At<'_>,
         (theta, starts, sigma): (&[f64], &[Vec<f64>], &[f64]),
         free: &[usize],
+        least: f64,
     ) -> Vec<Option<Slopes>> {
         let Some(model) = at(theta) else { return self.pieces.iter().map(|_| None).collect() };
-        let step = NUDGE * theta.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let largest = theta.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let step = |j: usize| (NUDGE * largest).max(least * theta[j].abs());
         let nudged: Vec<Option<Model>> = free
             .iter()
             .map(|&j| {
                 let mut theta = theta.to_vec();
-                theta[j] += step;
+                theta[j] += step(j);
                 at(&theta)
             })
             .collect();
@@ -104,9 +106,9 @@ impl Data<'_> {
             let base = self.residuals(&model, piece, start, sigma)?;
             let mut by_theta = DMatrix::zeros(base.len(), free.len());
             let mut by_start = DMatrix::zeros(base.len(), n);
-            for (j, nudged) in nudged.iter().enumerate() {
+            for (j, (nudged, free)) in nudged.iter().zip(free).enumerate() {
                 let moved = self.residuals(nudged.as_ref()?, piece, start, sigma)?;
-                (0..base.len()).for_each(|r| by_theta[(r, j)] = (moved[r] - base[r]) / step);
+                (0..base.len()).for_each(|r| by_theta[(r, j)] = (moved[r] - base[r]) / step(*free));
             }
             for i in 0..n {
                 let h = NUDGE * self.spread[i];
@@ -166,7 +168,7 @@ impl Data<'_> {
             let weight = weights(&misfits, half);
             let total = |misfits: &[f64]| misfits.iter().map(|m| loss(*m, half)).sum::<f64>();
             let before = total(&misfits);
-            let slopes = self.slopes(at, (&theta, &starts, &sigma), &free);
+            let slopes = self.slopes(at, (&theta, &starts, &sigma), &free, 0.0);
             let mut better = None;
             for _ in 0..TRIALS {
                 let Some((change, moves)) = step(&slopes, &weight, free.len(), damping) else { break };

@@ -10,9 +10,16 @@ use crate::mechanics::Equations;
 /// Rows of each piece, linearised at `fitted`: all parameters but the unit for what they would have to explain, with the start of the piece taken out.
 ///
 /// Of residuals r and their slopes J by the parameters θ and B by the start, rows are Q⊥ᵀ \[J | J θ − r\], where Q⊥ is orthogonal to B.
-pub(super) fn groups(data: &Data<'_>, all: &Equations, theta: &[f64], fitted: &Fitted) -> Vec<Option<Group>> {
+///
+/// For slopes each parameter is changed by at least the part `least` of its own.
+pub(super) fn groups(
+    data: &Data<'_>,
+    all: &Equations,
+    (theta, least): (&[f64], f64),
+    fitted: &Fitted,
+) -> Vec<Option<Group>> {
     let free: Vec<usize> = (1..theta.len()).collect();
-    let slopes = data.slopes(&|theta| all.at(theta), (theta, &fitted.starts, &fitted.sigma), &free);
+    let slopes = data.slopes(&|theta| all.at(theta), (theta, &fitted.starts, &fitted.sigma), &free, least);
     let count = slopes.len();
     slopes
         .into_iter()

@@ -177,7 +177,7 @@ fn refined(
     for _ in 0..CHOICES {
         let value = |p: &usize| equations.chosen.iter().position(|q| q == p).map_or(0.0, |at| fitted.theta[at]);
         let theta: Vec<f64> = all.iter().map(value).collect();
-        let (groups, weights): (Vec<Group>, Vec<f64>) = linearised::groups(data, &everything, &theta, &fitted)
+        let (groups, weights): (Vec<Group>, Vec<f64>) = linearised::groups(data, &everything, (&theta, 0.0), &fitted)
             .into_iter()
             .zip(&fitted.weights)
             .filter_map(|(group, weight)| Some((group?, *weight)))
