@@ -2,24 +2,21 @@
 
 use super::reading::Reading;
 
-/// Part of a row by which whole delays are changed at first.
-pub(super) const HALF: f64 = 0.5;
+/// Parts of a row by which a whole delay is changed, at first and at last; and by which one that is known so far is.
+pub(super) const ROUGHLY: (f64, f64) = (1.0 / 2.0, 1.0 / 16.0);
+pub(super) const FINELY: (f64, f64) = (1.0 / 8.0, 1.0 / 128.0);
 
-/// Part of a row by which a delay is changed at last, and how often the change is halved without another delay.
-const LAST: f64 = 1.0 / 128.0;
-const HALVED: usize = 2;
-
-/// The reading near `from`, whose delay is changed by `first` of a row, then by halves of that: `better` tells which of two others, a little earlier and later, is clearly better than one.
+/// The reading near `from`, whose delay is changed by the `first` part of a row, then by halves of that down to the `last`: `better` tells which of two others, a little earlier
+/// and later, is clearly better than one.
 pub(super) fn refined<E>(
     from: Reading,
-    first: f64,
+    (first, last): (f64, f64),
     mut better: impl FnMut(Reading, [Reading; 2]) -> Result<Option<Reading>, E>,
 ) -> Result<Reading, E> {
-    let (mut at, mut by, mut halved) = (from, first, 0);
-    while by >= LAST && halved < HALVED {
-        match better(at, [-by, by].map(|by| Reading { rows: at.rows + by, ..at }))? {
-            Some(reading) => (at, halved) = (reading, 0),
-            None => halved += 1,
+    let (mut at, mut by) = (from, first);
+    while by >= last {
+        if let Some(reading) = better(at, [-by, by].map(|by| Reading { rows: at.rows + by, ..at }))? {
+            at = reading;
         }
         by *= 0.5;
     }
@@ -38,11 +35,11 @@ mod tests {
             let better = |at: Reading, both: [Reading; 2]| {
                 Ok::<_, ()>(both.into_iter().find(|other| off(other) + least < off(&at)))
             };
-            refined(from, HALF, better).expect("no errors").rows
+            refined(refined(from, ROUGHLY, better)?, FINELY, better).map(|reading| reading.rows)
         };
         for delay in [2.5, 0.27, -0.6, 1.01] {
-            assert!((near(delay, 0.0) - delay).abs() <= LAST, "{delay}");
+            assert!((near(delay, 0.0).expect("no errors") - delay).abs() <= FINELY.1, "{delay}");
         }
-        assert_eq!((near(3.1, 0.2), near(3.0, 0.0)), (3.0, 3.0));
+        assert_eq!((near(3.1, 0.2), near(3.0, 0.0)), (Ok(3.0), Ok(3.0)));
     }
 }

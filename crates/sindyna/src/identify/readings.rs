@@ -1,13 +1,13 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
 use sindyna_core::FitError;
-use sindyna_sindy::{Disturbances, Identified};
+use sindyna_sindy::{Disturbances, Identified, LibraryChoice};
 
 use super::ahead::clearly_least;
 use super::as_pieces::least_missed;
 use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay};
-use super::parts_of_rows::{HALF, refined};
+use super::parts_of_rows::{FINELY, ROUGHLY, refined};
 use super::reading::Reading;
 use super::trial::{Trial, Tried, terms_of};
 use super::unmeasured::{Unmeasured, lone};
@@ -184,26 +184,30 @@ fn between_rows<E: From<FitError>>(
     steps: usize,
     (from, terms): (Reading, &[String]),
 ) -> Result<Option<Tried>, E> {
-    let reading = delayed_as(trial, steps, (from, terms), HALF)?;
+    let reading = delayed_as(trial, steps, (from, terms), ROUGHLY)?;
     if reading == from {
         return Ok(None);
     }
     let Some(between) = trial.without_rates(reading, steps)? else { return Ok(None) };
-    let finer = delayed_as(trial, MORE * steps, (reading, &between.terms()), 0.25 * HALF)?;
+    let finer = delayed_as(trial, MORE * steps, (reading, &between.terms()), FINELY)?;
     if finer == reading { Ok(Some(between)) } else { trial.without_rates(finer, steps) }
 }
 
-/// How inputs act with such `terms`, near the delay of `from`, which is first changed by this part of a row.
+/// How inputs act with such `terms`, near the delay of `from`, which is changed by these parts of a row at first and at last; as there where these are no terms.
 fn delayed_as<E: From<FitError>>(
     trial: &Trial<'_, E>,
     steps: usize,
     (from, terms): (Reading, &[String]),
-    part: f64,
+    parts: (f64, f64),
 ) -> Result<Reading, E> {
+    let identifier = (trial.asked.identifier)(&trial.log.spec)?;
+    if identifier.with_library(LibraryChoice::Terms(terms.to_vec())).is_err() {
+        return Ok(from);
+    }
     let alike = Trial { terms: Some(terms), ..*trial };
     let score = |reading| Ok::<_, E>(alike.without_rates(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
     let mut now = score(from)?;
-    refined(from, part, |_, both| {
+    refined(from, parts, |_, both| {
         for reading in both {
             let other = score(reading)?;
             if other + TOLD_APART < now {
