@@ -47,6 +47,9 @@ impl<E: From<FitError>> Trial<'_, E> {
         let shifted = reading.samples(self.kept, self.margins, steps + AHEAD)?;
         let identifier = self.identifier(reading, &self.log.spec)?;
         let found = as_read(&identifier, &shifted.first(steps), self.asked.watch).ok();
+        if !self.asked.watch.go_on() {
+            return Err(FitError::Interrupted.into());
+        }
         Ok(found.and_then(|found| tried(reading, found, Vec::new(), (&identifier, &shifted, steps))))
     }
 
