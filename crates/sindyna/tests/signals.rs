@@ -141,3 +141,26 @@ fn looking_for_equations_is_ended_within_a_second() {
     assert!(asked.elapsed() < Duration::from_secs(10), "{:?}", asked.elapsed());
     assert!(!temp.path().join("model").exists(), "nothing is left half-written");
 }
+
+#[test]
+fn a_planner_that_is_stopped_is_not_compared_with_the_data() {
+    let temp = tempfile::tempdir().unwrap();
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/spring");
+    fs::copy(example.join("spring.csv"), temp.path().join("spring.csv")).unwrap();
+    let task = fs::read_to_string(example.join("spring.toml")).unwrap();
+    fs::write(temp.path().join("task.toml"), task.replace("max_steps = 100", "max_steps = 400")).unwrap();
+    let mut command = Command::new(PLAIN[0]);
+    command.current_dir(temp.path()).args(&PLAIN[1..]).arg(env!("CARGO_BIN_EXE_sindyna")).arg("train");
+    command.args(["--task-file", "task.toml", "--data", "spring.csv", "--controller", "mppi", "--verbose"]);
+    let mut child = command.args(["--out", "run"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    assert!(said.any(|line| line.starts_with("comparing what the policy does")), "it was never compared");
+    send(&child, "INT");
+    let answer = child.wait_with_output().unwrap();
+    assert_eq!(answer.status.code(), Some(130));
+    let text = String::from_utf8(answer.stdout).unwrap();
+    assert!(text.contains("comparison with the data; `sindyna train --resume run` continues"), "{text}");
+    let summary = json(&temp.path().join("run/summary.json"));
+    assert_eq!((&summary["interrupted"], &summary["from_log"]), (&true.into(), &true.into()));
+    assert!(summary["training"]["coverage"].is_null() && !summary["training"]["prediction"].is_null(), "{summary}");
+}

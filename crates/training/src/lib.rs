@@ -8,6 +8,7 @@
 mod error;
 mod evaluation;
 mod improvable;
+mod in_model;
 mod known;
 mod learner;
 mod plan;
@@ -23,6 +24,7 @@ mod training;
 
 pub use error::Error;
 pub use evaluation::{episode, evaluation, predictions, timed, watched_evaluation};
+pub use in_model::{InModel, in_model};
 pub use known::{identified_bytes, identified_of};
 pub use learner::{Fitted, Learner};
 pub use plan::{Plan, agent_of};

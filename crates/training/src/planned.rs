@@ -36,17 +36,27 @@ impl<'a> Timed<'a> {
         Self { policy, seconds: Mutex::default() }
     }
 
-    /// Median and largest of the seconds of an action; `None` where none was timed.
-    pub fn seconds(self) -> Option<(f64, f64)> {
+    fn note(&self, begun: Instant) {
+        self.seconds.lock().unwrap_or_else(PoisonError::into_inner).push(begun.elapsed().as_secs_f64());
+    }
+
+    /// Median of the seconds of an action, and of a policy that plans the largest; `None` where none was timed.
+    pub fn seconds(self) -> (Option<f64>, Option<f64>) {
         let mut seconds = self.seconds.into_inner().unwrap_or_else(PoisonError::into_inner);
         seconds.sort_by(f64::total_cmp);
-        Some((*seconds.get(seconds.len() / 2)?, *seconds.last()?))
+        let slowest = seconds.last().copied().filter(|_| self.policy.begin().is_some());
+        (seconds.get(seconds.len() / 2).copied(), slowest)
     }
 }
 
 impl Policy for Timed<'_> {
     fn act_batch(&self, observations: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, actions: ArrayViewMut2<'_, f64>) {
+        let (count, begun) = (observations.nrows(), Instant::now());
         self.policy.act_batch(observations, mode, rng, actions);
+        // Of many at once the time of one is not known.
+        if count == 1 {
+            self.note(begun);
+        }
     }
 
     fn begin(&self) -> Option<Box<dyn Memory + '_>> {
@@ -64,6 +74,6 @@ impl Memory for TimedMemory<'_> {
     fn act(&mut self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]) {
         let begun = Instant::now();
         self.memory.act(observation, mode, rng, action);
-        self.of.seconds.lock().unwrap_or_else(PoisonError::into_inner).push(begun.elapsed().as_secs_f64());
+        self.of.note(begun);
     }
 }

@@ -1,6 +1,7 @@
 //! Where a policy goes in its model and what it does there, and where the data never were.
 
 use std::f64::consts::{PI, TAU};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ndarray::Array2;
 use rayon::prelude::*;
@@ -14,12 +15,13 @@ use crate::rollout::{Rollout, rollout};
 const EPISODES: u64 = 100;
 const PLANNED: u64 = 10;
 
-/// States and controls of `policy` in `model` beside those of `data`; `None` if states follow from no observation.
+/// States and controls of `policy` in `model` beside those of `data`; `None` if states follow from no observation. `begun` is told how many episodes
+/// were begun, of how many, whenever another is.
 pub(crate) fn coverage(
     problem: &dyn Problem,
-    model: &dyn Dynamics,
-    policy: &dyn Policy,
+    (model, policy): (&dyn Dynamics, &dyn Policy),
     data: &Dataset,
+    begun: &(dyn Fn(usize, usize) + Sync),
 ) -> Option<Coverage> {
     let spec = problem.spec();
     let shown = ranges(spec.state_dim(), &states(spec, data)?);
@@ -28,8 +30,12 @@ pub(crate) fn coverage(
     let margins: Vec<f64> = (0..spec.control_dim()).map(|j| between(j, &pushed)).collect();
     let pushed = ranges(spec.control_dim(), &pushed);
     let episodes = if policy.begin().is_some() { PLANNED } else { EPISODES };
-    let rollouts: Vec<Rollout> =
-        (0..episodes).into_par_iter().map(|episode| rollout(problem, model, policy, ("coverage", episode))).collect();
+    let count = AtomicUsize::new(0);
+    let acted = |episode| {
+        begun(1 + count.fetch_add(1, Ordering::Relaxed), episodes as usize);
+        rollout(problem, model, policy, ("coverage", episode))
+    };
+    let rollouts: Vec<Rollout> = (0..episodes).into_par_iter().map(acted).collect();
     let is_off = |value: f64, (low, high): (f64, f64)| value < low || value > high;
     let outside = |x: &[f64], u: &[f64]| {
         let mut states = x.iter().zip(&shown).zip(&spec.state).filter(|(_, channel)| channel.kind != Kind::Angle);

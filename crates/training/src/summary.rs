@@ -1,38 +1,32 @@
 //! A run in numbers.
 
-use std::sync::Arc;
-
-use sindyna_control::Method;
 use sindyna_core::{Channel, Spec};
 use sindyna_dyna::{Gap, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::run::{
-    Collect, Confirmation, Evaluation, Identification, Improvable, PlannerReturn, Prediction, Span, Summary, Training,
+    Collect, Confirmation, Evaluation, Identification, PlannerReturn, Prediction, Span, Summary, Training,
 };
 use sindyna_rl::Isa;
 
-use crate::improvable::improvable;
+use crate::in_model::{InModel, kept};
 use crate::learner::Fitted;
 use crate::problem::Problem;
-use crate::reach::coverage;
 use crate::settings::TrainConfig;
 
 /// Probability of the interval in which the return is predicted to be.
 const LEVEL: f64 = 0.9;
 
-/// The summary of a run with `config`, of an algorithm and instructions, that came to `learned`.
+/// The summary of a run with `config`, of an algorithm and instructions, that came to `learned`; `in_model` is `None` for one that was stopped.
 pub fn of(
     config: &TrainConfig,
     (algorithm, isa): (&str, Isa),
     problem: &dyn Problem,
     learned: &Learned<Fitted>,
     evaluation: Option<Evaluation>,
+    in_model: Option<InModel>,
 ) -> Summary {
     let (spec, threshold) = (problem.spec(), problem.protocol().solved_at);
-    let coverage = problem.log().and_then(|log| {
-        let (fitted, policy) = learned.model.as_ref().zip(learned.policy.as_ref())?;
-        coverage(problem, &fitted.0.model, &**policy, log)
-    });
+    let InModel { coverage, improvable } = in_model.unwrap_or_default();
     let identification = learned.model.as_ref().map(|fitted| {
         let model = &fitted.0.model;
         let account = Account::new(&fitted.0, spec);
@@ -90,10 +84,11 @@ pub fn of(
             }),
             collect: learned.gap.as_ref().map(|gap| collect(gap, spec)),
             refit_failure: learned.refit_failure.clone(),
-            improvable: improvable_of(problem, learned),
+            improvable,
             failure: learned.failure.as_ref().map(ToString::to_string),
             coverage,
         },
+        from_log: problem.log().is_some(),
         interrupted: learned.interrupted,
     }
 }
@@ -110,18 +105,4 @@ fn collect(Gap { states, controls, share }: &Gap, spec: &Spec) -> Collect {
         channels.iter().zip(ranges).map(span).collect()
     };
     Collect { share: *share, states: spans(&spec.state, states), controls: spans(&spec.control, controls) }
-}
-
-/// How far a policy that is no plan is from better plans.
-fn improvable_of(problem: &dyn Problem, learned: &Learned<Fitted>) -> Option<Improvable> {
-    let (fitted, policy) = learned.model.as_ref().zip(learned.policy.as_ref())?;
-    let plans = kept(learned).is_some_and(|name| name != Method::Lqr.name());
-    let go_on = !plans && !learned.interrupted;
-    go_on.then(|| improvable(problem, Arc::new(fitted.0.model.clone()), &**policy)).flatten()
-}
-
-/// The planner that was kept, by name.
-fn kept(learned: &Learned<Fitted>) -> Option<&'static str> {
-    let policy = learned.policy.as_ref()?.to_bytes();
-    learned.planned.iter().map(|(name, _)| *name).find(|name| name.as_bytes() == policy)
 }

@@ -4,13 +4,14 @@ use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use sindyna_core::{Dataset, Environment, Event, Explorer, Mode, Observer, Seed, TrainedPolicy};
+use sindyna_core::{Dataset, Environment, Event, Explorer, Mode, Observer, Policy, Seed, TrainedPolicy};
 use sindyna_dyna::{Dyna, DynaError};
 use sindyna_record::run::Summary;
 use sindyna_sindy::{Identified, Model};
 
 use crate::Error;
 use crate::evaluation::evaluation;
+use crate::in_model::in_model;
 use crate::plan::Plan;
 use crate::problem::{Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
@@ -168,7 +169,7 @@ impl Training {
         let stopped = || stop.load(Ordering::SeqCst) || problem.check().is_err();
         let learned = dyna.run(&mut *env, &mut *explorer, plan.agent, &mut Told(watch), &stopped);
         problem.check()?;
-        let learned = learned?;
+        let mut learned = learned?;
         // A system of which there is one is free again.
         drop(env);
         let mut evaluated = None;
@@ -176,8 +177,11 @@ impl Training {
         if let (Some(policy), true) = (&learned.policy, evaluated_too) {
             evaluated = Some(evaluation(problem, &**policy, config.evaluation_episodes, seed)?);
         }
+        let policy = learned.policy.as_ref().map(|policy| &**policy as &dyn Policy);
+        let in_model = in_model(problem, &learned, policy, (&|_, _| {}, &stopped));
+        learned.interrupted |= in_model.is_none();
         Ok(Trained {
-            summary: summary::of(config, made_by, problem, &learned, evaluated),
+            summary: summary::of(config, made_by, problem, &learned, evaluated, in_model),
             model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
             identified: learned.model.as_ref().map(|fitted| fitted.0.clone()),
             policy: learned.policy,

@@ -32,6 +32,9 @@ pub struct Summary {
     pub identification: Option<Identification>,
     /// How the policy came about.
     pub training: Training,
+    /// Whether there was no system, only a recorded log.
+    #[serde(default)]
+    pub from_log: bool,
     /// Stopped by Ctrl-C before it was done.
     pub interrupted: bool,
 }

@@ -124,7 +124,7 @@ fn result(summary: &Summary) -> Vec<Block> {
             )
         }
         (None, _) if summary.interrupted => "Interrupted before the evaluation.".into(),
-        (None, _) if summary.training.coverage.is_some() => {
+        (None, _) if summary.from_log => {
             "Not evaluated: the data are a log, there is no system. The return below is predicted.".into()
         }
         (None, _) => "No policy was evaluated.".into(),

@@ -39,8 +39,8 @@ impl Conclusion<'_> {
             text += &text::verdict(account);
         }
         let Summary { real_steps, real_episodes, .. } = self.summary;
-        let steps = if training.coverage.is_some() { "steps in the log" } else { "real steps" };
-        let of = if training.coverage.is_some() { "rollout" } else { "episode" };
+        let steps = if self.summary.from_log { "steps in the log" } else { "real steps" };
+        let of = if self.summary.from_log { "rollout" } else { "episode" };
         text += &format!("\n{steps}: {real_steps} in {}", plural(*real_episodes, of));
         text += &match identification.as_ref().map(|i| i.rows + i.rows_at_limit + i.rows_astray) {
             Some(rows) if rows < *real_steps => format!("; the equations were fitted to {rows} of them\n"),
@@ -72,7 +72,7 @@ impl Conclusion<'_> {
         if let Some(prediction) = &training.prediction {
             let approximate = identification.as_ref().is_some_and(|i| i.explained == Some(false));
             text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes), approximate);
-            if training.confirmation.is_none() && training.coverage.is_none() && self.unconfirmed {
+            if training.confirmation.is_none() && !self.summary.from_log && self.unconfirmed {
                 text += "not confirmed by a real episode; --imagined-rollouts auto and a larger --max-real-steps allow one\n";
             }
         }
@@ -88,10 +88,12 @@ impl Conclusion<'_> {
         text += &match evaluation {
             Some(evaluation) => report((*threshold, "on the system"), evaluation, false),
             None if self.summary.interrupted => format!(
-                "interrupted before the end of the evaluation on the system; `sindyna train --resume {}` continues\n",
+                "interrupted before the end of {}; `sindyna train --resume {}` continues\n",
+                if self.summary.from_log { "the comparison with the data" } else { "the evaluation on the system" },
                 self.record.display()
             ),
             None if training.coverage.is_some() => String::new(),
+            None if self.summary.from_log => "not evaluated: there is no system, only a log\n".into(),
             None if training.model_return.is_some() => "the policy was not evaluated on the system\n".into(),
             None => "no policy to evaluate: training ended before the first trial in the model\n".into(),
         };

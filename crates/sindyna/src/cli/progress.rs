@@ -159,15 +159,16 @@ impl<'a> Looking<'a> {
     }
 }
 
-/// How an evaluation is going: a line every other second, or what a bar shows.
+/// How episodes are going, those of an evaluation or others: a line every other second, or what a bar shows.
 pub(crate) struct Evaluating<'a> {
     progress: &'a Progress,
+    what: &'static str,
     told: Mutex<Instant>,
 }
 
 impl<'a> Evaluating<'a> {
-    pub(crate) fn new(progress: &'a Progress) -> Self {
-        Self { progress, told: Mutex::new(Instant::now()) }
+    pub(crate) fn new(progress: &'a Progress, what: &'static str) -> Self {
+        Self { progress, what, told: Mutex::new(Instant::now()) }
     }
 
     /// Episode `number` of so many begins.
@@ -178,7 +179,7 @@ impl<'a> Evaluating<'a> {
             return;
         }
         *told = now;
-        let line = format!("evaluation: episode {number} of {episodes}");
+        let line = format!("{}: episode {number} of {episodes}", self.what);
         match self.progress.bar(SEARCH) {
             Some(bar) => bar.set_message(line),
             None => self.progress.say(&line),

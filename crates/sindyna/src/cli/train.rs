@@ -12,7 +12,7 @@ use log::DataOptions;
 use recorder::{Clock, Recorder};
 use serde::Serialize;
 use sindyna_core::number::plural;
-use sindyna_core::{Acting, Certainty, Dataset, Event, FitError, Memory as _, Mode, Observer, Policy, Seed, Spec};
+use sindyna_core::{Certainty, Dataset, Event, FitError, Observer, Policy, Seed};
 use sindyna_dyna::{Dyna, DynaError, Learned};
 use sindyna_record::identification::Account;
 use sindyna_record::json;
@@ -20,7 +20,7 @@ use sindyna_record::run::{EventLog, RunDir, Summary, Timing, rollout_csv};
 use sindyna_training::Fitted;
 use sindyna_training::problem::Problem;
 use sindyna_training::settings::TrainConfig;
-use sindyna_training::{Plan, Timed, agent_of, episode, predictions, summary, watched_evaluation};
+use sindyna_training::{Plan, Timed, agent_of, episode, in_model, predictions, summary, watched_evaluation};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
@@ -135,7 +135,7 @@ fn resume(path: &Path, args: &Args, interrupt: Interrupt, console: Console) -> R
             checkpoint::remove(&run_dir);
             progress.say(&format!("{0} is finished; `sindyna evaluate {0}` runs its policy again", path.display()));
             let came_out = summary.evaluation.as_ref();
-            let none = if summary.training.coverage.is_some() { Verdict::Done } else { Verdict::MissedTarget };
+            let none = if problem.log().is_some() { Verdict::Done } else { Verdict::MissedTarget };
             let came_out = came_out.map_or(none, |evaluation| verdict(&*problem, evaluation));
             let page = Some(path.join(pages::PAGE)).filter(|page| page.is_file());
             let told = Told { record: path, report: page, summary: &summary, timing: None };
@@ -200,24 +200,19 @@ impl Run<'_> {
         let mut learned = learned?;
         let (trained, until_trained) = (Instant::now(), recorder.elapsed());
 
-        let mut evaluated = None;
-        let mut first_episode = None;
-        let mut unevaluated = Ok(());
-        let (mut act_seconds, mut slowest_act_seconds) = (None, None);
-        if let (Some(policy), Some(log)) = (&learned.policy, problem.log()) {
-            (act_seconds, slowest_act_seconds) = latency(&**policy, log, spec);
-        } else if let (Some(policy), false) = (&learned.policy, learned.interrupted) {
-            let timed = Timed::new(&**policy);
-            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(self.progress));
+        let (mut evaluated, mut first_episode, mut unevaluated) = (None, None, Ok(()));
+        let policy = learned.policy.clone();
+        let timed = policy.as_ref().map(|policy| Timed::new(&**policy));
+        if let (Some(timed), None, false) = (&timed, problem.log(), learned.interrupted) {
+            let (episodes, told) = (config.evaluation_episodes, Evaluating::new(self.progress, "evaluation"));
             let begun = |number: usize| told.begun(number, episodes);
-            let result = watched_evaluation(problem, &timed, (episodes, &begun), Seed::new(config.seed));
+            let result = watched_evaluation(problem, timed, (episodes, &begun), Seed::new(config.seed));
             self.progress.finish();
             let stopped = self.interrupt.pressed() && (!config.controller.trains() || result.is_err());
             match result {
                 // A planner that was stopped no longer plans: its returns tell nothing.
                 _ if stopped => learned.interrupted = true,
                 Ok((result, episode)) => {
-                    (act_seconds, slowest_act_seconds) = timed.seconds().unzip();
                     first_episode = Some(episode);
                     recorder.on(&Event::Evaluated { returns: &result.returns })?;
                     evaluated = Some(result);
@@ -230,7 +225,18 @@ impl Run<'_> {
                 }
             }
         }
-        let summary = summary(config, made_by, problem, &learned, evaluated.clone());
+        let acting = timed.as_ref().map(|timed| timed as &dyn Policy);
+        let told = Evaluating::new(self.progress, "comparison with the data");
+        if problem.log().is_some() {
+            self.progress.detail(|| "comparing what the policy does in the model with the data".into());
+        }
+        let begun = |number: usize, episodes: usize| told.begun(number, episodes);
+        let in_model = in_model(problem, &learned, acting, (&begun, &|| self.interrupt.pressed()));
+        self.progress.finish();
+        learned.interrupted |= in_model.is_none();
+        let told = timed.filter(|_| !learned.interrupted);
+        let (act_seconds, slowest_act_seconds) = told.map_or((None, None), Timed::seconds);
+        let summary = summary(config, made_by, problem, &learned, evaluated.clone(), in_model);
         let clock = recorder.clock;
         let timing = Timing {
             format: 1,
@@ -385,26 +391,6 @@ impl Run<'_> {
             acted.map(|table| table.to_csv()).transpose()?,
         ])
     }
-}
-
-/// Seconds of one action of `policy` along the observations of `data`: the median, and the slowest of a policy that plans.
-fn latency(policy: &dyn Policy, data: &Dataset, spec: &Spec) -> (Option<f64>, Option<f64>) {
-    /// Actions that are timed.
-    const TIMED: usize = 1_000;
-    let (mut action, mut rng) = (vec![0.0; spec.action_space.action_dim()], Seed::new(0).stream("latency", 0));
-    let mut seconds: Vec<f64> = Vec::new();
-    for rollout in data.rollouts() {
-        let mut acting = Acting::begin(policy);
-        for observation in rollout.observations.rows().into_iter().take(TIMED - seconds.len()) {
-            let observation = observation.to_vec();
-            let begun = Instant::now();
-            acting.act(&observation, Mode::Exploit, &mut rng, &mut action);
-            seconds.push(begun.elapsed().as_secs_f64());
-        }
-    }
-    seconds.sort_by(f64::total_cmp);
-    let slowest = seconds.last().copied().filter(|_| policy.begin().is_some());
-    (seconds.get(seconds.len() / 2).copied(), slowest)
 }
 
 /// What can be done about a run that could not go on.
