@@ -44,4 +44,5 @@ pub(crate) use hypothesis::budget;
 pub(crate) use posterior::Posterior;
 pub(crate) use problem::{OfPart, Problem, Structure};
 pub(crate) use search::{completed, estimate};
+pub(crate) use still::still;
 pub(crate) use tied::{adequate, leaves_noise};

@@ -16,7 +16,7 @@ use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
-use crate::estimate::{Doubt, Estimate, Problem, Structure, budget};
+use crate::estimate::{Doubt, Estimate, Problem, Structure, budget, still};
 use crate::library::{Extent, Joints, Term, general, shaped};
 use crate::mechanics::Proposal;
 use crate::model::{Entry, Model};
@@ -35,8 +35,8 @@ impl Identifier {
         }
         let inputs = self.inputs();
         let mut terms = general(&inputs, &self.speeds(), &self.extents(segments));
-        let still: Vec<usize> = (0..inputs.len()).filter(|&i| stays(self.values(i, segments).into_iter())).collect();
-        terms.retain(|t| !still.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
+        let same = self.unchanging(segments);
+        terms.retain(|t| !same.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
         // Terms of the user's own, and those of declared rates.
         let missing =
             |t: &Term| self.own_terms.contains(&t.name) || (t.rate.is_none() && matches!(t.expr, Expr::Variable(_)));
@@ -53,7 +53,17 @@ impl Identifier {
         if self.library != LibraryChoice::Auto {
             return Vec::new();
         }
-        shaped(&self.inputs(), &self.extents(segments))
+        let same = self.unchanging(segments);
+        let mut terms = shaped(&self.inputs(), &self.extents(segments));
+        terms.retain(|t| !same.iter().any(|&i| t.expr.has(i)));
+        terms
+    }
+
+    /// The states and inputs that have one value in `segments`, as far as noise shows.
+    fn unchanging(&self, segments: &[Segment]) -> Vec<usize> {
+        let at_rest = still(segments, &self.rates()).in_all;
+        let same = |i: &usize| at_rest.contains(i) || stays(self.values(*i, segments).into_iter());
+        (0..self.spec.state_dim() + self.spec.control_dim()).filter(same).collect()
     }
 
     /// The values in `segments` of state `i`, or of input `i` − n.
@@ -227,7 +237,8 @@ impl Identifier {
     /// Equations of several joints that one Lagrangian ties together, if nothing speaks against them, or what Lagrangians propose.
     pub(super) fn joined(&self, noisy: &Noisy<'_>) -> Result<Joined, FitError> {
         let (rates, spent) = (self.rates(), Cell::new(0));
-        let joints = Joints::new(&self.inputs(), &rates, &[]).filter(|_| self.constraints.is_empty());
+        let at_rest = still(noisy.segments, &rates).in_each;
+        let joints = Joints::new(&self.inputs(), &rates, &at_rest).filter(|_| self.constraints.is_empty());
         let Some(joints) = joints else { return Ok(Joined::Proposed(Vec::new())) };
         self.check_magnitudes(noisy.segments)?;
         let problem = self.problem(noisy, &rates, &spent);
@@ -253,7 +264,7 @@ impl Identifier {
             .or_else(|| self.previous.as_ref().and_then(|model| self.structure_of(model, &terms)));
         let constraints = self.constrained(&mut terms).map_err(|e| FitError::Regression { reason: e.to_string() })?;
         let (rates, spent) = (self.rates(), Cell::new(0));
-        let mechanics = Joints::new(&self.inputs(), &rates, &[])
+        let mechanics = Joints::new(&self.inputs(), &rates, &still(segments, &rates).in_each)
             .map_or_else(Vec::new, |joints| self.structures(&joints, proposed, &mut terms));
         let n_plain = terms.len();
         terms.extend(self.terms_with_parameters(segments));

@@ -11,6 +11,7 @@ use super::noisy::{Joined, Noisy};
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
+use crate::estimate::still;
 use crate::library::{Joints, Term, Tiers};
 use crate::regression::{Space, design};
 use crate::{BestSubset, Stage, Watch, motion};
@@ -43,10 +44,12 @@ impl Identifier {
             found.report.warnings.extend(self.unmoved(&found.report));
             found
         };
-        let still = |i: &usize| stays(runs.iter().flat_map(|r| r.x.column(*i).to_vec()));
+        let (segments, floor) = self.segments(&runs);
+        let at_rest = still(&segments, &rates);
+        let same = |i: &usize| at_rest.in_all.contains(i) || stays(runs.iter().flat_map(|r| r.x.column(*i).to_vec()));
         let inputs = constant.iter().map(|(k, _)| rates.len() + k);
-        let still: Vec<usize> = (0..rates.len()).filter(still).chain(inputs).collect();
-        let tiers = self.without(tiers, &still);
+        let same: Vec<usize> = (0..rates.len()).filter(same).chain(inputs).collect();
+        let tiers = self.without(tiers, &same);
         for run in &runs {
             let z = concatenate![Axis(1), run.x.slice(s![..run.len(), ..]), run.u];
             let none = Array2::zeros((run.len(), 0));
@@ -58,13 +61,12 @@ impl Identifier {
         let space = self.motion_space().map_err(failed)?;
         let search = motion::Search { system: &system, runs: &runs, space: &space, solver, watch };
         watch.tell(Stage::Rounding);
-        let (segments, floor) = self.segments(&runs);
         let counts = Counts { rows, at_limit: at_limits, astray: 0 };
         // Of few steps, rounding first: it tells equations apart that no statistics does.
         let may_be_exact = self.spec.noise <= 0.0 && self.constraints.is_empty();
         let rounded = may_be_exact && search.is_short();
         // Of several joints one Lagrangian has the fewest unknowns.
-        let joints = if may_be_exact { Joints::new(&self.inputs(), &rates, &still) } else { None };
+        let joints = if may_be_exact { Joints::new(&self.inputs(), &rates, &at_rest.in_each) } else { None };
         let mechanical = joints.and_then(|joints| search.mechanical(&joints, &self.inputs()));
         let tilted = match mechanical {
             None => None,

@@ -4,7 +4,7 @@ use std::cell::{Cell, OnceCell};
 
 use super::Identifier;
 use super::estimated::written;
-use crate::estimate::{Doubt, Estimate, OfPart, Problem, budget, completed, estimate};
+use crate::estimate::{Doubt, Estimate, OfPart, Problem, budget, completed, estimate, still};
 use crate::library::Joints;
 use crate::model::Model;
 use crate::motion::Stepping;
@@ -28,7 +28,11 @@ impl Identifier {
         stepping: Stepping,
         space: &Space,
     ) -> (Option<Estimate>, Vec<String>) {
-        let joints = if self.may_be_disturbed() { Joints::any(&self.inputs(), problem.rates, &[]) } else { None };
+        let joints = if self.may_be_disturbed() {
+            Joints::any(&self.inputs(), problem.rates, &still(problem.segments, problem.rates).in_each)
+        } else {
+            None
+        };
         let cut = joints.as_ref().and_then(|joints| Cut::new(problem.segments, problem.floor, &joints.speeds()));
         let (in_pieces, complete) = (OnceCell::new(), Cell::new(true));
         let in_pieces = || {

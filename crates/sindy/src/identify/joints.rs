@@ -65,7 +65,7 @@ impl Identifier {
         let is_adequate = |proposal: &Proposal| {
             let fitted = |samples: &[Segment]| {
                 let tied = tied(joints, proposal, (samples, floor), stepping)?;
-                Some((Equations::new(&tied.lagrangian, &tied.chosen, space, self.spec.dt)?, tied))
+                Some((Equations::new(&tied.lagrangian, &tied.chosen, (space, problem.rates), self.spec.dt)?, tied))
             };
             // What leaves more than noise of a part does so of all.
             if segments.iter().map(Segment::len).sum::<usize>() > ALL_STEPS {

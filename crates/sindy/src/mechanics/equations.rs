@@ -53,8 +53,13 @@ fn added_up(of: Combination) -> Combination {
 }
 
 impl Equations {
-    /// The equations of `lagrangian` with the parameters `chosen`, in a model of `space` whose steps take `dt` \[s\]. `None` if a joint has no inertia.
-    pub(crate) fn new(lagrangian: &Lagrangian, chosen: &[usize], space: &Space, dt: f64) -> Option<Self> {
+    /// The equations of `lagrangian` with the parameters `chosen`, in a model of `space` whose steps take `dt` \[s\]; positions with `rates` may be of no joint. `None` if a joint has no inertia.
+    pub(crate) fn new(
+        lagrangian: &Lagrangian,
+        chosen: &[usize],
+        (space, rates): (&Space, &[Option<usize>]),
+        dt: f64,
+    ) -> Option<Self> {
         let speeds: Vec<usize> = lagrangian.joints.iter().map(|(_, v)| *v).collect();
         let mut rows: Vec<Vec<(Key, Combination)>> = vec![Vec::new(); speeds.len()];
         let mut inertias: Vec<Combination> = vec![Vec::new(); speeds.len()];
@@ -87,8 +92,8 @@ impl Equations {
         let n = space.states.len();
         let (mut supports, mut ratios) = (vec![Vec::new(); n], Vec::new());
         for (state, support) in supports.iter_mut().enumerate() {
-            if let Some(position) = lagrangian.joints.iter().position(|(q, _)| *q == state) {
-                *support = vec![place(&(Expr::Variable(speeds[position]), None))];
+            if let Some(rate) = rates[state] {
+                *support = vec![place(&(Expr::Variable(rate), None))];
             } else if let Some(joint) = speeds.iter().position(|v| *v == state) {
                 // Sums that cancel whatever the parameters are have no term.
                 for (key, sum) in rows[joint].drain(..) {

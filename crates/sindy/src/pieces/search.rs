@@ -149,14 +149,14 @@ impl<'a> Cut<'a> {
         let first = |proposal: &Proposal| {
             let others = proposal.parameters.iter();
             let chosen: Vec<usize> = std::iter::once(proposal.unit).chain(others.clone().map(|p| p.0)).collect();
-            let equations = Equations::new(&lagrangians[proposal.of], &chosen, space, dt)?;
+            let equations = Equations::new(&lagrangians[proposal.of], &chosen, (space, rates), dt)?;
             let theta: Vec<f64> = std::iter::once(1.0).chain(others.map(|p| p.1)).collect();
             let fitted = of_some.fitted(&|theta| equations.at(theta), &theta, None, FEW)?;
             Some((of_some.left(&fitted), proposal.of, equations, fitted))
         };
         let best = proposals.iter().filter_map(first).min_by(|a, b| a.0.total_cmp(&b.0));
         let (_, of, equations, fitted) = best?;
-        let (equations, fitted) = refined(&problem, &data, &lagrangians[of], equations, &fitted.theta)?;
+        let (equations, fitted) = refined(&problem, &data, (&lagrangians[of], rates), equations, &fitted.theta)?;
         account(rates, &data, &equations, &fitted)
     }
 }
@@ -165,14 +165,14 @@ impl<'a> Cut<'a> {
 fn refined(
     problem: &Problem<'_>,
     data: &Data<'_>,
-    lagrangian: &Lagrangian,
+    (lagrangian, rates): (&Lagrangian, &[Option<usize>]),
     mut equations: Equations,
     theta: &[f64],
 ) -> Option<(Equations, Fitted)> {
     let unit = equations.chosen[0];
     let all: Vec<usize> = std::iter::once(unit).chain(lagrangian.others(unit)).collect();
     let positive: Vec<bool> = all[1..].iter().map(|&p| lagrangian.dissipates(p)).collect();
-    let everything = Equations::new(lagrangian, &all, problem.space, problem.dt)?;
+    let everything = Equations::new(lagrangian, &all, (problem.space, rates), problem.dt)?;
     let mut fitted = data.fitted(&|theta| equations.at(theta), theta, None, SOME)?;
     for _ in 0..CHOICES {
         let value = |p: &usize| equations.chosen.iter().position(|q| q == p).map_or(0.0, |at| fitted.theta[at]);
@@ -191,7 +191,7 @@ fn refined(
         if same {
             break;
         }
-        let Some(next) = Equations::new(lagrangian, &own, problem.space, problem.dt) else { break };
+        let Some(next) = Equations::new(lagrangian, &own, (problem.space, rates), problem.dt) else { break };
         let Some(better) = data.fitted(&|theta| next.at(theta), &xi, Some(&fitted), SOME) else { break };
         (equations, fitted) = (next, better);
     }

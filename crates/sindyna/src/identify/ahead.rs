@@ -18,8 +18,8 @@ const CHANCE: f64 = 1.0 / (20.0 * 6.0);
 /// of its standard deviation. Infinite where it diverges; nothing if there are no such steps.
 pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, fitted: usize) -> Vec<f64> {
     let Samples { data, times, .. } = samples;
-    let measured = data.observation_dim();
-    let count = identifier.spec().observation_dim() - measured;
+    let spec = identifier.spec();
+    let count = spec.observation_dim() - data.observation_dim();
     let filled = match (count, times) {
         (0, None) => identifier.recordings(data),
         (0, Some(times)) => Ok(recordings(data, times)),
@@ -35,7 +35,8 @@ pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, 
         before += recording.controls.nrows();
     }
     let spread = starts.len().div_ceil(WINDOWS).max(1);
-    let sizes = deviations(&recordings, measured);
+    // Cosine and sine of an angle are two observations of one state.
+    let sizes = deviations(&recordings, spec.state_dim() - count);
     starts.iter().step_by(spread).map(|&(at, from)| window(model, &recordings[at], from, &sizes)).collect()
 }
 
