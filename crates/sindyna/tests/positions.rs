@@ -183,3 +183,27 @@ fn inputs_that_act_between_rows_are_told() {
         }
     }
 }
+
+/// An angle that is seen as cosine and sine is one state of two columns.
+#[test]
+fn inputs_act_late_on_an_angle_seen_as_cosine_and_sine() {
+    let temp = tempfile::tempdir().unwrap();
+    let (mut q, mut v) = (0.6_f64, 0.0_f64);
+    let at = |i: i64| ((i.max(0) / 6 * 7919) % 17) as f64 / 8.0 - 1.0;
+    let mut text = "t,cos q,sin q,v,u\n".to_owned();
+    for i in 0..400_i64 {
+        let noisy = |x: f64, k: usize| x + 0.004 * shaken(3 * i as usize + k);
+        let (c, s, w) = (noisy(q.cos(), 0), noisy(q.sin(), 1), noisy(v, 2));
+        writeln!(text, "{},{c},{s},{w},{}", 0.05 * i as f64, at(i)).unwrap();
+        for _ in 0..200 {
+            v += 0.05 / 200.0 * pendulum(q, v, at(i - 2));
+            q += 0.05 / 200.0 * v;
+        }
+    }
+    fs::write(temp.path().join("log.csv"), text).unwrap();
+    let told = ["identify", "log.csv", "--states", "cos q,sin q,v", "--inputs", "u", "--strict", "--no-report"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &told));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    assert!(stdout.contains("delay of the inputs: 2 rows (0.1 s)"), "{stdout}");
+    assert!(stdout.contains("cosine and sine of one angle"), "{stdout}");
+}

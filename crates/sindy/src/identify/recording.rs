@@ -1,7 +1,7 @@
 //! Recordings as people have them: arrays with times.
 
 use ndarray::{Array2, Axis, s};
-use sindyna_core::{Dataset, FitError, InterSample, Spec};
+use sindyna_core::{Dataset, FitError, InterSample, Rollout, Spec};
 
 use super::Identifier;
 use crate::coordinates::Coordinates;
@@ -28,6 +28,16 @@ impl Recording {
     /// [`FitError::Regression`] if a value is not finite.
     pub fn dataset(recordings: &[Self], spec: &Spec) -> Result<Dataset, FitError> {
         dataset(spec, recordings)
+    }
+
+    /// The rollouts of `data`, as they were observed.
+    #[must_use]
+    pub fn of(data: &Dataset) -> Vec<Self> {
+        let of = |rollout: Rollout<'_>| {
+            Self::even(data.dt(), rollout.observations.to_owned(), Some(rollout.controls.to_owned()))
+                .with_intersample(data.intersample())
+        };
+        data.rollouts().map(of).collect()
     }
 
     /// Samples `states` (T + 1, m) at `times` \[s\] (T + 1), with controls (T, k) held from one to the next.
@@ -131,13 +141,21 @@ impl Identifier {
     /// [`FitError`] if the data do not have the spec's shape, or show not every state.
     pub fn recordings(&self, data: &Dataset) -> Result<Vec<Recording>, FitError> {
         self.check(data)?;
+        self.in_states(Recording::of(data))
+    }
+
+    /// The same `recordings` with states (T + 1, n) in place of observations (T + 1, m): cosine and sine of an angle are one state.
+    ///
+    /// # Errors
+    /// [`FitError`] if the recordings do not have the spec's shape, or show not every state.
+    pub fn in_states(&self, recordings: Vec<Recording>) -> Result<Vec<Recording>, FitError> {
         let coordinates = Coordinates::new(&self.spec, self.coordinates)
             .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
-        let of = |rollout: sindyna_core::Rollout<'_>| {
-            Recording::even(data.dt(), coordinates.states(rollout.observations), Some(rollout.controls.to_owned()))
-                .with_intersample(data.intersample())
+        let of = |recording: Recording| {
+            recording.check(&self.spec)?;
+            Ok(Recording { states: coordinates.states(recording.states.view()), ..recording })
         };
-        Ok(data.rollouts().map(of).collect())
+        recordings.into_iter().map(of).collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use ndarray::s;
 use sindyna_sindy::{Identifier, Model, Recording};
 
-use super::as_read::recordings;
+use super::as_read::recordings_of;
 use super::unmeasured::hidden;
 use crate::logs::Samples;
 
@@ -20,12 +20,11 @@ pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, 
     let Samples { data, times, .. } = samples;
     let spec = identifier.spec();
     let count = spec.observation_dim() - data.observation_dim();
-    let filled = match (count, times) {
-        (0, None) => identifier.recordings(data),
-        (0, Some(times)) => Ok(recordings(data, times)),
+    let filled = match count {
+        0 => Ok(recordings_of(samples)),
         _ => identifier.filled(model, &hidden(data, times.as_deref(), count)),
     };
-    let Ok(recordings) = filled else { return Vec::new() };
+    let Ok(recordings) = filled.and_then(|observed| identifier.in_states(observed)) else { return Vec::new() };
     let (mut before, mut starts) = (0, Vec::new());
     for (at, recording) in recordings.iter().enumerate() {
         let first = fitted.saturating_sub(before).min(recording.steps());

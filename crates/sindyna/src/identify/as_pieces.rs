@@ -21,8 +21,8 @@ pub(super) fn least_missed<E: From<FitError>>(
     asked: &Asked<'_, E>,
 ) -> Result<Option<Reading>, E> {
     let identifier = (asked.identifier)(&log.spec)?;
-    let of = |reading: &Reading| recordings_of(&identifier, &reading.samples(kept, margins, usize::MAX)?);
-    let all = std::iter::once(&Reading::GIVEN).chain(others).map(of).collect::<Result<Vec<_>, _>>()?;
+    let of = |reading: &Reading| Ok(recordings_of(&reading.samples(kept, margins, usize::MAX)?));
+    let all = std::iter::once(&Reading::GIVEN).chain(others).map(of).collect::<Result<Vec<_>, FitError>>()?;
     let misfits = identifier.misfits_of_pieces(&found.model, &all, asked.watch)?;
     if !asked.watch.go_on() {
         return Err(FitError::Interrupted.into());

@@ -15,14 +15,11 @@ pub fn recordings(data: &Dataset, times: &[Vec<f64>]) -> Vec<Recording> {
     data.rollouts().zip(times).map(recording).collect()
 }
 
-/// The trajectories of `samples` as recordings of the states that `identifier` finds equations of.
-///
-/// # Errors
-/// [`FitError`] if the samples do not have the shape of its system.
-pub(super) fn recordings_of(identifier: &Identifier, samples: &Samples) -> Result<Vec<Recording>, FitError> {
+/// The trajectories of `samples` as they were observed.
+pub(super) fn recordings_of(samples: &Samples) -> Vec<Recording> {
     match &samples.times {
-        None => identifier.recordings(&samples.data),
-        Some(times) => Ok(recordings(&samples.data, times)),
+        None => Recording::of(&samples.data),
+        Some(times) => recordings(&samples.data, times),
     }
 }
 

@@ -34,9 +34,7 @@ pub(super) fn changed<E: From<FitError>>(
     if is_disturbed(found) {
         // Friction and disturbances leave more than noise of any part.
         let (part, identifier) = ((PART * all as f64) as usize, (asked.identifier)(&log.spec)?);
-        let of = |samples: &Samples| {
-            identifier.fitted_to_pieces(&found.model, recordings_of(&identifier, samples)?, asked.watch)
-        };
+        let of = |samples: &Samples| identifier.fitted_to_pieces(&found.model, recordings_of(samples), asked.watch);
         let (first, last) = (of(&split(part)?.0)?, of(&split(all - part)?.1)?);
         if !first.zip(last).is_some_and(|(first, last)| moved(found, &first, &last)) {
             return Ok(None);
