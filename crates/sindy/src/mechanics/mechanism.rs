@@ -1,5 +1,7 @@
 //! Accelerations of joints, and steps with what they change with the parameters.
 
+use nalgebra::DMatrix;
+
 use crate::expr::Tape;
 use crate::library::Lagrangian;
 use crate::motion::Stepping;
@@ -102,6 +104,24 @@ impl Mechanism {
                 Some(at)
             }
         }
+    }
+
+    /// Whether the matrix of masses in the state `x`, with the parameters `c`, is positive; `None` where it is definite of neither sign.
+    pub(super) fn sign_of_masses(&self, x: &[f64], c: &[f64]) -> Option<bool> {
+        let mut registers = vec![0.0; self.tape.n_registers()];
+        registers[..self.n_states].copy_from_slice(x);
+        self.tape.run(&mut registers);
+        let mut mass = DMatrix::zeros(self.joints.len(), self.joints.len());
+        for (summand, &r) in self.summands.iter().zip(self.tape.outputs()) {
+            if let Some(joint) = summand.with {
+                mass[(summand.row, joint)] += c[summand.place] * summand.factor * registers[r as usize];
+            }
+        }
+        let is_positive = |mass: DMatrix<f64>| mass.cholesky().is_some();
+        if is_positive(mass.clone()) {
+            return Some(true);
+        }
+        is_positive(-mass).then_some(false)
     }
 
     /// The rates of `at`.

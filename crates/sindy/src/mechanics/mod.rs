@@ -2,10 +2,11 @@
 //!
 //! Momenta are balanced over steps ([`balance`]), which is linear in the parameters; the fewest that nearly explain the steps are found by leaving one out after the
 //! other ([`eliminated`]), and all of them are then fitted to the steps themselves ([`Fit`]), in which those that are not needed show: to rounding ([`mechanics`]), or as hypotheses of
-//! the estimator where there is noise ([`proposals`]).
+//! the estimator where there is noise ([`proposals`]), which is taken out of the regression first ([`compensated`]).
 
 mod balance;
 mod choice;
+mod compensated;
 mod elimination;
 mod equations;
 mod fit;

@@ -1,17 +1,14 @@
 //! Lagrangians that samples with noise propose.
 
-use ndarray::Array2;
-
-use super::balance::{Steps, balance};
-use super::search::{Elbow, jumps};
-use super::weighing::weighed;
+use super::compensated::{Compensated, Set};
 use super::windows::{Fitted, Windows, stride, windows};
 use crate::Watch;
-use crate::data::{Segment, Signals};
+use crate::data::Segment;
 use crate::library::{Joints, Lagrangian};
 use crate::motion::Stepping;
 
-/// Sets of parameters that are tried, arrangements whose parameters are all fitted, and those of which some are left out.
+/// Sets of parameters of each arrangement and unit, those that are tried, arrangements whose parameters are all fitted, and those of which some are left out.
+const SETS: usize = 2;
 const TRIED: usize = 60;
 const FITTED: usize = 6;
 const TOLD: usize = 2;
@@ -37,49 +34,35 @@ pub(crate) struct Proposal {
 /// missed are left out.
 pub(crate) fn proposals(
     (joints, lagrangians): (&Joints, &[Lagrangian]),
-    (segments, signals): (&[Segment], &Signals),
+    (segments, sigma): (&[Segment], &[f64]),
     floor: &[f64],
     stepping: Stepping,
     watch: &Watch<'_>,
 ) -> Vec<Proposal> {
     let stepping = if stepping.is_continuous() { Stepping::Continuous { substeps: SUBSTEPS } } else { stepping };
-    let measured: Vec<Array2<f64>> = segments.iter().map(|segment| segment.x.clone()).collect();
     let stride = stride(joints, segments);
     let windows = windows(segments, stride);
-    let mut balanced: Vec<(f64, Elbow)> = Vec::new();
+    let data = |of: usize| Windows { lagrangian: &lagrangians[of], windows: &windows, floor, stepping };
+    let mut balanced: Vec<(usize, Set)> = Vec::new();
     for (of, lagrangian) in lagrangians.iter().enumerate() {
-        for (x, window) in [(&measured, 1), (&signals.x, stride)] {
+        for window in [1, stride] {
             if !watch.go_on() {
                 return Vec::new();
             }
-            let rows = |(segment, x): (&Segment, &Array2<f64>)| {
-                let u = segment.mean_inputs();
-                let steps = Steps { x: x.view(), u: u.view(), dt: &segment.dt };
-                let rows = balance(lagrangian, steps, !stepping.is_continuous());
-                rows.iter().map(|rows| windowed(rows, window)).collect::<Vec<_>>()
-            };
-            let rows: Vec<Vec<Array2<f64>>> = segments.iter().zip(x).map(rows).collect();
+            let momenta = Compensated::new(lagrangian, (segments, sigma), (!stepping.is_continuous(), window));
             for unit in lagrangian.units() {
-                let choice = lagrangian.others(unit);
-                let Some(triangle) = weighed(lagrangian, &rows, (unit, &choice)) else { continue };
-                let (all, target): (Vec<usize>, usize) = ((0..choice.len()).collect(), choice.len());
-                let free = triangle.n_rows().saturating_sub(target);
-                let left = triangle.residual_norm(&all, &triangle.solve_unit(&all, target), target)
-                    / triangle.norm(target)
-                    / (free as f64).sqrt();
-                balanced.extend(
-                    jumps(&triangle, (of, unit, &choice), f64::INFINITY).into_iter().map(|elbow| (left, elbow)),
-                );
+                let sets = momenta.sets(unit).into_iter().flatten();
+                let moving = sets.filter(|set| data(of).moves(&set.chosen, &set.values));
+                balanced.extend(moving.take(SETS).map(|set| (of, set)));
             }
         }
     }
-    balanced.sort_by(|(one, _), (other, _)| one.total_cmp(other));
-    let data = |of: usize| Windows { lagrangian: &lagrangians[of], windows: &windows, floor, stepping };
-    let fit = |(_, elbow): &(f64, Elbow)| {
-        let data = data(elbow.of);
-        let few = data.fitted((&elbow.chosen, elbow.values.clone()), None, FEW)?;
-        let all = data.with_others(&few, &data.lagrangian.others(elbow.chosen[0]), ALL)?;
-        Some((all.misfit + data.price(all.chosen.len()), elbow.of, all))
+    balanced.sort_by(|(_, one), (_, other)| one.score.total_cmp(&other.score));
+    let fit = |(of, set): &(usize, Set)| {
+        let data = data(*of);
+        let few = data.fitted((&set.chosen, set.values.clone()), None, FEW)?;
+        let all = data.with_others(&few, &data.lagrangian.others(set.chosen[0]), ALL)?;
+        Some((all.misfit + data.price(all.chosen.len()), *of, all))
     };
     let mut fitted: Vec<(f64, usize, Fitted)> =
         balanced.iter().take(TRIED).filter(|_| watch.go_on()).filter_map(fit).take(FITTED).collect();
@@ -97,21 +80,4 @@ pub(crate) fn proposals(
     let mut told: Vec<Proposal> = fitted.iter().filter_map(proposal).collect();
     told.sort_by(|one, other| one.score.total_cmp(&other.score));
     told
-}
-
-/// Rows added up over windows of that many steps with a weight that vanishes smoothly at both ends; the rows themselves for one step.
-fn windowed(rows: &Array2<f64>, window: usize) -> Array2<f64> {
-    if window <= 1 {
-        return rows.clone();
-    }
-    let weight = |t: usize| {
-        let s = 2.0 * (t as f64 + 1.0) / (window as f64 + 1.0) - 1.0;
-        (1.0 - s * s).powi(3)
-    };
-    let starts: Vec<usize> = (0..(rows.nrows() + 1).saturating_sub(window)).collect();
-    let mut summed = Array2::zeros((starts.len(), rows.ncols()));
-    for (mut row, &start) in summed.rows_mut().into_iter().zip(&starts) {
-        (0..window).for_each(|t| row.scaled_add(weight(t), &rows.row(start + t)));
-    }
-    summed
 }

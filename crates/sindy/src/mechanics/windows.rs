@@ -137,6 +137,14 @@ impl Windows<'_> {
         self.fitted((&chosen, values), Some(&fitted.starts), rounds)
     }
 
+    /// Whether the kinetic energy with the `values` of the parameters `chosen` is definite at the start of every window: of either sign, which is that of the unit.
+    pub(super) fn moves(&self, chosen: &[usize], values: &[f64]) -> bool {
+        let mechanism = self.mechanism(chosen);
+        let all: Option<Vec<bool>> =
+            self.windows.iter().map(|w| mechanism.sign_of_masses(&w.x.row(0).to_vec(), values)).collect();
+        all.is_some_and(|signs| signs.windows(2).all(|pair| pair[0] == pair[1]))
+    }
+
     fn mechanism(&self, chosen: &[usize]) -> Mechanism {
         let dims = self.windows.first().map_or((0, 0), |w| (w.x.ncols(), w.u.ncols()));
         Mechanism::new(self.lagrangian, chosen, dims).with_starts()
