@@ -24,7 +24,8 @@ fn timeless(text: &str) -> String {
         let words = line.split(' ').map(|word| if is_rounding(word) { "<rounding>" } else { word });
         words.collect::<Vec<_>>().join(" ") + "\n"
     };
-    text.lines().filter(|line| !line.starts_with("seconds: ")).map(shown).collect()
+    let is_time = |line: &str| line.starts_with("seconds: ") || line.starts_with("one action takes ");
+    text.lines().filter(|line| !is_time(line)).map(shown).collect()
 }
 
 const COMMANDS: [&str; 12] = [

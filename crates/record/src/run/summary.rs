@@ -297,11 +297,10 @@ pub struct Timing {
     pub train_seconds: f64,
     /// Seconds of the evaluation.
     pub evaluate_seconds: f64,
-    /// Seconds of one action of the policy, the median of many; told where there was no evaluation because there is no system,
-    /// and of policies that plan.
+    /// Seconds of one action of the policy, the median over the evaluation; over episodes in the model where there is no system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub act_seconds: Option<f64>,
-    /// Seconds of the slowest action in the evaluation, where the policy plans: that of the first step of an episode, mostly.
+    /// Seconds of the slowest of these actions, where the policy plans: that of the first step of an episode, mostly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slowest_act_seconds: Option<f64>,
     /// Seconds in all.

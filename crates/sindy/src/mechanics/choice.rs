@@ -25,7 +25,7 @@ impl Windows<'_> {
         size as f64 * self.count().ln() + 2.0 * binomial(self.lagrangian.parameters.len(), size).ln()
     }
 
-    /// Those of the parameters `all` that this criterion keeps: one after the other is left out, then others are taken in their place, simpler ones rather.
+    /// Those of the parameters `all` that this criterion keeps: one after the other is left out, then others are taken in their place, simpler ones rather, and what these do without is left out too.
     pub(super) fn chosen(&self, all: &Fitted) -> Option<Choice> {
         let triangle = self.linearised(all)?;
         let path = eliminated(&triangle, &all.values[1..]);
@@ -36,7 +36,7 @@ impl Windows<'_> {
         let told = Told::new(&triangle, &all.values[1..]);
         let complexity: Vec<f64> = all.chosen[1..].iter().map(|&p| self.lagrangian.complexity(p)).collect();
         let (mut columns, mut left) = (best.columns.clone(), told.left(&best.columns));
-        // Each exchange lowers a sum of squares and complexities, and there are finitely many sets.
+        // Each exchange lowers a sum of squares and complexities, there are finitely many sets of one size, and no set grows.
         let nearest = loop {
             let mut nearest = f64::INFINITY;
             let mut better: Option<(f64, f64, Vec<usize>)> = None;
@@ -57,9 +57,16 @@ impl Windows<'_> {
                     }
                 }
             }
-            match better {
-                Some((_, squares, exchanged)) => (columns, left) = (exchanged, squares),
-                None => break nearest,
+            let without = |at: usize| {
+                let kept: Vec<usize> = columns.iter().copied().filter(|column| *column != columns[at]).collect();
+                (told.left(&kept), kept)
+            };
+            let fewer = (0..columns.len()).map(without).min_by(|(one, _), (other, _)| one.total_cmp(other));
+            let saved = self.price(columns.len()) - self.price(columns.len().saturating_sub(1));
+            match (better, fewer) {
+                (Some((_, squares, exchanged)), _) => (columns, left) = (exchanged, squares),
+                (None, Some((squares, kept))) if squares - left < saved => (columns, left) = (kept, squares),
+                _ => break nearest,
             }
         };
         columns.sort_unstable();

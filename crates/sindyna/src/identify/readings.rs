@@ -106,19 +106,35 @@ pub(super) fn told_apart<E: From<FitError>>(
         let held: Vec<Reading> = others.into_iter().filter(|reading| !reading.simulated).collect();
         let best = least_missed(log, kept, first, (&held, margins(&held)), asked)?;
         let reading = best.unwrap_or(Reading::GIVEN);
-        // Inputs that act when equations have them act may leave noise alone.
-        let (margins, disturbances) = (with_parts(margins(&[reading])), Disturbances::None);
-        let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
-        let (steps, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
-        let explained = tried.is_some_and(|tried| tried.explained);
+        let trial = |reading| {
+            let (margins, disturbances) = (with_parts(margins(&[reading])), Disturbances::None);
+            Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None }
+        };
+        let explains = |reading| {
+            let trial = trial(reading);
+            let (steps, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
+            Ok::<_, E>((steps, tried.is_some_and(|tried| tried.explained)))
+        };
+        let whole = |reading| Chosen { reading, rates: Vec::new(), disturbed: false };
+        // Inputs that act when equations have them act may leave noise alone; so may those that act when states follow them, where the equations are wrong.
+        let (steps, explained) = explains(reading)?;
+        if explained {
+            return Ok(best.map(whole));
+        }
+        let delays = log.delays();
+        let seen = |other: &&Reading| **other != reading && !other.linear && delays.contains(&other.rows);
+        for &other in held.iter().filter(seen) {
+            if explains(other)?.1 {
+                return Ok(Some(whole(other)));
+            }
+        }
         if parts
-            && !explained
-            && let Some(between) = between_rows(&trial, steps, (reading, &terms_of(&first.model)))?
+            && let Some(between) = between_rows(&trial(reading), steps, (reading, &terms_of(&first.model)))?
             && between.explained
         {
-            return Ok(Some(Chosen { reading: between.reading, rates: Vec::new(), disturbed: false }));
+            return Ok(Some(whole(between.reading)));
         }
-        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: !explained }));
+        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
     let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
