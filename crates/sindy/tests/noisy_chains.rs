@@ -44,6 +44,30 @@ fn three_links_are_adequate_with_noise() {
 }
 
 #[test]
+fn an_input_that_pushes_backwards_has_the_same_equations() {
+    for seed in DRAWS {
+        let mut rng = Seed::new(seed).stream("mechanisms", 0);
+        let mechanism = chain(2, true, false, &mut rng);
+        let log = mechanism.noisy_recordings((4, 100, 10), DT, 0.001, &mut rng);
+        let backwards = |of: &Recording| Recording::even(DT, of.states.clone(), Some(-&of.controls));
+        let turned: Vec<Recording> = log.iter().map(backwards).collect();
+        let of = |log: &[Recording]| Identifier::new(&mechanism.spec(DT)).identify_recordings(log).expect("equations");
+        let (found, same) = (of(&log), of(&turned));
+        let coefficients = |found: &Identified| {
+            let mut all: Vec<f64> =
+                found.report.equations.iter().flat_map(|e| e.coefficients.clone()).map(f64::abs).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        };
+        let (one, other) = (coefficients(&found), coefficients(&same));
+        assert_eq!((found.certainty(), one.len()), (same.certainty(), other.len()), "{seed}\n{found}\n{same}");
+        for (a, b) in one.iter().zip(&other) {
+            assert!((a - b).abs() < 1e-6 * a.abs().max(1e-3), "{seed}: {a} {b}\n{found}\n{same}");
+        }
+    }
+}
+
+#[test]
 fn falls_are_explained_with_noise_whatever_was_found_in_fewer_of_them() {
     let mut rng = Seed::new(1005).stream("mechanisms", 0);
     let mechanism = chain(2, true, false, &mut rng);

@@ -19,7 +19,7 @@ const NUDGE: f64 = 1e-6;
 /// The equations of a Lagrangian with some of its parameters: coefficients are ratios of sums of these.
 #[derive(Debug, Clone)]
 pub(crate) struct Equations {
-    /// Numbers of the parameters in the Lagrangian; the first one is the unit and stays 1.
+    /// Numbers of the parameters in the Lagrangian; the first one is the unit and stays as it is.
     pub(crate) chosen: Vec<usize>,
     /// Per coefficient of the model, in its order: what is divided, and by what, as (place among the chosen, factor).
     ratios: Vec<(Combination, usize)>,

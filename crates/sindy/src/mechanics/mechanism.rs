@@ -106,8 +106,8 @@ impl Mechanism {
         }
     }
 
-    /// Whether the matrix of masses in the state `x`, with the parameters `c`, is positive; `None` where it is definite of neither sign.
-    pub(super) fn sign_of_masses(&self, x: &[f64], c: &[f64]) -> Option<bool> {
+    /// The sign of the matrix of masses in the state `x`, with the parameters `c`; `None` where it is not definite.
+    pub(super) fn sign_of_masses(&self, x: &[f64], c: &[f64]) -> Option<f64> {
         let mut registers = vec![0.0; self.tape.n_registers()];
         registers[..self.n_states].copy_from_slice(x);
         self.tape.run(&mut registers);
@@ -119,9 +119,9 @@ impl Mechanism {
         }
         let is_positive = |mass: DMatrix<f64>| mass.cholesky().is_some();
         if is_positive(mass.clone()) {
-            return Some(true);
+            return Some(1.0);
         }
-        is_positive(-mass).then_some(false)
+        is_positive(-mass).then_some(-1.0)
     }
 
     /// The rates of `at`.

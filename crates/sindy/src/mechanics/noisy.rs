@@ -52,7 +52,12 @@ pub(crate) fn proposals(
             let momenta = Compensated::new(lagrangian, (segments, sigma), (!stepping.is_continuous(), window));
             for unit in lagrangian.units() {
                 let sets = momenta.sets(unit).into_iter().flatten();
-                let moving = sets.filter(|set| data(of).moves(&set.chosen, &set.values));
+                // With positive masses: an input that pushes backwards is a unit of −1.
+                let signed = |set: Set| {
+                    let sign = data(of).sign(&set.chosen, &set.values)?;
+                    Some(Set { values: set.values.iter().map(|value| sign * value).collect(), ..set })
+                };
+                let moving = sets.filter_map(signed);
                 balanced.extend(moving.take(SETS).map(|set| (of, set)));
             }
         }

@@ -120,7 +120,7 @@ impl Windows<'_> {
         let unit = fitted.chosen[0];
         let value = |p: &usize| fitted.chosen.iter().position(|q| q == p).map_or(0.0, |at| fitted.values[at]);
         let chosen: Vec<usize> = std::iter::once(unit).chain(others.iter().copied()).collect();
-        let values = std::iter::once(1.0).chain(others.iter().map(value)).collect();
+        let values = chosen.iter().map(value).collect();
         self.fitted((&chosen, values), Some(&fitted.starts), rounds)
     }
 
@@ -133,16 +133,16 @@ impl Windows<'_> {
     ) -> Option<Fitted> {
         let chosen: Vec<usize> =
             std::iter::once(fitted.chosen[0]).chain(columns.iter().map(|j| fitted.chosen[1 + j])).collect();
-        let values = std::iter::once(1.0).chain(values.iter().copied()).collect();
+        let values = fitted.values[..1].iter().chain(values).copied().collect();
         self.fitted((&chosen, values), Some(&fitted.starts), rounds)
     }
 
-    /// Whether the kinetic energy with the `values` of the parameters `chosen` is definite at the start of every window: of either sign, which is that of the unit.
-    pub(super) fn moves(&self, chosen: &[usize], values: &[f64]) -> bool {
+    /// The sign of the kinetic energy with the `values` of the parameters `chosen`; `None` where it is not definite, and the same, at the start of every window.
+    pub(super) fn sign(&self, chosen: &[usize], values: &[f64]) -> Option<f64> {
         let mechanism = self.mechanism(chosen);
-        let all: Option<Vec<bool>> =
-            self.windows.iter().map(|w| mechanism.sign_of_masses(&w.x.row(0).to_vec(), values)).collect();
-        all.is_some_and(|signs| signs.windows(2).all(|pair| pair[0] == pair[1]))
+        let mut signs = self.windows.iter().map(|w| mechanism.sign_of_masses(&w.x.row(0).to_vec(), values));
+        let first = signs.next()??;
+        signs.all(|sign| sign == Some(first)).then_some(first)
     }
 
     fn mechanism(&self, chosen: &[usize]) -> Mechanism {
