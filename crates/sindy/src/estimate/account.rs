@@ -142,8 +142,9 @@ pub(super) const ROWS_A_TERM: f64 = 3.0;
 /// Multiple of the rates that one term contributes, beyond which the terms make up for others.
 const CANCELLING: f64 = 1e3;
 
-/// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone.
-pub(super) const BEYOND: f64 = 10.0;
+/// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone: a quarter more than the tenfold by which
+/// differences from sample to sample, which contain the noise, may exceed it.
+pub(super) const BEYOND: f64 = 12.5;
 
 impl Problem<'_> {
     /// What was found, and what speaks against it.
