@@ -90,10 +90,10 @@ impl Prediction {
         if between > within { (1.0 - within / between).sqrt() } else { 0.0 }
     }
 
-    /// Whether the interval is wide beside returns of the magnitude `scale`: more data would tell more.
+    /// Whether what of the interval is the models' own is wide beside returns of the magnitude `scale`: more data would tell more. The spread over start states stays.
     pub(crate) fn is_wide(&self, scale: f64) -> bool {
         let (low, high) = self.interval(LEVEL, EPISODES);
-        high - low > WIDE * scale
+        self.own() * (high - low) > WIDE * scale
     }
 
     /// The interval that holds the mean return of `episodes` real episodes with probability `level`: over the models, over start

@@ -147,6 +147,15 @@ const CANCELLING: f64 = 1e3;
 pub(super) const BEYOND: f64 = 12.5;
 
 impl Problem<'_> {
+    /// Whether of two terms one is a state and the other the rate of the state whose rate it is.
+    fn is_rate_of_itself(&self, (a, b): (usize, usize)) -> bool {
+        let is = |rate: usize, state: usize| {
+            let of = self.terms[rate].rate.filter(|_| self.terms[rate].expr.is_one()).and_then(|of| self.rates[of]);
+            of.is_some_and(|v| self.terms[state].rate.is_none() && self.terms[state].expr == Expr::Variable(v))
+        };
+        is(a, b) || is(b, a)
+    }
+
     /// What was found, and what speaks against it.
     pub(super) fn account(&self, found: Searched, signals: &Signals) -> Estimate {
         let Searched { mut best, regressions, rivals, others, finished } = found;
@@ -197,6 +206,7 @@ impl Problem<'_> {
             // Signs of what never changes its sign are the same as the constant, and nobody means them.
             let own =
                 regression.twins(&best.supports[i]).into_iter().filter(|(own, _)| !self.terms[*own].expr.is_one());
+            let own = own.filter(|pair| !self.is_rate_of_itself(*pair));
             twins.extend(own.filter(|pair| !twins.contains(pair)).collect::<Vec<_>>());
             let range = parameter..parameter + best.supports[i].len();
             parameter = range.end;

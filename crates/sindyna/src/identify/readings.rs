@@ -171,7 +171,8 @@ pub(super) fn told_apart<E: From<FitError>>(
         }
         all.extend(with.into_iter().filter(|tried| !tried.rates.is_empty()));
     }
-    let seen = |best: &Tried| if best.spoilt { Vec::new() } else { best.rates.clone() };
+    // Whatever a longer search may find.
+    let seen = |best: &Tried| if best.explained { best.rates.clone() } else { Vec::new() };
     Ok(best_of(&all, others.len() + 1).map(|best| Chosen {
         reading: best.reading,
         rates: seen(best),

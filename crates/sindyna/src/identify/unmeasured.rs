@@ -89,7 +89,11 @@ pub(super) fn with_rates_of<E: From<FitError>>(
     let mut rates = match (asked, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
         (Unmeasured::Auto, _) if !seen.is_empty() => given(seen, &log.spec)?,
-        (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec),
+        // A search that was not finished is no reason for rates of rates in all of a log.
+        (Unmeasured::Auto, Some(first)) if order == Order::Any && !first.report.search_complete => {
+            suggested(first, &log.spec, 2)
+        }
+        (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec, LONGEST_CHAIN),
         _ => Vec::new(),
     };
     let mut best: Option<(Identified, Identifier, Spec)> = None;
@@ -113,7 +117,8 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         }
         // What these rates do not explain those of the rates may.
         let goes_on = *asked == Unmeasured::Auto && order == Order::Any;
-        let more = if goes_on { suggested(&found, &spec) } else { Vec::new() };
+        let longest = if found.report.search_complete { LONGEST_CHAIN } else { 2 };
+        let more = if goes_on { suggested(&found, &spec, longest) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
             break;
@@ -126,15 +131,16 @@ pub(super) fn with_rates_of<E: From<FitError>>(
 /// `choice`, or where that is open and `first` leaves what no term explains of states whose rates were not measured, these rates.
 pub(super) fn lone(first: &Identified, spec: &Spec, choice: &Unmeasured) -> Unmeasured {
     let is_rate = |i: usize| matches!(spec.state[i].kind, Kind::RateOf(_));
-    let rates: Vec<(String, usize)> = suggested(first, spec).into_iter().filter(|(_, of)| !is_rate(*of)).collect();
+    let rates: Vec<(String, usize)> =
+        suggested(first, spec, LONGEST_CHAIN).into_iter().filter(|(_, of)| !is_rate(*of)).collect();
     if *choice != Unmeasured::Auto || rates.is_empty() {
         return choice.clone();
     }
     Unmeasured::Given(rates.into_iter().map(|(rate, of)| (rate, spec.state[of].name.clone())).collect())
 }
 
-/// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not too long.
-fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
+/// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not longer than `longest`.
+fn suggested(found: &Identified, spec: &Spec, longest: usize) -> Vec<(String, usize)> {
     let has_rate = |i: usize| spec.state.iter().any(|s| s.kind == Kind::RateOf(i));
     let shown = |i: usize| spec.observation.iter().any(|o| o.name == spec.state[i].name);
     let length = |i: usize| {
@@ -142,8 +148,6 @@ fn suggested(found: &Identified, spec: &Spec) -> Vec<(String, usize)> {
         std::iter::successors(Some(i), before).take(LONGEST_CHAIN + 1).count()
     };
     let spoilt = |i: usize| found.report.equations.get(i).is_some_and(EquationReport::is_spoilt);
-    // A search that was not finished is no reason for rates of rates.
-    let longest = if found.report.search_complete { LONGEST_CHAIN } else { 2 };
     let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < longest && spoilt(*i);
     let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
     let mut rates = Vec::new();
