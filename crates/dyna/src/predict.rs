@@ -162,6 +162,19 @@ mod tests {
     }
 
     #[test]
+    fn only_what_models_disagree_on_calls_for_data() {
+        let mut rng = Seed::new(0).stream("test", 0);
+        let mut of = |between: f64| {
+            let one = |model: usize| (0..EPISODES).map(|_| between * model as f64 + normal(&mut rng)).collect();
+            let prediction = Prediction { returns: (0..MODELS).map(one).collect(), misfit: 0.0, seed: Seed::new(0) };
+            let (low, high) = prediction.interval(LEVEL, EPISODES);
+            prediction.is_wide(0.5 * (high - low) / WIDE)
+        };
+        assert!(of(1.0), "models that disagree");
+        assert!(!of(0.0), "starts alone");
+    }
+
+    #[test]
     fn an_interval_does_not_leave_the_range_of_returns() {
         let returns = vec![vec![500.0; EPISODES], [vec![500.0; EPISODES - 1], vec![300.0]].concat()];
         let (low, high) = Prediction { returns, misfit: 0.0, seed: Seed::new(0) }.interval(0.9, 100);

@@ -143,7 +143,7 @@ pub(super) const ROWS_A_TERM: f64 = 3.0;
 const CANCELLING: f64 = 1e3;
 
 /// Multiple of what the smoothness of a state tells of its noise, beyond which what an equation leaves is not noise alone: a quarter more than the tenfold by which
-/// differences from sample to sample, which contain the noise, may exceed it.
+/// differences from sample to sample, which contain the noise, may exceed it (`FACTORS` of the smoother).
 pub(super) const BEYOND: f64 = 12.5;
 
 impl Problem<'_> {

@@ -7,7 +7,7 @@ use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::unmeasured::{Choice, Order, Unmeasured, added, is_better, with_rates_of};
+use super::unmeasured::{Choice, Of, Unmeasured, added, is_better, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// Part of the usual effort for each reading.
@@ -62,7 +62,7 @@ impl<E: From<FitError>> Trial<'_, E> {
         let before = found.filter(|_| !matches!(rates, Unmeasured::Given(_)));
         let choice = Choice { first: before, asked: rates, seen: &[] };
         let of = |spec: &Spec| self.identifier(reading, spec);
-        let with = with_rates_of(log, &shifted.first(steps), choice, of, (asked.watch, &|_| {}), Order::Second);
+        let with = with_rates_of(log, &shifted.first(steps), choice, of, (asked.watch, &|_| {}), Of::Part);
         if !asked.watch.go_on() {
             return Err(FitError::Interrupted.into());
         }

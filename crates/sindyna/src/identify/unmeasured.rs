@@ -26,11 +26,13 @@ pub(super) struct Rates {
     pub(super) log: Log,
 }
 
-/// How many rates of rates are looked for.
+/// Of which samples of a log rates are to explain what is left.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Order {
-    Second,
-    Any,
+pub(super) enum Of {
+    /// Of the first ones: one rate of each state, which all samples are to confirm.
+    Part,
+    /// Of all: what these rates do not explain those of the rates may.
+    All,
 }
 
 /// What speaks for rates that were not measured.
@@ -61,7 +63,7 @@ pub(super) fn with_rates<E: From<FitError>>(
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     following: Following<'_>,
 ) -> Result<Option<Rates>, E> {
-    let best = with_rates_of(log, kept, choice, identifier, following, Order::Any)?;
+    let best = with_rates_of(log, kept, choice, identifier, following, Of::All)?;
     let Some((found, identifier, spec)) = best else { return Ok(None) };
     let count = spec.state_dim() - log.spec.state_dim();
     let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
@@ -84,16 +86,12 @@ pub(super) fn with_rates_of<E: From<FitError>>(
     Choice { first, asked, seen }: Choice<'_>,
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     (watch, say): Following<'_>,
-    order: Order,
+    samples: Of,
 ) -> Result<Option<(Identified, Identifier, Spec)>, E> {
     let mut rates = match (asked, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
         (Unmeasured::Auto, _) if !seen.is_empty() => given(seen, &log.spec)?,
-        // A search that was not finished is no reason for rates of rates in all of a log.
-        (Unmeasured::Auto, Some(first)) if order == Order::Any && !first.report.search_complete => {
-            suggested(first, &log.spec, 2)
-        }
-        (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec, LONGEST_CHAIN),
+        (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec, samples),
         _ => Vec::new(),
     };
     let mut best: Option<(Identified, Identifier, Spec)> = None;
@@ -115,10 +113,8 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         if before.is_some_and(|before| !is_better(&found, before)) {
             break;
         }
-        // What these rates do not explain those of the rates may.
-        let goes_on = *asked == Unmeasured::Auto && order == Order::Any;
-        let longest = if found.report.search_complete { LONGEST_CHAIN } else { 2 };
-        let more = if goes_on { suggested(&found, &spec, longest) } else { Vec::new() };
+        let goes_on = *asked == Unmeasured::Auto && samples == Of::All;
+        let more = if goes_on { suggested(&found, &spec, samples) } else { Vec::new() };
         best = Some((found, identifier, spec));
         if more.is_empty() {
             break;
@@ -132,21 +128,23 @@ pub(super) fn with_rates_of<E: From<FitError>>(
 pub(super) fn lone(first: &Identified, spec: &Spec, choice: &Unmeasured) -> Unmeasured {
     let is_rate = |i: usize| matches!(spec.state[i].kind, Kind::RateOf(_));
     let rates: Vec<(String, usize)> =
-        suggested(first, spec, LONGEST_CHAIN).into_iter().filter(|(_, of)| !is_rate(*of)).collect();
+        suggested(first, spec, Of::Part).into_iter().filter(|(_, of)| !is_rate(*of)).collect();
     if *choice != Unmeasured::Auto || rates.is_empty() {
         return choice.clone();
     }
     Unmeasured::Given(rates.into_iter().map(|(rate, of)| (rate, spec.state[of].name.clone())).collect())
 }
 
-/// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not longer than `longest`.
-fn suggested(found: &Identified, spec: &Spec, longest: usize) -> Vec<(String, usize)> {
+/// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not too long.
+fn suggested(found: &Identified, spec: &Spec, samples: Of) -> Vec<(String, usize)> {
     let has_rate = |i: usize| spec.state.iter().any(|s| s.kind == Kind::RateOf(i));
     let shown = |i: usize| spec.observation.iter().any(|o| o.name == spec.state[i].name);
     let length = |i: usize| {
         let before = |&i: &usize| if let Kind::RateOf(of) = spec.state[i].kind { Some(of) } else { None };
         std::iter::successors(Some(i), before).take(LONGEST_CHAIN + 1).count()
     };
+    // That a search of all samples was not finished is no reason for rates of rates; that of a part seldom is.
+    let longest = if samples == Of::Part || found.report.search_complete { LONGEST_CHAIN } else { 2 };
     let spoilt = |i: usize| found.report.equations.get(i).is_some_and(EquationReport::is_spoilt);
     let open = |i: &usize| !has_rate(*i) && shown(*i) && length(*i) < longest && spoilt(*i);
     let mut names: Vec<String> = spec.state.iter().chain(&spec.control).map(|c| c.name.clone()).collect();
