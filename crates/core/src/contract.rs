@@ -35,10 +35,12 @@ impl Subject<'_> {
 pub fn check_spec(spec: &Spec) -> Result<(), ContractError> {
     let subject = Subject(&spec.name);
     for channel in spec.state.iter().chain(&spec.observation).chain(&spec.control) {
-        let Channel { name, prior: Prior { scale, bounds: (low, high), resolution }, .. } = channel;
+        let Channel { name, prior: Prior { scale, bounds: (low, high), resolution, written }, .. } = channel;
         subject.holds(scale.is_finite() && *scale > 0.0, || format!("the scale of `{name}` is {scale}"))?;
         let is_step = resolution.is_finite() && *resolution >= 0.0;
         subject.holds(is_step, || format!("the resolution of `{name}` is {resolution}"))?;
+        let is_distance = written.is_finite() && *written >= 0.0;
+        subject.holds(is_distance, || format!("the values of `{name}` are written {written} apart"))?;
         subject.holds(low < high, || format!("`{name}` is bounded by {low} and {high}"))?;
         if let Kind::RateOf(i) | Kind::CosOf(i) | Kind::SinOf(i) = channel.kind {
             let n = spec.state_dim();

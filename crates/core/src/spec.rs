@@ -107,13 +107,16 @@ pub struct Prior {
     /// Distance of two neighbouring values, in the channel's unit: the error of rounding is uniform over it. 0 where the precision of the numbers
     /// alone rounds.
     pub resolution: f64,
+    /// Distance of two neighbouring values as they are written, in the channel's unit: they may have been rounded to it, or be exact. 0 where they are written
+    /// in full.
+    pub written: f64,
 }
 
 impl Prior {
     /// A typical magnitude and no bounds.
     #[must_use]
     pub fn of_scale(scale: f64) -> Self {
-        Self { bounds: (f64::NEG_INFINITY, f64::INFINITY), scale, resolution: 0.0 }
+        Self { bounds: (f64::NEG_INFINITY, f64::INFINITY), scale, resolution: 0.0, written: 0.0 }
     }
 }
 

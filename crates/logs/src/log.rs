@@ -207,7 +207,10 @@ impl Log {
         let written = digits.written.iter().skip(sources[0].columns.states.len()).zip(of_inputs.factors);
         if is_as_written {
             let inputs = spec.control.iter_mut().zip(written);
-            inputs.for_each(|(input, (written, factor))| input.prior.resolution = factor * written.fine());
+            inputs.for_each(|(input, (written, factor))| {
+                input.prior.resolution = factor * written.fine();
+                input.prior.written = factor * written.step();
+            });
         }
         notes.extend(options.states.iter().zip(&steps).filter_map(|(state, step)| step.note(state)));
         notes.extend(resolution::printed(&steps, &digits.written));

@@ -29,6 +29,14 @@ impl Written {
     pub(crate) fn fine(self) -> f64 {
         if let Self::Finely { step, .. } = self { step } else { 0.0 }
     }
+
+    /// The step of numbers that were written with fewer digits than a float64 has, 0 of others.
+    pub(crate) fn step(self) -> f64 {
+        match self {
+            Self::InFull => 0.0,
+            Self::Finely { step, .. } | Self::Coarsely(step) => step,
+        }
+    }
 }
 
 /// What the text of a column tells of its rounding.

@@ -116,6 +116,8 @@ mod tests {
             dt: vec![0.1; 399],
             ramp: None,
             relative: None,
+            of_inputs: Vec::new(),
+            put_right: None,
         }
     }
 

@@ -18,12 +18,17 @@ pub(crate) struct Segment {
     /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same. Infinite where a state was
     /// not measured: `x` is an estimate there, to begin with.
     pub(crate) relative: Option<Array2<f64>>,
+    /// Standard deviation of the error with which each control may have been written (k), 0 for one that is exact; empty if all are.
+    pub(crate) of_inputs: Vec<f64>,
+    /// By how much controls differ from those that were written (T, k), if that was found.
+    pub(crate) put_right: Option<Array2<f64>>,
 }
 
 impl Segment {
     /// The samples of `run`, `dt` \[s\] apart.
     pub(crate) fn even(run: &Run, dt: f64) -> Self {
-        Self { x: run.x.clone(), u: run.u.clone(), ramp: None, dt: vec![dt; run.len()], relative: None }
+        let (x, u, of_inputs) = (run.x.clone(), run.u.clone(), run.written.clone());
+        Self { x, u, ramp: None, dt: vec![dt; run.len()], relative: None, of_inputs, put_right: None }
     }
 
     /// Number of steps T.
@@ -39,6 +44,8 @@ impl Segment {
             ramp: self.ramp.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
             dt: self.dt[first..last].to_vec(),
             relative: self.relative.as_ref().map(|r| r.slice(s![first..=last, ..]).to_owned()),
+            of_inputs: self.of_inputs.clone(),
+            put_right: self.put_right.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
         }
     }
 

@@ -243,7 +243,15 @@ mod tests {
             }
             t += step;
         }
-        Segment { u: Array2::zeros((samples - 1, 0)), x, dt, relative: None, ramp: None }
+        Segment {
+            u: Array2::zeros((samples - 1, 0)),
+            x,
+            dt,
+            relative: None,
+            ramp: None,
+            of_inputs: Vec::new(),
+            put_right: None,
+        }
     }
 
     #[test]

@@ -120,6 +120,8 @@ mod tests {
             dt: vec![0.1; 1999],
             ramp: None,
             relative: None,
+            of_inputs: Vec::new(),
+            put_right: None,
         }
     }
 

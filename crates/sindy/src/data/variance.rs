@@ -87,7 +87,15 @@ mod tests {
                 let value = 1.2 + f64::sin(0.05 * t as f64);
                 if i == 0 { value * (1.0 + 0.05 * normal()) } else { value + 0.05 * normal() }
             });
-            let segment = Segment { x, u: Array2::zeros((299, 0)), dt: vec![0.1; 299], relative: None, ramp: None };
+            let segment = Segment {
+                x,
+                u: Array2::zeros((299, 0)),
+                dt: vec![0.1; 299],
+                relative: None,
+                ramp: None,
+                of_inputs: Vec::new(),
+                put_right: None,
+            };
             let floor = [1e-12; 2];
             let signals =
                 Smoother::new(std::slice::from_ref(&segment), &[None, None], &floor, &|| true).signals(&floor);

@@ -17,7 +17,17 @@ impl Problem<'_> {
     /// The best of `begun`, which leaves more than noise, of other terms near it, and, unless few of these leave noise alone, of one more with parameters
     /// inside: this before many terms make up for one that is missing.
     pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
-        let proposed = self.propose_near(&begun, &|_| usize::MAX);
+        let best = self.beside(&begun);
+        if self.is_settled(&best) && self.is_simple(&best) {
+            return best;
+        }
+        let inside = self.search_inside(&begun, signals);
+        inside.filter(|inside| inside.score < best.score).unwrap_or(best)
+    }
+
+    /// The best of `begun` and of the terms near it that explain what it leaves.
+    pub(super) fn beside(&self, begun: &Hypothesis) -> Hypothesis {
+        let proposed = self.propose_near(begun, &|_| usize::MAX);
         let mut best = begun.clone();
         let mut tried = vec![begun.supports.clone()];
         for times in TIMES {
@@ -31,11 +41,7 @@ impl Problem<'_> {
             let strict = loose.and_then(|l| self.hypothesis(l.supports.clone(), l.flow.stepping(), l.start(), 2..4));
             best = strict.filter(|s| s.score < best.score).unwrap_or(best);
         }
-        if self.is_settled(&best) && self.is_simple(&best) {
-            return best;
-        }
-        let inside = self.search_inside(&begun, signals);
-        inside.filter(|inside| inside.score < best.score).unwrap_or(best)
+        best
     }
 
     /// The terms of every equation that are best if each costs `times` what it does, and their coefficients, equation by equation; of equations that were found

@@ -226,7 +226,8 @@ impl Problem<'_> {
         let smoother = self.smoother();
         let signals = smoother.signals(self.floor);
         let problem = Problem { noise: &signals.sigma, ..*self };
-        if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(|found| problem.is_settled(found)) {
+        let explains = |found: &Hypothesis| problem.is_settled(found) || problem.with_inputs_put_right(found).is_some();
+        if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(explains) {
             return Some(Rough::Begun(parts));
         }
         let levels: Vec<Level> = ROUGH.iter().map(|part| self.level(&smoother, *part)).collect();

@@ -19,14 +19,14 @@ const MOST: f64 = 0.2;
 /// Times that steps are rejected: small strays show when large ones are gone.
 const ROUNDS: usize = 12;
 
-/// Data without strays.
+/// Data without strays, and with inputs put right.
 #[derive(Debug, Clone)]
-pub(super) struct Kept {
-    pub(super) segments: Vec<Segment>,
+pub(crate) struct Kept {
+    pub(crate) segments: Vec<Segment>,
     /// Steps left out.
-    pub(super) astray: usize,
-    /// What they cost, in units of the score.
-    pub(super) price: f64,
+    pub(crate) astray: usize,
+    /// What that cost, and what inputs that were put right did, in units of the score.
+    pub(crate) price: f64,
 }
 
 /// What was found in data without strays, and their signals.
@@ -63,7 +63,8 @@ impl Problem<'_> {
                     None => {}
                 }
             }
-            let mut fewer = begun.as_ref().and_then(&without);
+            let right = |begun: &Hypothesis| (round < ROUNDS).then(|| problem.with_inputs_put_right(begun)).flatten();
+            let mut fewer = begun.as_ref().and_then(|begun| right(begun).or_else(|| without(begun)));
             if fewer.is_none() {
                 let searched = searched.or_else(|| problem.search(&signals, (begun.take(), before), stepping))?;
                 fewer = without(&searched.best);

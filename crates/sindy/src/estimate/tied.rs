@@ -10,6 +10,7 @@ use super::constraints::Constraints;
 use super::hypothesis::{FLOOR, Hypothesis, Start, TOLD_APART};
 use super::posterior::Posterior;
 use super::problem::Problem;
+use super::strays::Kept;
 use super::white::by_chance;
 use crate::data::{Segment, Signals, without_glitches};
 use crate::mechanics::{Equations, Tied, condition};
@@ -22,12 +23,17 @@ const ROUNDS: usize = 8;
 const SETTLED: f64 = 0.1;
 
 /// Parameters that were fitted to all data at once.
+#[derive(Clone)]
 struct Fitted {
     theta: Vec<f64>,
     /// Of the parameters beside the unit.
     covariance: DMatrix<f64>,
     /// The hypothesis with all coefficients given.
     found: Hypothesis,
+    /// The same with coefficients of their own.
+    free: Hypothesis,
+    /// Their derivatives by the parameters beside the unit.
+    slopes: DMatrix<f64>,
     /// How far the halves of the data are apart; `None` where one of them does not determine all parameters.
     apart: Option<f64>,
 }
@@ -51,8 +57,13 @@ pub(crate) fn leaves_noise(
         ..*problem
     };
     let start = Start { xi: &[], inside: &[], x: &signals.x, sigma: &signals.sigma };
-    let found = problem.hypothesis(vec![Vec::new(); problem.rates.len()], stepping, start, 0..4);
-    found.map(|found| problem.as_simulated(found)).is_some_and(|found| problem.is_settled(&found))
+    let none = || vec![Vec::new(); problem.rates.len()];
+    let found = problem.hypothesis(none(), stepping, start, 0..4).map(|found| problem.as_simulated(found));
+    let again =
+        |right: &Problem<'_>, begun: &Hypothesis| right.hypothesis(none(), begun.flow.stepping(), begun.start(), 2..4);
+    found.is_some_and(|found| {
+        problem.is_settled(&found) || problem.put_right(&found, &|found| (found, None), &again).is_some()
+    })
 }
 
 /// The coefficients of `equations` at `theta`, as all that each equation has.
@@ -66,13 +77,19 @@ fn given(equations: &Equations, theta: &[f64]) -> Option<Vec<Constraints>> {
     Some(equations.supports.iter().zip(is_rate).map(of).collect())
 }
 
-/// The `equations` of a Lagrangian with the parameters of `tied`, fitted to all data at once, if nothing speaks against them but others that are as good: they leave noise alone, and the halves of the data
+/// What a Lagrangian comes to.
+pub(crate) enum Judged {
+    /// Nothing speaks against its equations but others that are as good.
+    Adequate(Box<Estimate>),
+    /// They leave noise alone of the data with inputs put right, to which its parameters are to be chosen anew.
+    Rounded(Kept),
+    /// They leave more than noise, or the data do not agree on them.
+    Inadequate,
+}
+
+/// The `equations` of a Lagrangian with the parameters of `tied`, fitted to all data at once, and whether anything speaks against them: they leave noise alone, and the halves of the data
 /// agree on all parameters.
-pub(crate) fn adequate(
-    problem: &Problem<'_>,
-    (equations, tied): (&Equations, &Tied),
-    stepping: Stepping,
-) -> Option<Estimate> {
+pub(crate) fn judged(problem: &Problem<'_>, (equations, tied): (&Equations, &Tied), stepping: Stepping) -> Judged {
     let n = problem.rates.len();
     let (segments, glitches) =
         without_glitches(problem.segments, problem.floor).unwrap_or((problem.segments.to_vec(), 0));
@@ -87,29 +104,38 @@ pub(crate) fn adequate(
     };
     let signals = problem.smoother().signals(problem.floor);
     let problem = Problem { noise: &signals.sigma, ..problem };
-    let fitted = problem.fitted_together(equations, tied, (&signals, stepping))?;
+    let Some(fitted) = problem.fitted_together(equations, &tied.theta, (&signals, stepping)) else {
+        return Judged::Inadequate;
+    };
+    if !problem.is_settled(&fitted.found) {
+        let again =
+            |right: &Problem<'_>, begun: &Fitted| right.fitted_together(equations, &begun.theta, (&signals, stepping));
+        let problem = Problem { spent: &Cell::new(0), ..problem };
+        let right = problem.put_right(&fitted, &|fitted| (&fitted.free, Some(&fitted.slopes)), &again);
+        return right.map_or(Judged::Inadequate, |(right, _)| Judged::Rounded(Kept { astray: glitches, ..right }));
+    }
     let left = &fitted.found.fit.left;
     let is_large = |i: usize| left[i] > BEYOND * signals.sigma[i].max(problem.floor[i]);
     let adequate = !(0..n).any(is_large)
         && problem.samples() * n as f64 >= 2.0 * ROWS_A_TERM * tied.theta.len() as f64
         && fitted.apart.is_none_or(|d| d < by_chance(tied.theta.len() - 1));
-    let found = if adequate { problem.of_tied((equations, tied), fitted, &signals)? } else { return None };
-    Some(Estimate { astray: glitches, ..found })
+    let found = if adequate { problem.of_tied((equations, tied), fitted, &signals) } else { None };
+    found.map_or(Judged::Inadequate, |found| Judged::Adequate(Box::new(Estimate { astray: glitches, ..found })))
 }
 
 impl Problem<'_> {
-    /// The parameters of `tied` fitted to whole trajectories; `None` where these leave more than noise, or do not settle.
+    /// The parameters of `tied` fitted to whole trajectories; `None` where these do not settle.
     fn fitted_together(
         &self,
         equations: &Equations,
-        tied: &Tied,
+        begun: &[f64],
         (signals, stepping): (&Signals, Stepping),
     ) -> Option<Fitted> {
         let n = self.rates.len();
         let is_rate = equations.model.kinematic();
         let own = |i: usize| if is_rate[i] { Vec::new() } else { equations.supports[i].clone() };
         let supports: Vec<Vec<usize>> = (0..n).map(own).collect();
-        let mut theta = tied.theta.clone();
+        let mut theta = begun.to_vec();
         let (mut x, mut sigma) = (signals.x.clone(), signals.sigma.clone());
         let mut errors = Vec::new();
         for _ in 0..ROUNDS {
@@ -147,7 +173,7 @@ impl Problem<'_> {
                 let halves = (by_theta(0, total / 2)?, by_theta(total / 2, total)?);
                 let all: Vec<usize> = (0..moved.len()).collect();
                 let apart = distance(&halves.0, &halves.1, &all);
-                return problem.is_settled(&found).then_some(Fitted { theta, covariance, found, apart });
+                return Some(Fitted { theta, covariance, found, free, slopes, apart });
             }
             let of_xi = &slopes * &covariance * slopes.transpose();
             errors = of_xi.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect();
@@ -215,6 +241,7 @@ impl Problem<'_> {
             doubts: is_rate.iter().map(|is_rate| doubt.filter(|_| !is_rate)).collect(),
             fit: (0..n).map(of_spread).collect(),
             complete: true,
+            put_right: self.inputs_put_right(),
             leaves_nothing: self.leaves_nothing(&found),
             rounding: self.is_rounding(&found).then(|| self.floor.iter().map(|floor| FLOOR * floor).collect()),
         })

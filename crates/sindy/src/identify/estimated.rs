@@ -20,7 +20,7 @@ use crate::estimate::{Doubt, Estimate, Problem, Structure, budget, still};
 use crate::library::{Extent, Joints, Term, general, shaped};
 use crate::mechanics::Proposal;
 use crate::model::{Entry, Model};
-use crate::motion::{Found, Stepping};
+use crate::motion::{self, Found, Stepping};
 use crate::regression::{Space, model};
 use crate::{CoordinateMode, Expr, LibraryChoice, Watch};
 
@@ -113,7 +113,9 @@ impl Identifier {
         let tiers = self.with_rates_of_motion(self.tiers().map_err(|e| failed(e.to_string()))?).terms;
         let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
             .map_err(|state| failed(format!("no observation shows the state `{state}`")))?;
-        let segments: Vec<Segment> = recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
+        let of_inputs = motion::written(&self.spec);
+        let segment = |r: &Recording| Segment { of_inputs: of_inputs.clone(), ..r.known(&coordinates) };
+        let segments: Vec<Segment> = recordings.iter().map(segment).filter(|s| s.len() > 0).collect();
         let rows: usize = segments.iter().map(Segment::len).sum();
         let needed = self.needed_rows();
         if rows < needed {

@@ -6,7 +6,7 @@ use super::Identifier;
 use super::estimated::structured;
 use crate::LibraryChoice;
 use crate::data::{Segment, Smoother, sample_of, without_glitches};
-use crate::estimate::{Estimate, Problem, Structure, adequate, leaves_noise};
+use crate::estimate::{Estimate, Judged, Problem, Structure, judged, leaves_noise};
 use crate::library::{Joints, Key, Lagrangian, Term, term};
 use crate::mechanics::{Equations, Proposal, proposals, tied};
 use crate::motion::Stepping;
@@ -52,11 +52,11 @@ impl Identifier {
         (stepping, space): (Stepping, &Space),
     ) -> Result<Estimate, Vec<Proposal>> {
         let Problem { segments, floor, watch, .. } = *problem;
-        let sample = |steps: usize| {
+        let sample = |segments: &[Segment], steps: usize| {
             let sample = sample_of(segments, steps);
             without_glitches(&sample, floor).map_or(sample, |(sample, _)| sample)
         };
-        let few = sample(STEPS);
+        let few = sample(segments, STEPS);
         if (0..floor.len()).any(|i| !few.iter().all(|segment| segment.measures(i))) {
             return Err(Vec::new());
         }
@@ -75,9 +75,19 @@ impl Identifier {
                     return None;
                 }
             }
-            let many = many.get_or_init(|| sample(ALL_STEPS));
+            let many = many.get_or_init(|| sample(segments, ALL_STEPS));
             let (equations, tied) = fitted(many)?;
-            adequate(problem, (&equations, &tied), stepping)
+            match judged(problem, (&equations, &tied), stepping) {
+                Judged::Adequate(found) => Some(*found),
+                Judged::Rounded(right) => {
+                    let (equations, tied) = fitted(&sample(&right.segments, ALL_STEPS))?;
+                    let problem = Problem { segments: &right.segments, ..*problem };
+                    let Judged::Adequate(found) = judged(&problem, (&equations, &tied), stepping) else { return None };
+                    let (score, astray) = (found.score + right.price, found.astray + right.astray);
+                    Some(Estimate { score, astray, ..*found })
+                }
+                Judged::Inadequate => None,
+            }
         };
         let spatial =
             || (1..=joints.angles().len().min(SPATIAL)).flat_map(|count| Lagrangian::of_some_angles(joints, count));

@@ -66,6 +66,18 @@ fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
     (0..found.fits.len()).filter(coarse).map(told).collect()
 }
 
+/// Warnings of inputs whose rounding the states tell.
+fn rounded_inputs(names: &[String], found: &Estimate) -> Vec<String> {
+    let told = |(input, step): &(usize, f64)| {
+        format!(
+            "the states respond to more digits of the input `{}` than were recorded: its rounding errors, up to {}, are estimated with the equations",
+            names[found.fits.len() + input],
+            significant(step / 2.0, 2)
+        )
+    };
+    found.put_right.iter().map(told).collect()
+}
+
 /// Warnings of coefficients whose declared sign the data contradict.
 fn wrong_signs(names: &[String], found: &Estimate) -> Vec<String> {
     let told = |i: usize, (term, coefficient): &(usize, f64)| {
@@ -94,5 +106,7 @@ fn without_effect(names: &[String], found: &Estimate) -> Vec<String> {
 
 /// All of them.
 pub(super) fn of(names: &[String], found: &Estimate) -> Vec<String> {
-    [too_coarse, same_on_data, offset_rates, wrong_signs, without_effect].map(|told| told(names, found)).concat()
+    [too_coarse, rounded_inputs, same_on_data, offset_rates, wrong_signs, without_effect]
+        .map(|told| told(names, found))
+        .concat()
 }

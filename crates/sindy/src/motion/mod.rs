@@ -24,5 +24,5 @@ pub(crate) use averages::System;
 pub(crate) use found::{Found, Search};
 pub(crate) use mechanics::Mechanical;
 pub(crate) use polish::polished;
-pub(crate) use runs::{Run, at_limit, runs};
+pub(crate) use runs::{Run, at_limit, runs, written};
 pub(crate) use stepping::{MOST_SEMI_IMPLICIT, Stepping, shown, simulators};

@@ -16,6 +16,8 @@ pub(crate) struct Run {
     pub(crate) sigma: Array2<f64>,
     /// Standard deviation of the error of each control (k): they were rounded too.
     pub(crate) of_inputs: Vec<f64>,
+    /// The same if they were rounded to the digits that they are written with, which they may not have been (k).
+    pub(crate) written: Vec<f64>,
 }
 
 impl Run {
@@ -31,6 +33,7 @@ impl Run {
             u: self.u.slice(s![first..last, ..]).to_owned(),
             sigma: self.sigma.slice(s![first..=last, ..]).to_owned(),
             of_inputs: self.of_inputs.clone(),
+            written: self.written.clone(),
         }
     }
 }
@@ -56,7 +59,8 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset, noise
         }
         let steps = rollout.controls.nrows();
         let of_inputs = spec.control.iter().map(|c| c.prior.resolution / 12_f64.sqrt()).collect();
-        let whole = Run { x, u: rollout.controls.to_owned(), sigma, of_inputs };
+        let written = written(spec);
+        let whole = Run { x, u: rollout.controls.to_owned(), sigma, of_inputs, written };
         let mut first = 0;
         for t in 0..=steps {
             let broken = t < steps && at_limit(spec, rollout.observations.row(t + 1), noise);
@@ -70,6 +74,11 @@ pub(crate) fn runs(spec: &Spec, coordinates: &Coordinates, data: &Dataset, noise
         }
     }
     (found, at_limits)
+}
+
+/// Standard deviations of the errors of controls (k) that were rounded to the digits that they are written with.
+pub(crate) fn written(spec: &Spec) -> Vec<f64> {
+    spec.control.iter().map(|c| c.prior.written / 12_f64.sqrt()).collect()
 }
 
 /// Standard deviations of noise within which of a limit a state may be at it.

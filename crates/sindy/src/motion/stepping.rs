@@ -179,7 +179,13 @@ mod tests {
             x[[t + 1, 0]] = if hits { -0.95 * y } else { y };
             x[[t + 1, 1]] = if hits { -0.95 * v } else { v };
         }
-        Run { x, u: Array2::zeros((steps, 0)), sigma: Array2::from_elem((steps + 1, 2), 1e-6), of_inputs: Vec::new() }
+        Run {
+            x,
+            u: Array2::zeros((steps, 0)),
+            sigma: Array2::from_elem((steps + 1, 2), 1e-6),
+            of_inputs: Vec::new(),
+            written: Vec::new(),
+        }
     }
 
     #[test]

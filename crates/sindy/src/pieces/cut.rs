@@ -133,6 +133,8 @@ mod tests {
             dt,
             ramp: None,
             relative: None,
+            of_inputs: Vec::new(),
+            put_right: None,
         }
     }
 

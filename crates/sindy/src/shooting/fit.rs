@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use super::flow::Flow;
+use super::inputs::inputs;
 use super::state::{Bounds, State};
 use super::work::Work;
 use crate::Triangle;
@@ -67,6 +68,7 @@ pub(crate) fn fit(
     let expansion = state.expansion(flow, segments, PARTS[last]);
     state.update_noise(flow, segments, noise);
     let drift = state.drift();
+    let triangle = whatever_the_inputs(flow, segments, &state, last, (work, go_on)).unwrap_or(triangle);
     let all: Vec<usize> = (0..flow.n_parameters()).collect();
     let errors = triangle.spread(&all);
     Some(Fit { xi: state.xi, errors, x: state.x, left: state.left, sigma: state.sigma, drift, expansion, triangle })
@@ -87,7 +89,20 @@ pub(crate) fn linearised(
     if !state.miss(flow, segments, work) {
         return None;
     }
-    Some(state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.0)
+    let told = || Some(state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.0);
+    whatever_the_inputs(flow, segments, &state, part, (work, go_on)).or_else(told)
+}
+
+/// The factor over the coefficients where inputs were put right: what is not known of these is not known of the coefficients.
+fn whatever_the_inputs(
+    flow: &Flow,
+    segments: &[Segment],
+    state: &State,
+    part: usize,
+    (work, go_on): (&Work, &dyn Fn() -> bool),
+) -> Option<Triangle> {
+    segments.iter().any(|s| s.put_right.is_some()).then_some(())?;
+    inputs((flow, None), segments, (&state.xi, &state.x), &state.sigma, part, (work, go_on)).map(|told| told.triangle)
 }
 
 /// What every sample after the first ones adds to those before it, if `flow` has the coefficients `xi`: the prediction errors of its states, in units of their standard
@@ -153,6 +168,8 @@ mod tests {
             dt: vec![dt; samples - 1],
             ramp: None,
             relative: None,
+            of_inputs: Vec::new(),
+            put_right: None,
         };
         for t in 0..samples {
             (0..2).for_each(|i| segment.x[[t, i]] = x[i] + noise[i] * normal(&mut rng));
@@ -224,7 +241,15 @@ mod tests {
             let x = Array2::from_shape_fn((steps + 1, 1), |(t, _)| {
                 start * (rate * dt * t as f64).exp() + noise * normal(&mut rng)
             });
-            let segment = Segment { x, u: Array2::zeros((steps, 0)), dt: vec![dt; steps], relative: None, ramp: None };
+            let segment = Segment {
+                x,
+                u: Array2::zeros((steps, 0)),
+                dt: vec![dt; steps],
+                relative: None,
+                ramp: None,
+                of_inputs: Vec::new(),
+                put_right: None,
+            };
             let bounds = Bounds { floor: &[1e-9], shape: &[noise] };
             let start = (&[rate][..], &[segment.x.clone()][..]);
             let watched = (&Work::default(), &(|| true) as &dyn Fn() -> bool);

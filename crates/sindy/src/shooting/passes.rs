@@ -121,6 +121,8 @@ mod tests {
             dt: (0..13).map(|t| 0.05 + 0.01 * t as f64).collect(),
             ramp: None,
             relative: None,
+            of_inputs: Vec::new(),
+            put_right: None,
         };
         let smooth = [term("u", None), term("w^2*sin(a)", None), term("cos(a)", Some(3)), term("sin(a)", None)];
         let jumping = [term("u", None), term("sign(v)", None), term("cos(a)", Some(3)), term("sin(a)*abs(w)", None)];

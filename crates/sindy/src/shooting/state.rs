@@ -28,7 +28,11 @@ const ASKED: usize = 200;
 ///
 /// # References
 /// Marquardt (1963), SIAM J. Appl. Math. 11(2).
-fn direction(factor: &Triangle, eliminations: &[Elimination], damping: f64) -> Option<(Vec<f64>, Vec<Array2<f64>>)> {
+pub(super) fn direction(
+    factor: &Triangle,
+    eliminations: &[Elimination],
+    damping: f64,
+) -> Option<(Vec<f64>, Vec<Array2<f64>>)> {
     let p = factor.n_columns() - 1;
     let all: Vec<usize> = (0..p).collect();
     let length = |j: usize| factor.norm(j).max(f64::MIN_POSITIVE);
@@ -58,7 +62,7 @@ pub(super) struct State {
     /// ln √det of the information about all states, at the last step of the iterations.
     volume: f64,
     /// Per segment: x⁺ − F(x; ξ) of every step (T, n), once [`Self::miss`] was asked.
-    missed: Vec<Array2<f64>>,
+    pub(super) missed: Vec<Array2<f64>>,
 }
 
 impl State {

@@ -1,0 +1,133 @@
+//! Inputs that were rounded when they were written.
+
+use nalgebra::DMatrix;
+
+use super::hypothesis::{Hypothesis, Start};
+use super::problem::Problem;
+use super::strays::Kept;
+use super::white::{by_chance, is_white};
+use crate::data::Segment;
+use crate::shooting::{self, Fit, PARTS, is_held};
+
+/// Steps of its last digit over which an input moves, at least, that may have been rounded: settings of a few digits are what they are.
+const STEPS: f64 = 20.0;
+
+/// Times that inputs and equations are found in turn.
+const ROUNDS: usize = 3;
+
+/// Part of the differences that a function of the input explains, at least, which is no rounding.
+const EXPLAINED: f64 = 0.25;
+
+impl Problem<'_> {
+    /// The data with inputs as the states tell that they were before they were rounded, and `best`, which leaves more than noise, fitted to these; if that leaves
+    /// noise alone, and is likelier than other terms near it.
+    pub(super) fn with_inputs_put_right(&self, best: &Hypothesis) -> Option<(Kept, Hypothesis)> {
+        let (right, again) = self.put_right(best, &|found| (found, None), &|problem, begun: &Hypothesis| {
+            let start = Start { sigma: problem.noise, ..begun.start() };
+            problem.hypothesis(best.supports.clone(), best.flow.stepping(), start, 2..4)
+        })?;
+        let beside = self.beside(best);
+        let is_likelier = again.score + right.price < beside.score;
+        (is_likelier || !self.is_white(&beside)).then_some((right, again))
+    }
+
+    /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and is likelier than `first`, which does not. `of` is
+    /// the hypothesis that something found is, and the derivatives of its coefficients by the parameters that it has instead.
+    pub(super) fn put_right<T: Clone>(
+        &self,
+        first: &T,
+        of: &dyn Fn(&T) -> (&Hypothesis, Option<&DMatrix<f64>>),
+        fit: &dyn Fn(&Problem<'_>, &T) -> Option<T>,
+    ) -> Option<(Kept, T)> {
+        let mut segments = self.rounded_inputs()?;
+        if self.is_white(of(first).0) {
+            return None;
+        }
+        let left = &of(first).0.fit.sigma;
+        let mut sigma: Vec<f64> = self.noise.iter().zip(left).map(|(noise, left)| noise.min(*left)).collect();
+        let (mut found, mut price) = (first.clone(), 0.0);
+        for _ in 0..ROUNDS {
+            let (Hypothesis { flow, fit: Fit { xi, x, .. }, .. }, along) = of(&found);
+            let (at, go_on) = ((&xi[..], &x[..]), self.watch.asks());
+            let told = self.working(|work| {
+                shooting::inputs((flow, along), &segments, at, &sigma, PARTS.len() - 1, (work, go_on))
+            })?;
+            for ((segment, by), written) in segments.iter_mut().zip(told.by).zip(self.segments) {
+                segment.u = &written.u + &by;
+                segment.put_right = Some(by);
+            }
+            found = fit(&Problem { segments: &segments, ..*self }, &found)?;
+            sigma.clone_from(&of(&found).0.fit.sigma);
+            price = told.price;
+        }
+        let right = Problem { segments: &segments, ..*self };
+        let is_likelier = of(&found).0.score + price < of(first).0.score;
+        let explained =
+            is_likelier && right.is_white(of(&found).0) && !(0..self.n_controls).any(|j| depends(&segments, j));
+        explained.then_some((Kept { segments, astray: 0, price }, found))
+    }
+
+    /// The data with the errors of those inputs that may have been rounded; `None` if there are none, or they were put right.
+    fn rounded_inputs(&self) -> Option<Vec<Segment>> {
+        let may_be = |s: &Segment| s.ramp.is_none() && s.put_right.is_none() && s.of_inputs.iter().any(|s| *s > 0.0);
+        if !self.segments.iter().all(may_be) {
+            return None;
+        }
+        let mut segments = self.segments.to_vec();
+        for j in 0..self.n_controls {
+            let values = || self.segments.iter().flat_map(|s| s.u.column(j).to_vec());
+            let (low, high) = values().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            // The deviation of an error that is uniform over a step.
+            let step = |s: &Segment| s.of_inputs[j] * 12_f64.sqrt();
+            segments.iter_mut().filter(|s| high - low < STEPS * step(s)).for_each(|s| s.of_inputs[j] = 0.0);
+        }
+        Some(segments)
+    }
+
+    /// The inputs that were put right, and the distance of two neighbouring values as they were written.
+    pub(super) fn inputs_put_right(&self) -> Vec<(usize, f64)> {
+        let error = |j: usize| {
+            self.segments.iter().filter(|s| s.put_right.is_some()).map(|s| s.of_inputs[j]).fold(0.0, f64::max)
+        };
+        (0..self.n_controls).map(|j| (j, 12_f64.sqrt() * error(j))).filter(|(_, step)| *step > 0.0).collect()
+    }
+
+    /// Whether the innovations of every state that was measured look like noise.
+    fn is_white(&self, hypothesis: &Hypothesis) -> bool {
+        let Some(innovations) = hypothesis.innovations(self) else { return false };
+        (0..self.rates.len()).filter(|&i| self.measures(i)).all(|i| is_white(innovations, i))
+    }
+}
+
+/// Whether the differences by which input `j` was put right depend on its value, as those of rounding do not: a square or a cube of it explains them.
+fn depends(segments: &[Segment], j: usize) -> bool {
+    let mut pairs = Vec::new();
+    for segment in segments {
+        let Some(by) = &segment.put_right else { continue };
+        pairs.extend((0..segment.len()).filter(|&t| !is_held(segment, t, j)).map(|t| (segment.u[[t, j]], by[[t, j]])));
+    }
+    let count = pairs.len() as f64;
+    let largest = pairs.iter().fold(0.0_f64, |m, (u, _)| m.max(u.abs())).max(f64::MIN_POSITIVE);
+    // What a constant and the gain take up is no matter of these.
+    let mut basis: Vec<Vec<f64>> = Vec::new();
+    let mut explained = 0.0;
+    let left: Vec<f64> = pairs.iter().map(|(_, by)| *by).collect();
+    let total: f64 = left.iter().map(|v| v * v).sum();
+    for power in 0..4 {
+        let mut f: Vec<f64> = pairs.iter().map(|(u, _)| (u / largest).powi(power)).collect();
+        for b in &basis {
+            let along: f64 = f.iter().zip(b).map(|(f, b)| f * b).sum();
+            f.iter_mut().zip(b).for_each(|(f, b)| *f -= along * b);
+        }
+        let norm = f.iter().map(|v| v * v).sum::<f64>().sqrt();
+        if norm < 1e-9 * count.sqrt() {
+            continue;
+        }
+        f.iter_mut().for_each(|v| *v /= norm);
+        if power > 1 {
+            explained += f.iter().zip(&left).map(|(f, v)| f * v).sum::<f64>().powi(2);
+        }
+        basis.push(f);
+    }
+    explained > total * EXPLAINED.max(by_chance(2) / count.max(1.0))
+}
