@@ -96,6 +96,28 @@ fn peaks_where_an_input_is_switched_are_no_spikes() {
 }
 
 #[test]
+fn bends_after_a_fast_motor_is_switched_are_no_spikes() {
+    // Two lags one after the other, of 4 and 20 samples: computed, with six decimals; one sample is off.
+    let level = |i: usize| chance(i / 37, 3);
+    let mut states = vec![[0.0, 0.0]];
+    for i in 0..ROWS {
+        let [x, v] = states[i];
+        states.push([level(i) + (x - level(i)) * (-0.25_f64).exp(), x + (v - x) * (-0.05_f64).exp()]);
+    }
+    let rounded = |v: f64| (v * 1e6).round() * 1e-6;
+    let log = |off: f64| {
+        text(|_, i| [rounded(states[i][0] + if i == 1020 { off } else { 0.0 }), rounded(states[i][1]), level(i)])
+    };
+    let spikes = |found: Vec<Finding>| -> Vec<Finding> {
+        found.into_iter().filter(|f| matches!(f, Finding::Spikes { .. })).collect()
+    };
+    assert_eq!(spikes(findings(log(0.0))), []);
+    let found = spikes(findings(log(0.1)));
+    let [Finding::Spikes { signal, at, .. }] = &found[..] else { panic!("{found:?}") };
+    assert!(signal == "x" && at.len() == 1 && (at[0].seconds - 1020.0 * DT).abs() < 1e-9, "{found:?}");
+}
+
+#[test]
 fn an_overflow_and_spikes_are_told_with_their_times() {
     // Over the brim for a quarter of every turn, from 1/8 turn on.
     let brim = 1.5 * 0.5_f64.sqrt();

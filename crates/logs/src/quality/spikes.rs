@@ -3,7 +3,7 @@
 use ndarray::ArrayView1;
 
 use super::finding::Finding;
-use super::signal::{Clock, Signal, median};
+use super::signal::{Clock, Signal, differences, median};
 
 /// Standard deviations of an extrapolation by which a sample is off.
 const FAR: f64 = 5.0;
@@ -11,10 +11,25 @@ const FAR: f64 = 5.0;
 /// Samples on each side that tell what is expected.
 const BESIDE: usize = 3;
 
+/// Per piece of `signal` and sample: whether an input is switched there. An input that moves from sample to sample is switched where it does so by far more than it does
+/// elsewhere.
+pub(super) fn switched(signal: &Signal<'_>, inputs: &[Signal<'_>]) -> Vec<Vec<bool>> {
+    let mut all: Vec<Vec<bool>> = signal.pieces.iter().map(|piece| vec![false; piece.values.len()]).collect();
+    for input in inputs {
+        let moves = || input.pieces.iter().map(|piece| differences(piece.values).mapv(f64::abs));
+        let Some(usual) = median(moves().flatten().collect()) else { continue };
+        for (switched, moves) in all.iter_mut().zip(moves()) {
+            let later = switched.iter_mut().skip(1);
+            later.zip(moves).for_each(|(switched, moved)| *switched |= moved > FAR * 1.4826 * usual);
+        }
+    }
+    all
+}
+
 /// The samples of `signal` that are far from what those before and those after them lead to, to the same side. Where a signal bends or jumps, as states and rates do where an
 /// input is switched, one of both leads there; where it is smooth, parabolas from both sides are off to different sides. The scale is what the middle half of the samples is
-/// off: a signal that jumps from level to level has none.
-pub(super) fn of(signal: &Signal<'_>, clock: &Clock<'_>) -> Option<Finding> {
+/// off: a signal that jumps from level to level has none. What is near a sample that is `switched` is not judged.
+pub(super) fn of(signal: &Signal<'_>, switched: &[Vec<bool>], clock: &Clock<'_>) -> Option<Finding> {
     let inner = |n: usize| BESIDE..n.saturating_sub(BESIDE);
     let sizes = signal.pieces.iter().flat_map(|piece| {
         inner(piece.values.len()).flat_map(|i| off(&piece.values, i)).map(f64::abs).collect::<Vec<_>>()
@@ -24,8 +39,9 @@ pub(super) fn of(signal: &Signal<'_>, clock: &Clock<'_>) -> Option<Finding> {
         return None;
     }
     let (mut at, mut largest) = (Vec::new(), 0.0_f64);
-    for piece in &signal.pieces {
-        for i in inner(piece.values.len()) {
+    for (piece, switched) in signal.pieces.iter().zip(switched) {
+        let near = |i: usize| switched[i + 1 - BESIDE..i + BESIDE].contains(&true);
+        for i in inner(piece.values.len()).filter(|&i| !near(i)) {
             let [before, after] = off(&piece.values, i);
             let size = before.abs().min(after.abs());
             if size > FAR * scale && before.signum() == after.signum() {

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::hypothesis::{Hypothesis, Start};
+use super::hypothesis::{Hypothesis, TOLD_APART};
 use super::problem::Problem;
 use super::strays::Kept;
 use super::white::{by_chance, is_white};
@@ -20,18 +20,25 @@ const EXPLAINED: f64 = 0.25;
 
 impl Problem<'_> {
     /// The data with inputs as the states tell that they were before they were rounded, and `best`, which leaves more than noise, fitted to these; if that leaves
-    /// noise alone, and is likelier than other terms near it.
+    /// noise alone. Of `best` and of the terms near it that explain what it leaves those are taken that are likelier then.
     pub(super) fn with_inputs_put_right(&self, best: &Hypothesis) -> Option<(Kept, Hypothesis)> {
-        let (right, again) = self.put_right(best, &|found| (found, None), &|problem, begun: &Hypothesis| {
-            let start = Start { sigma: problem.noise, ..begun.start() };
-            problem.hypothesis(best.supports.clone(), best.flow.stepping(), start, 2..4)
-        })?;
+        let put_right = |best: &Hypothesis| {
+            self.put_right(best, &|found| (found, None), &|problem, begun: &Hypothesis| {
+                problem.hypothesis(best.supports.clone(), best.flow.stepping(), begun.start(), 2..4)
+            })
+        };
+        let (right, again) = put_right(best)?;
         let beside = self.beside(best);
-        let is_likelier = again.score + right.price < beside.score;
-        (is_likelier || !self.is_white(&beside)).then_some((right, again))
+        let both = Some(&beside).filter(|beside| beside.supports != best.supports).and_then(put_right);
+        if let Some((right, beside)) = both.filter(|both| both.1.score + both.0.price < again.score + right.price) {
+            return Some((right, beside));
+        }
+        // Of what the data do not tell apart the terms are meant that are fewer.
+        let is_likelier = again.score + right.price < beside.score + TOLD_APART;
+        (is_likelier || !self.is_settled(&beside)).then_some((right, again))
     }
 
-    /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and is likelier than `first`, which does not. `of` is
+    /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and explains more than `first`, whose innovations are correlated. `of` is
     /// the hypothesis that something found is, and the derivatives of its coefficients by the parameters that it has instead.
     pub(super) fn put_right<T: Clone>(
         &self,
@@ -61,9 +68,10 @@ impl Problem<'_> {
             price = told.price;
         }
         let right = Problem { segments: &segments, ..*self };
-        let is_likelier = of(&found).0.score + price < of(first).0.score;
-        let explained =
-            is_likelier && right.is_white(of(&found).0) && !(0..self.n_controls).any(|j| depends(&segments, j));
+        // What is left may be correlated and yet no more than is believed of every sample, so that no likelihood tells.
+        let is_better = of(&found).0.score + price < of(first).0.score || right.is_white(of(&found).0);
+        let is_rounding = !(0..self.n_controls).any(|j| depends(&segments, j));
+        let explained = is_better && is_rounding && right.is_settled(of(&found).0);
         explained.then_some((Kept { segments, astray: 0, price }, found))
     }
 
@@ -110,9 +118,8 @@ fn depends(segments: &[Segment], j: usize) -> bool {
     let largest = pairs.iter().fold(0.0_f64, |m, (u, _)| m.max(u.abs())).max(f64::MIN_POSITIVE);
     // What a constant and the gain take up is no matter of these.
     let mut basis: Vec<Vec<f64>> = Vec::new();
-    let mut explained = 0.0;
-    let left: Vec<f64> = pairs.iter().map(|(_, by)| *by).collect();
-    let total: f64 = left.iter().map(|v| v * v).sum();
+    let (mut taken, mut explained) = (0.0, 0.0);
+    let total: f64 = pairs.iter().map(|(_, by)| by * by).sum();
     for power in 0..4 {
         let mut f: Vec<f64> = pairs.iter().map(|(u, _)| (u / largest).powi(power)).collect();
         for b in &basis {
@@ -124,10 +131,9 @@ fn depends(segments: &[Segment], j: usize) -> bool {
             continue;
         }
         f.iter_mut().for_each(|v| *v /= norm);
-        if power > 1 {
-            explained += f.iter().zip(&left).map(|(f, v)| f * v).sum::<f64>().powi(2);
-        }
+        let along = f.iter().zip(&pairs).map(|(f, (_, by))| f * by).sum::<f64>().powi(2);
+        *if power > 1 { &mut explained } else { &mut taken } += along;
         basis.push(f);
     }
-    explained > total * EXPLAINED.max(by_chance(2) / count.max(1.0))
+    explained > (total - taken) * EXPLAINED.max(by_chance(2) / count.max(1.0))
 }

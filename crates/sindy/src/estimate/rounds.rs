@@ -97,6 +97,10 @@ impl Problem<'_> {
                     if self.leaves_nothing(&strict) {
                         return self.search_inside(&strict, signals).or(Some(strict));
                     }
+                    // What it leaves is what rounding of the inputs does.
+                    if self.with_inputs_put_right(&strict).is_some() {
+                        return Some(strict);
+                    }
                     let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);
                     along = Some(if near { strict.clone() } else { loose });
                     best = Some(strict);

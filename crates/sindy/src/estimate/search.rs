@@ -249,6 +249,9 @@ impl Problem<'_> {
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
+                if problem.with_inputs_put_right(&found).is_some() {
+                    return Some(Rough::Begun(found));
+                }
                 let searched = problem.finished(found, signals, None);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));

@@ -67,7 +67,7 @@ impl Problem<'_> {
             let mut fewer = begun.as_ref().and_then(|begun| right(begun).or_else(|| without(begun)));
             if fewer.is_none() {
                 let searched = searched.or_else(|| problem.search(&signals, (begun.take(), before), stepping))?;
-                fewer = without(&searched.best);
+                fewer = right(&searched.best).or_else(|| without(&searched.best));
                 if fewer.is_none() {
                     return Some(Rejecting { searched, signals, kept });
                 }
