@@ -21,14 +21,14 @@ pub(crate) struct Segment {
     /// Standard deviation of the error with which each control may have been written (k), 0 for one that is exact; empty if all are.
     pub(crate) of_inputs: Vec<f64>,
     /// By how much controls differ from those that were written (T, k), if that was found.
-    pub(crate) put_right: Option<Array2<f64>>,
+    pub(crate) corrections: Option<Array2<f64>>,
 }
 
 impl Segment {
     /// The samples of `run`, `dt` \[s\] apart.
     pub(crate) fn even(run: &Run, dt: f64) -> Self {
         let (x, u, of_inputs) = (run.x.clone(), run.u.clone(), run.written.clone());
-        Self { x, u, ramp: None, dt: vec![dt; run.len()], relative: None, of_inputs, put_right: None }
+        Self { x, u, ramp: None, dt: vec![dt; run.len()], relative: None, of_inputs, corrections: None }
     }
 
     /// Number of steps T.
@@ -45,7 +45,7 @@ impl Segment {
             dt: self.dt[first..last].to_vec(),
             relative: self.relative.as_ref().map(|r| r.slice(s![first..=last, ..]).to_owned()),
             of_inputs: self.of_inputs.clone(),
-            put_right: self.put_right.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
+            corrections: self.corrections.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
         }
     }
 

@@ -250,7 +250,7 @@ mod tests {
             relative: None,
             ramp: None,
             of_inputs: Vec::new(),
-            put_right: None,
+            corrections: None,
         }
     }
 

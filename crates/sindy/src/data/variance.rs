@@ -94,7 +94,7 @@ mod tests {
                 relative: None,
                 ramp: None,
                 of_inputs: Vec::new(),
-                put_right: None,
+                corrections: None,
             };
             let floor = [1e-12; 2];
             let signals =

@@ -128,8 +128,8 @@ pub(crate) struct Estimate {
     pub(crate) fit: Vec<f64>,
     /// Whether no proposal was passed over because the budget was spent.
     pub(crate) complete: bool,
-    /// The inputs that were put right, and the distance of two neighbouring values as they were written.
-    pub(crate) put_right: Vec<(usize, f64)>,
+    /// The inputs that were corrected, and the distance of two neighbouring values as they were written.
+    pub(crate) corrections: Vec<(usize, f64)>,
     /// Whether what is left of every state is below all that numbers can tell.
     pub(crate) leaves_nothing: bool,
     /// The largest error of each state that counts as rounding, if what is left of every state is no more.
@@ -259,7 +259,7 @@ impl Problem<'_> {
             n_known: (0..n).map(|i| self.constraints.get(i).map_or(0, |c| c.fixed.len())).collect(),
             stepping: self.classical(&best),
             condition: best.fit.triangle.condition(&(0..best.fit.xi.len()).collect::<Vec<_>>()),
-            put_right: self.inputs_put_right(),
+            corrections: self.corrected_inputs(),
             leaves_nothing: self.leaves_nothing(&best),
             rounding: self.is_rounding(&best).then(|| self.floor.iter().map(|floor| FLOOR * floor).collect()),
             posterior: self.posterior(&best, &others),

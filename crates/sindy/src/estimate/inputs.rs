@@ -1,4 +1,7 @@
-//! Inputs that were rounded when they were written.
+//! Inputs that were rounded when they were written: errors in variables, of a size that is known.
+//!
+//! # References
+//! Carroll, Ruppert, Stefanski, Crainiceanu (2006), Measurement Error in Nonlinear Models, 2nd ed.
 
 use nalgebra::DMatrix;
 
@@ -18,18 +21,21 @@ const ROUNDS: usize = 3;
 /// Part of the differences that a function of the input explains, at least, which is no rounding.
 const EXPLAINED: f64 = 0.25;
 
+/// A hypothesis, and the derivatives of its coefficients by the parameters that it has instead.
+type Along<'a> = (&'a Hypothesis, Option<&'a DMatrix<f64>>);
+
 impl Problem<'_> {
     /// The data with inputs as the states tell that they were before they were rounded, and `best`, which leaves more than noise, fitted to these; if that leaves
     /// noise alone. Of `best` and of the terms near it that explain what it leaves those are taken that are likelier then.
-    pub(super) fn with_inputs_put_right(&self, best: &Hypothesis) -> Option<(Kept, Hypothesis)> {
-        let put_right = |best: &Hypothesis| {
-            self.put_right(best, &|found| (found, None), &|problem, begun: &Hypothesis| {
+    pub(super) fn with_corrected_inputs(&self, best: &Hypothesis) -> Option<(Kept, Hypothesis)> {
+        let corrected = |best: &Hypothesis| {
+            self.corrected(best, &|found| (found, None), &|problem, begun: &Hypothesis| {
                 problem.hypothesis(best.supports.clone(), best.flow.stepping(), begun.start(), 2..4)
             })
         };
-        let (right, again) = put_right(best)?;
+        let (right, again) = corrected(best)?;
         let beside = self.beside(best);
-        let both = Some(&beside).filter(|beside| beside.supports != best.supports).and_then(put_right);
+        let both = Some(&beside).filter(|beside| beside.supports != best.supports).and_then(corrected);
         if let Some((right, beside)) = both.filter(|both| both.1.score + both.0.price < again.score + right.price) {
             return Some((right, beside));
         }
@@ -39,11 +45,11 @@ impl Problem<'_> {
     }
 
     /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and explains more than `first`, whose innovations are correlated. `of` is
-    /// the hypothesis that something found is, and the derivatives of its coefficients by the parameters that it has instead.
-    pub(super) fn put_right<T: Clone>(
+    /// the hypothesis of something that was found.
+    pub(super) fn corrected<T: Clone>(
         &self,
         first: &T,
-        of: &dyn Fn(&T) -> (&Hypothesis, Option<&DMatrix<f64>>),
+        of: &dyn Fn(&T) -> Along<'_>,
         fit: &dyn Fn(&Problem<'_>, &T) -> Option<T>,
     ) -> Option<(Kept, T)> {
         let mut segments = self.rounded_inputs()?;
@@ -57,11 +63,11 @@ impl Problem<'_> {
             let (Hypothesis { flow, fit: Fit { xi, x, .. }, .. }, along) = of(&found);
             let (at, go_on) = ((&xi[..], &x[..]), self.watch.asks());
             let told = self.working(|work| {
-                shooting::inputs((flow, along), &segments, at, &sigma, PARTS.len() - 1, (work, go_on))
+                shooting::inputs((flow, along), &segments, at, &sigma, PARTS[PARTS.len() - 1], (work, go_on))
             })?;
             for ((segment, by), written) in segments.iter_mut().zip(told.by).zip(self.segments) {
                 segment.u = &written.u + &by;
-                segment.put_right = Some(by);
+                segment.corrections = Some(by);
             }
             found = fit(&Problem { segments: &segments, ..*self }, &found)?;
             sigma.clone_from(&of(&found).0.fit.sigma);
@@ -75,9 +81,9 @@ impl Problem<'_> {
         explained.then_some((Kept { segments, astray: 0, price }, found))
     }
 
-    /// The data with the errors of those inputs that may have been rounded; `None` if there are none, or they were put right.
+    /// The data with the errors of those inputs that may have been rounded; `None` if there are none, or they were corrected.
     fn rounded_inputs(&self) -> Option<Vec<Segment>> {
-        let may_be = |s: &Segment| s.ramp.is_none() && s.put_right.is_none() && s.of_inputs.iter().any(|s| *s > 0.0);
+        let may_be = |s: &Segment| s.ramp.is_none() && s.corrections.is_none() && s.of_inputs.iter().any(|s| *s > 0.0);
         if !self.segments.iter().all(may_be) {
             return None;
         }
@@ -92,10 +98,10 @@ impl Problem<'_> {
         Some(segments)
     }
 
-    /// The inputs that were put right, and the distance of two neighbouring values as they were written.
-    pub(super) fn inputs_put_right(&self) -> Vec<(usize, f64)> {
+    /// The inputs that were corrected, and the distance of two neighbouring values as they were written.
+    pub(super) fn corrected_inputs(&self) -> Vec<(usize, f64)> {
         let error = |j: usize| {
-            self.segments.iter().filter(|s| s.put_right.is_some()).map(|s| s.of_inputs[j]).fold(0.0, f64::max)
+            self.segments.iter().filter(|s| s.corrections.is_some()).map(|s| s.of_inputs[j]).fold(0.0, f64::max)
         };
         (0..self.n_controls).map(|j| (j, 12_f64.sqrt() * error(j))).filter(|(_, step)| *step > 0.0).collect()
     }
@@ -107,11 +113,11 @@ impl Problem<'_> {
     }
 }
 
-/// Whether the differences by which input `j` was put right depend on its value, as those of rounding do not: a square or a cube of it explains them.
+/// Whether the differences by which input `j` was corrected depend on its value, as those of rounding do not: a square or a cube of it explains them.
 fn depends(segments: &[Segment], j: usize) -> bool {
     let mut pairs = Vec::new();
     for segment in segments {
-        let Some(by) = &segment.put_right else { continue };
+        let Some(by) = &segment.corrections else { continue };
         pairs.extend((0..segment.len()).filter(|&t| !is_held(segment, t, j)).map(|t| (segment.u[[t, j]], by[[t, j]])));
     }
     let count = pairs.len() as f64;

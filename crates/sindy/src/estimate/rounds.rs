@@ -98,7 +98,7 @@ impl Problem<'_> {
                         return self.search_inside(&strict, signals).or(Some(strict));
                     }
                     // What it leaves is what rounding of the inputs does.
-                    if self.with_inputs_put_right(&strict).is_some() {
+                    if self.with_corrected_inputs(&strict).is_some() {
                         return Some(strict);
                     }
                     let near = strict.fit.sigma.iter().zip(&signals.sigma).all(|(s, n)| *s <= LARGER * n);

@@ -226,7 +226,7 @@ impl Problem<'_> {
         let smoother = self.smoother();
         let signals = smoother.signals(self.floor);
         let problem = Problem { noise: &signals.sigma, ..*self };
-        let explains = |found: &Hypothesis| problem.is_settled(found) || problem.with_inputs_put_right(found).is_some();
+        let explains = |found: &Hypothesis| problem.is_settled(found) || problem.with_corrected_inputs(found).is_some();
         if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(explains) {
             return Some(Rough::Begun(parts));
         }
@@ -249,7 +249,7 @@ impl Problem<'_> {
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
             if is_noisy(&found) {
-                if problem.with_inputs_put_right(&found).is_some() {
+                if problem.with_corrected_inputs(&found).is_some() {
                     return Some(Rough::Begun(found));
                 }
                 let searched = problem.finished(found, signals, None);

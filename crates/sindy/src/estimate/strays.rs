@@ -19,13 +19,13 @@ const MOST: f64 = 0.2;
 /// Times that steps are rejected: small strays show when large ones are gone.
 const ROUNDS: usize = 12;
 
-/// Data without strays, and with inputs put right.
+/// Data without strays, and with corrected inputs.
 #[derive(Debug, Clone)]
 pub(crate) struct Kept {
     pub(crate) segments: Vec<Segment>,
     /// Steps left out.
     pub(crate) astray: usize,
-    /// What that cost, and what inputs that were put right did, in units of the score.
+    /// What that cost, and what inputs that were corrected did, in units of the score.
     pub(crate) price: f64,
 }
 
@@ -63,7 +63,7 @@ impl Problem<'_> {
                     None => {}
                 }
             }
-            let right = |begun: &Hypothesis| (round < ROUNDS).then(|| problem.with_inputs_put_right(begun)).flatten();
+            let right = |begun: &Hypothesis| (round < ROUNDS).then(|| problem.with_corrected_inputs(begun)).flatten();
             let mut fewer = begun.as_ref().and_then(|begun| right(begun).or_else(|| without(begun)));
             if fewer.is_none() {
                 let searched = searched.or_else(|| problem.search(&signals, (begun.take(), before), stepping))?;

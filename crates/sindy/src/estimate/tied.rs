@@ -62,7 +62,7 @@ pub(crate) fn leaves_noise(
     let again =
         |right: &Problem<'_>, begun: &Hypothesis| right.hypothesis(none(), begun.flow.stepping(), begun.start(), 2..4);
     found.is_some_and(|found| {
-        problem.is_settled(&found) || problem.put_right(&found, &|found| (found, None), &again).is_some()
+        problem.is_settled(&found) || problem.corrected(&found, &|found| (found, None), &again).is_some()
     })
 }
 
@@ -81,7 +81,7 @@ fn given(equations: &Equations, theta: &[f64]) -> Option<Vec<Constraints>> {
 pub(crate) enum Judged {
     /// Nothing speaks against its equations but others that are as good.
     Adequate(Box<Estimate>),
-    /// They leave noise alone of the data with inputs put right, to which its parameters are to be chosen anew.
+    /// They leave noise alone of the data with corrected inputs, to which its parameters are to be chosen anew.
     Rounded(Kept),
     /// They leave more than noise, or the data do not agree on them.
     Inadequate,
@@ -111,7 +111,7 @@ pub(crate) fn judged(problem: &Problem<'_>, (equations, tied): (&Equations, &Tie
         let again =
             |right: &Problem<'_>, begun: &Fitted| right.fitted_together(equations, &begun.theta, (&signals, stepping));
         let problem = Problem { spent: &Cell::new(0), ..problem };
-        let right = problem.put_right(&fitted, &|fitted| (&fitted.free, Some(&fitted.slopes)), &again);
+        let right = problem.corrected(&fitted, &|fitted| (&fitted.free, Some(&fitted.slopes)), &again);
         return right.map_or(Judged::Inadequate, |(right, _)| Judged::Rounded(Kept { astray: glitches, ..right }));
     }
     let left = &fitted.found.fit.left;
@@ -241,7 +241,7 @@ impl Problem<'_> {
             doubts: is_rate.iter().map(|is_rate| doubt.filter(|_| !is_rate)).collect(),
             fit: (0..n).map(of_spread).collect(),
             complete: true,
-            put_right: self.inputs_put_right(),
+            corrections: self.corrected_inputs(),
             leaves_nothing: self.leaves_nothing(&found),
             rounding: self.is_rounding(&found).then(|| self.floor.iter().map(|floor| FLOOR * floor).collect()),
         })

@@ -124,7 +124,15 @@ impl Recording {
     pub(super) fn segment(&self, coordinates: &Coordinates) -> Segment {
         let (x, relative) = marked(coordinates.states(self.states.view()));
         let dt = self.times.windows(2).map(|t| t[1] - t[0]).collect();
-        Segment { x, u: self.controls.clone(), ramp: self.ramp(), dt, relative, of_inputs: Vec::new(), put_right: None }
+        Segment {
+            x,
+            u: self.controls.clone(),
+            ramp: self.ramp(),
+            dt,
+            relative,
+            of_inputs: Vec::new(),
+            corrections: None,
+        }
     }
 
     /// Its samples up to the last one to which inputs are known.

@@ -75,7 +75,7 @@ fn rounded_inputs(names: &[String], found: &Estimate) -> Vec<String> {
             significant(step / 2.0, 2)
         )
     };
-    found.put_right.iter().map(told).collect()
+    found.corrections.iter().map(told).collect()
 }
 
 /// Warnings of coefficients whose declared sign the data contradict.

@@ -90,7 +90,7 @@ pub(super) fn account(
         doubts: is_kinematic.iter().map(|k| (!k).then_some(Doubt::Disturbed)).collect(),
         fit: (0..n).map(of_spread).collect(),
         complete: true,
-        put_right: Vec::new(),
+        corrections: Vec::new(),
         leaves_nothing: false,
         rounding: None,
     };

@@ -134,7 +134,7 @@ mod tests {
             ramp: None,
             relative: None,
             of_inputs: Vec::new(),
-            put_right: None,
+            corrections: None,
         }
     }
 

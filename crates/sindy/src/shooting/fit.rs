@@ -93,7 +93,7 @@ pub(crate) fn linearised(
     whatever_the_inputs(flow, segments, &state, part, (work, go_on)).or_else(told)
 }
 
-/// The factor over the coefficients where inputs were put right: what is not known of these is not known of the coefficients.
+/// The factor over the coefficients where inputs were corrected: what is not known of these is not known of the coefficients.
 fn whatever_the_inputs(
     flow: &Flow,
     segments: &[Segment],
@@ -101,8 +101,9 @@ fn whatever_the_inputs(
     part: usize,
     (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Triangle> {
-    segments.iter().any(|s| s.put_right.is_some()).then_some(())?;
-    inputs((flow, None), segments, (&state.xi, &state.x), &state.sigma, part, (work, go_on)).map(|told| told.triangle)
+    segments.iter().any(|s| s.corrections.is_some()).then_some(())?;
+    inputs((flow, None), segments, (&state.xi, &state.x), &state.sigma, PARTS[part], (work, go_on))
+        .map(|told| told.triangle)
 }
 
 /// What every sample after the first ones adds to those before it, if `flow` has the coefficients `xi`: the prediction errors of its states, in units of their standard
@@ -169,7 +170,7 @@ mod tests {
             ramp: None,
             relative: None,
             of_inputs: Vec::new(),
-            put_right: None,
+            corrections: None,
         };
         for t in 0..samples {
             (0..2).for_each(|i| segment.x[[t, i]] = x[i] + noise[i] * normal(&mut rng));
@@ -248,7 +249,7 @@ mod tests {
                 relative: None,
                 ramp: None,
                 of_inputs: Vec::new(),
-                put_right: None,
+                corrections: None,
             };
             let bounds = Bounds { floor: &[1e-9], shape: &[noise] };
             let start = (&[rate][..], &[segment.x.clone()][..]);

@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 use ndarray::{Array2, ArrayView2};
 
 use super::eliminate::Elimination;
-use super::fit::PARTS;
 use super::flow::Flow;
 use super::passes::Samples;
 use super::state::{State, direction};
@@ -15,7 +14,7 @@ use crate::data::Segment;
 /// Part of the error of an input by which it may change while it is held.
 const HELD: f64 = 1e-3;
 
-/// Standard deviations of an input's error by which it may be put right: a whole step.
+/// Standard deviations of an input's error by which it may be corrected: a whole step.
 const MOST: f64 = 3.46;
 
 /// Part of the largest value of an input over which differences are taken, at least.
@@ -31,7 +30,7 @@ pub(crate) struct Told {
     pub(crate) triangle: Triangle,
 }
 
-/// What `segments` tell of the inputs that were rounded, if `flow` has coefficients near `xi` and states near `x`. `None` if a step is not finite, or `go_on` says no.
+/// What `segments` tell of the inputs that were rounded, if `flow` has coefficients near `xi` and states near `x`, which may miss it by `part` of their noise in every step. `None` if a step is not finite, or `go_on` says no.
 ///
 /// Where `along` (p, ·) is given, coefficients move along its columns alone.
 ///
@@ -42,7 +41,7 @@ pub(crate) fn inputs(
     segments: &[Segment],
     (xi, x): (&[f64], &[Array2<f64>]),
     sigma: &[f64],
-    part: usize,
+    part: f64,
     (work, go_on): (&Work, &dyn Fn() -> bool),
 ) -> Option<Told> {
     let (n, n_xi) = (sigma.len(), flow.n_parameters());
@@ -52,10 +51,10 @@ pub(crate) fn inputs(
         return None;
     }
     work.elimination(flow, segments);
-    let known = state.eliminated(flow, segments, (PARTS[part], false), go_on, None)?.1;
+    let known = state.eliminated(flow, segments, (part, false), go_on, None)?.1;
     // Of inputs that say nothing of the states the prior alone is left.
     let mut volume: f64 = known.iter().map(Elimination::volume).sum();
-    let q: Vec<f64> = sigma.iter().map(|s| PARTS[part] * s).collect();
+    let q: Vec<f64> = sigma.iter().map(|s| part * s).collect();
     let mut triangle = Triangle::new(p + 1);
     let mut eliminations = Vec::with_capacity(segments.len());
     for (at, segment) in segments.iter().enumerate() {
@@ -64,7 +63,7 @@ pub(crate) fn inputs(
         let k = rounded.len();
         let slopes = slopes_of_inputs(flow, segment, (xi, &x[at]), &rounded)?;
         work.elimination(flow, segments);
-        let by = |t: usize, j: usize| segment.put_right.as_ref().map_or(0.0, |by| by[[t, j]]);
+        let by = |t: usize, j: usize| segment.corrections.as_ref().map_or(0.0, |by| by[[t, j]]);
         let mut elimination = Elimination::new(n + k, p, true);
         let sample = |t: usize| -> (Vec<f64>, Vec<f64>) {
             let seen = (0..n).map(|i| (segment.x[[t, i]] - x[at][[t, i]], sigma[i] * segment.relative(t, i)));
@@ -133,7 +132,7 @@ pub(crate) fn is_held(segment: &Segment, t: usize, j: usize) -> bool {
 /// By how much the inputs differ from those that were written (T, k), if the errors of those that were `rounded` change by what `moved` says after its first `n` columns:
 /// the same while an input is held, and no more than rounding makes. And the sum of their squares in standard deviations.
 fn differences(segment: &Segment, moved: ArrayView2<'_, f64>, n: usize, rounded: &[usize]) -> (Array2<f64>, f64) {
-    let mut by = segment.put_right.clone().unwrap_or_else(|| Array2::zeros(segment.u.dim()));
+    let mut by = segment.corrections.clone().unwrap_or_else(|| Array2::zeros(segment.u.dim()));
     let mut squares = 0.0;
     for (place, &j) in rounded.iter().enumerate() {
         let (error, steps) = (segment.of_inputs[j], segment.len());

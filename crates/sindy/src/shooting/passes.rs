@@ -122,7 +122,7 @@ mod tests {
             ramp: None,
             relative: None,
             of_inputs: Vec::new(),
-            put_right: None,
+            corrections: None,
         };
         let smooth = [term("u", None), term("w^2*sin(a)", None), term("cos(a)", Some(3)), term("sin(a)", None)];
         let jumping = [term("u", None), term("sign(v)", None), term("cos(a)", Some(3)), term("sin(a)*abs(w)", None)];
