@@ -10,6 +10,7 @@ mod machines;
 mod ordinary;
 mod other_logs;
 mod reading;
+mod rounded;
 
 use std::fmt::Write as _;
 use std::fs;
