@@ -5,8 +5,8 @@
 
 use nalgebra::DMatrix;
 
-use super::hypothesis::{Hypothesis, TOLD_APART};
-use super::problem::Problem;
+use super::hypothesis::{Hypothesis, Start, TOLD_APART};
+use super::problem::{Problem, Structure};
 use super::strays::Kept;
 use super::white::{by_chance, is_white};
 use crate::data::Segment;
@@ -35,13 +35,63 @@ impl Problem<'_> {
         };
         let (right, again) = corrected(best)?;
         let beside = self.beside(best);
-        let both = Some(&beside).filter(|beside| beside.supports != best.supports).and_then(corrected);
-        if let Some((right, beside)) = both.filter(|both| both.1.score + both.0.price < again.score + right.price) {
-            return Some((right, beside));
+        let both = Some(&beside).filter(|beside| beside.supports != best.supports).and_then(&corrected);
+        if let Some(both) = both.filter(|both| both.1.score + both.0.price < again.score + right.price) {
+            return Some(self.without_needless(both, &corrected));
         }
         // Of what the data do not tell apart the terms are meant that are fewer.
         let is_likelier = again.score + right.price < beside.score + TOLD_APART;
-        (is_likelier || !self.is_settled(&beside)).then_some((right, again))
+        let is_better = is_likelier || !self.is_settled(&beside);
+        is_better.then(|| self.without_needless((right, again), &corrected))
+    }
+
+    /// `found` without terms that made up for rounding of the inputs: all that look needless, or the least significant one, as long as the score gains by it once inputs
+    /// are `corrected` for what is left.
+    fn without_needless(
+        &self,
+        mut found: (Kept, Hypothesis),
+        corrected: &dyn Fn(&Hypothesis) -> Option<(Kept, Hypothesis)>,
+    ) -> (Kept, Hypothesis) {
+        loop {
+            let score = found.1.score + found.0.price;
+            let fewer = |most: usize| {
+                let (supports, xi) = self.significant(&found.1, most)?;
+                let start = Start { xi: &xi, ..found.1.start() };
+                let begun = self.hypothesis(supports, found.1.flow.stepping(), start, 2..4)?;
+                corrected(&begun).filter(|(right, again)| again.score + right.price < score)
+            };
+            let Some(simpler) = fewer(usize::MAX).or_else(|| fewer(1)) else { return found };
+            found = simpler;
+        }
+    }
+
+    /// The terms of `found` and their coefficients without those, at most `most`, that are worth less than they cost, the least significant first; `None` if there are none.
+    fn significant(&self, found: &Hypothesis, most: usize) -> Option<Structure> {
+        let places = found.supports.iter().enumerate().flat_map(|(i, support)| support.iter().map(move |j| (i, *j)));
+        let mut needless: Vec<(f64, usize)> = Vec::new();
+        for (p, (i, j)) in places.enumerate() {
+            let price = self.penalty(&found.supports[i]) / found.supports[i].len() as f64;
+            let z = found.fit.xi[p] / found.fit.errors[p];
+            if z * z <= price && !self.required(i).contains(&j) {
+                needless.push((z.abs(), p));
+            }
+        }
+        needless.sort_by(|a, b| a.0.total_cmp(&b.0));
+        needless.truncate(most);
+        let is_kept = |p: usize| !needless.iter().any(|(_, q)| *q == p);
+        let (mut supports, mut xi, mut p) = (Vec::new(), Vec::new(), 0);
+        for support in &found.supports {
+            let mut kept = Vec::new();
+            for &j in support {
+                if is_kept(p) {
+                    kept.push(j);
+                    xi.push(found.fit.xi[p]);
+                }
+                p += 1;
+            }
+            supports.push(kept);
+        }
+        (!needless.is_empty()).then_some((supports, xi))
     }
 
     /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and explains more than `first`, whose innovations are correlated. `of` is

@@ -248,10 +248,11 @@ impl Problem<'_> {
             let Some(mut found) = problem.first(signals, from, stepping) else { break };
             let measured: Vec<usize> = (0..floor.len()).filter(|&i| self.measures(i)).collect();
             let is_noisy = |h: &Hypothesis| measured.iter().all(|&i| h.fit.left[i] > FLOOR * floor[i]);
+            // What it leaves is what rounding of the inputs does.
+            if problem.with_corrected_inputs(&found).is_some() {
+                return Some(Rough::Begun(found));
+            }
             if is_noisy(&found) {
-                if problem.with_corrected_inputs(&found).is_some() {
-                    return Some(Rough::Begun(found));
-                }
                 let searched = problem.finished(found, signals, None);
                 if is_noisy(&searched.best) {
                     return Some(Rough::Noisy(searched));
@@ -305,9 +306,10 @@ impl Problem<'_> {
     /// The best of what regressions propose, from `begun` where that leaves noise alone.
     fn first(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Hypothesis> {
         let begun = begun.map(|begun| self.as_simulated(begun));
-        let begun = begun.map(|begun| if self.is_settled(&begun) { begun } else { self.gone_on(begun, signals) });
+        let explains = |found: &Hypothesis| self.is_settled(found) || self.with_corrected_inputs(found).is_some();
+        let begun = begun.map(|begun| if explains(&begun) { begun } else { self.gone_on(begun, signals) });
         let mut best = match begun {
-            Some(begun) if self.is_settled(&begun) => begun,
+            Some(begun) if explains(&begun) => begun,
             _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
         };
         self.prune(&mut best);
