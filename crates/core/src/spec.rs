@@ -108,7 +108,7 @@ pub struct Prior {
     /// alone rounds.
     pub resolution: f64,
     /// Distance of two neighbouring values as they are written, in the channel's unit: they may have been rounded to it, or be exact. 0 where they are written
-    /// in full.
+    /// in full. Asked of controls.
     pub written: f64,
 }
 

@@ -100,7 +100,10 @@ fn a_motor_has_its_equations_however_many_decimals_were_written() {
             assert!(found.report.equations.iter().all(|e| e.doubt.is_none()), "{context}\n{found}");
             compare(&found, 0, &[("i", -r), ("w", -k), ("u", v)], &mut z, &context);
             compare(&found, 1, &[("i", m), ("w", -b)], &mut z, &context);
-            assert!(found.report.warnings.iter().any(|w| w.contains("digits of the input `u`")), "{context}\n{found}");
+            assert!(
+                found.report.warnings.iter().any(|w| w.contains("the input `u` is taken as rounded")),
+                "{context}\n{found}"
+            );
         }
     }
     // What is not known of the inputs is not known of the coefficients.

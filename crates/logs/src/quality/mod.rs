@@ -56,7 +56,8 @@ pub(crate) fn findings(
     let turns = |i: usize| spec.observation[i].kind == Kind::Angle;
     found.extend(inputs.iter().filter_map(|u| feedback::of(u, &states, turns)));
     found.extend(all().filter_map(|signal| oscillation::of(signal, spec.dt)));
-    found.extend(states.iter().filter_map(|x| spikes::of(x, &spikes::switched(x, &inputs), &clock)));
+    let switched = states.first().map_or_else(Vec::new, |x| spikes::switched(x, &inputs));
+    found.extend(states.iter().filter_map(|x| spikes::of(x, &switched, &clock)));
     found.extend(inputs.iter().filter_map(|u| spikes::of(u, &spikes::switched(u, &[]), &clock)));
     found.extend(states.iter().filter_map(coarse));
     found.extend(states.iter().filter_map(few_values));

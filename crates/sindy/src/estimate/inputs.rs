@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use super::hypothesis::{Hypothesis, Start, TOLD_APART};
-use super::problem::{Problem, Structure};
+use super::problem::Problem;
 use super::strays::Kept;
 use super::white::{by_chance, is_white};
 use crate::data::Segment;
@@ -63,35 +63,6 @@ impl Problem<'_> {
             let Some(simpler) = fewer(usize::MAX).or_else(|| fewer(1)) else { return found };
             found = simpler;
         }
-    }
-
-    /// The terms of `found` and their coefficients without those, at most `most`, that are worth less than they cost, the least significant first; `None` if there are none.
-    fn significant(&self, found: &Hypothesis, most: usize) -> Option<Structure> {
-        let places = found.supports.iter().enumerate().flat_map(|(i, support)| support.iter().map(move |j| (i, *j)));
-        let mut needless: Vec<(f64, usize)> = Vec::new();
-        for (p, (i, j)) in places.enumerate() {
-            let price = self.penalty(&found.supports[i]) / found.supports[i].len() as f64;
-            let z = found.fit.xi[p] / found.fit.errors[p];
-            if z * z <= price && !self.required(i).contains(&j) {
-                needless.push((z.abs(), p));
-            }
-        }
-        needless.sort_by(|a, b| a.0.total_cmp(&b.0));
-        needless.truncate(most);
-        let is_kept = |p: usize| !needless.iter().any(|(_, q)| *q == p);
-        let (mut supports, mut xi, mut p) = (Vec::new(), Vec::new(), 0);
-        for support in &found.supports {
-            let mut kept = Vec::new();
-            for &j in support {
-                if is_kept(p) {
-                    kept.push(j);
-                    xi.push(found.fit.xi[p]);
-                }
-                p += 1;
-            }
-            supports.push(kept);
-        }
-        (!needless.is_empty()).then_some((supports, xi))
     }
 
     /// The data with inputs as the states tell that they were before they were rounded, and what `fit` makes of these, if that leaves noise alone and explains more than `first`, whose innovations are correlated. `of` is

@@ -1,7 +1,7 @@
 //! Terms that the score does not pay for.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::problem::Problem;
+use super::problem::{Problem, Structure};
 
 impl Problem<'_> {
     /// Drops terms that the score does not pay for: all at once that look so, then the least significant first. For that there is a budget beyond that
@@ -38,21 +38,7 @@ impl Problem<'_> {
 
     /// Drops all terms whose loss, to first order and each by itself, the score would make up for; if it does for all of them.
     fn prune_at_once(&self, best: &mut Hypothesis) {
-        let (mut supports, mut xi) = (Vec::new(), Vec::new());
-        let mut parameter = 0;
-        for (i, support) in best.supports.iter().enumerate() {
-            let price = self.penalty(support) / support.len().max(1) as f64;
-            let kept = support.iter().filter(|j| {
-                let z = best.fit.xi[parameter] / best.fit.errors[parameter];
-                parameter += 1;
-                let kept = z * z > price || self.required(i).contains(j);
-                if kept {
-                    xi.push(best.fit.xi[parameter - 1]);
-                }
-                kept
-            });
-            supports.push(kept.copied().collect::<Vec<_>>());
-        }
+        let Some((supports, xi)) = self.significant(best, usize::MAX) else { return };
         if best.coefficients().len() < xi.len() + 2 {
             return;
         }
@@ -62,5 +48,27 @@ impl Problem<'_> {
         {
             *best = fewer;
         }
+    }
+    /// The terms of `found` and their coefficients without those, at most `most`, that are worth less than they cost, to first order and each by itself: the least
+    /// significant ones. `None` if there are none.
+    pub(super) fn significant(&self, found: &Hypothesis, most: usize) -> Option<Structure> {
+        let places = found.supports.iter().enumerate().flat_map(|(i, support)| support.iter().map(move |j| (i, *j)));
+        let z = |p: usize| found.fit.xi[p] / found.fit.errors[p];
+        let is_needless = |(p, (i, j)): (usize, (usize, usize))| {
+            let price = self.penalty(&found.supports[i]) / found.supports[i].len() as f64;
+            let kept = z(p).powi(2) > price || self.required(i).contains(&j);
+            (!kept).then_some(p)
+        };
+        let mut needless: Vec<usize> = places.enumerate().filter_map(is_needless).collect();
+        needless.sort_by(|&a, &b| z(a).abs().total_cmp(&z(b).abs()));
+        needless.truncate(most);
+        let (mut supports, mut xi, mut places) = (Vec::new(), Vec::new(), 0..);
+        for support in &found.supports {
+            let own = support.iter().zip(places.by_ref()).filter(|(_, p)| !needless.contains(p));
+            let (kept, coefficients): (Vec<usize>, Vec<f64>) = own.map(|(j, p)| (*j, found.fit.xi[p])).unzip();
+            supports.push(kept);
+            xi.extend(coefficients);
+        }
+        (!needless.is_empty()).then_some((supports, xi))
     }
 }

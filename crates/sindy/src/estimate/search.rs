@@ -305,12 +305,16 @@ impl Problem<'_> {
 
     /// The best of what regressions propose, from `begun` where that leaves noise alone.
     fn first(&self, signals: &Signals, begun: Option<Hypothesis>, stepping: Stepping) -> Option<Hypothesis> {
-        let begun = begun.map(|begun| self.as_simulated(begun));
         let explains = |found: &Hypothesis| self.is_settled(found) || self.with_corrected_inputs(found).is_some();
-        let begun = begun.map(|begun| if explains(&begun) { begun } else { self.gone_on(begun, signals) });
-        let mut best = match begun {
+        let mut best = match begun.map(|begun| self.as_simulated(begun)) {
             Some(begun) if explains(&begun) => begun,
-            _ => self.rounds(signals, self.propose(&measured(signals, stepping), &signals.sigma), begun, stepping)?,
+            begun => match begun.map(|begun| self.gone_on(begun, signals)) {
+                Some(begun) if explains(&begun) => begun,
+                begun => {
+                    let proposed = self.propose(&measured(signals, stepping), &signals.sigma);
+                    self.rounds(signals, proposed, begun, stepping)?
+                }
+            },
         };
         self.prune(&mut best);
         Some(best)

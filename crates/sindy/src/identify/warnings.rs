@@ -70,7 +70,7 @@ fn too_coarse(names: &[String], found: &Estimate) -> Vec<String> {
 fn rounded_inputs(names: &[String], found: &Estimate) -> Vec<String> {
     let told = |(input, step): &(usize, f64)| {
         format!(
-            "the states respond to more digits of the input `{}` than were recorded: its rounding errors, up to {}, are estimated with the equations",
+            "the input `{}` is taken as rounded: errors of up to {}, half its last recorded digit, explain the residuals and are estimated with the equations",
             names[found.fits.len() + input],
             significant(step / 2.0, 2)
         )

@@ -6,7 +6,7 @@ use ndarray::{Array2, ArrayView2};
 use super::eliminate::Elimination;
 use super::flow::Flow;
 use super::passes::Samples;
-use super::state::{State, direction};
+use super::state::{ASKED, State, direction};
 use super::work::Work;
 use crate::Triangle;
 use crate::data::Segment;
@@ -50,7 +50,8 @@ pub(crate) fn inputs(
     if !state.miss(flow, segments, work) {
         return None;
     }
-    work.elimination(flow, segments);
+    // Once without the inputs, once with them.
+    (0..2).for_each(|_| work.elimination(flow, segments));
     let known = state.eliminated(flow, segments, (part, false), go_on, None)?.1;
     // Of inputs that say nothing of the states the prior alone is left.
     let mut volume: f64 = known.iter().map(Elimination::volume).sum();
@@ -62,7 +63,6 @@ pub(crate) fn inputs(
             (0..segment.u.ncols()).filter(|&j| segment.of_inputs.get(j).is_some_and(|s| *s > 0.0)).collect();
         let k = rounded.len();
         let slopes = slopes_of_inputs(flow, segment, (xi, &x[at]), &rounded)?;
-        work.elimination(flow, segments);
         let by = |t: usize, j: usize| segment.corrections.as_ref().map_or(0.0, |by| by[[t, j]]);
         let mut elimination = Elimination::new(n + k, p, true);
         let sample = |t: usize| -> (Vec<f64>, Vec<f64>) {
@@ -102,7 +102,7 @@ pub(crate) fn inputs(
             }
             let (y, sigma) = sample(t);
             elimination.step(&y, &sigma, &s, &d, &q);
-            made.finite && (!t.is_multiple_of(200) || go_on())
+            made.finite && (!t.is_multiple_of(ASKED) || go_on())
         });
         if !whole {
             return None;

@@ -22,7 +22,7 @@ const ENOUGH: f64 = 1e-7;
 const APART: f64 = 10.0;
 
 /// Samples after which what they tell is put together, and it is asked again whether to go on.
-const ASKED: usize = 200;
+pub(super) const ASKED: usize = 200;
 
 /// The step of the coefficients that the factor tells, damped in units of their columns, and that of the states with it.
 ///
