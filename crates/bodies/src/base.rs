@@ -11,6 +11,9 @@ const DRAWN: usize = 4;
 /// Part of a column that is not in the span of those before it, below which it is.
 const NOTHING: f64 = 1e-8;
 
+/// Part of the largest column below which one is rounding alone: a parameter that no motion moves.
+const ROUNDING: f64 = 1e-12;
+
 /// Coefficients that are written as they are, not rounded to zero.
 const SMALL: f64 = 1e-9;
 
@@ -41,6 +44,7 @@ impl Base {
             all = all.resize_vertically(at + n, 0.0);
             all.rows_mut(at, n).copy_from(&rows);
         }
+        let largest = all.column_iter().map(|column| column.norm()).fold(0.0, f64::max);
         let mut independent: Vec<usize> = Vec::new();
         // Orthonormal directions of these, and what each column is of them.
         let mut directions: Vec<DVector<f64>> = Vec::new();
@@ -48,7 +52,7 @@ impl Base {
         for p in 0..n_parameters {
             let column = all.column(p).into_owned();
             let size = column.norm();
-            if size == 0.0 {
+            if size <= ROUNDING * largest {
                 continue;
             }
             let mut rest = column.clone();

@@ -33,10 +33,11 @@ struct Slopes {
 }
 
 /// The base parameters near `values` (b) for which motions simulated over pieces of so many steps are nearest to the samples, each piece from a start of its own; channels are weighed by what is
-/// left of them. `None` if nothing can be simulated, or `go_on` says no.
+/// left of them. Standard errors are those of the curvature of the cost, times the square root of what pieces pull more than that tells: tr(H⁻¹ Σ g gᵀ)/b of their gradients g. `None` if nothing can be
+/// simulated, or `go_on` says no.
 ///
 /// # References
-/// Ljung (1999), System Identification, §7.4: the prediction-error method for output-error models.
+/// Ljung (1999), System Identification, §7.4: the prediction-error method for output-error models. McCullagh, Nelder (1989), Generalized Linear Models, §9.2: overdispersion.
 pub(crate) fn output_error(
     (tree, base): (&Tree, &Base),
     values: &[f64],
@@ -65,10 +66,10 @@ pub(crate) fn output_error(
         errors.iter().map(|e| (0..2 * n).map(|i| e.column(i).norm_squared() / sizes[i].powi(2)).sum::<f64>()).sum()
     };
     let mut damping = 1e-4;
-    let mut information = DMatrix::zeros(b, b);
+    let (mut information, mut spread) = (DMatrix::zeros(b, b), DMatrix::zeros(b, b));
     for _ in 0..ROUNDS {
         let parameters = base.as_parameters(&values);
-        information = DMatrix::zeros(b, b);
+        (information, spread) = (DMatrix::zeros(b, b), DMatrix::zeros(b, b));
         let mut right = DVector::zeros(b);
         let mut own = Vec::with_capacity(pieces.len());
         for piece in &pieces {
@@ -78,7 +79,9 @@ pub(crate) fn output_error(
             let pull = slopes.by_start.transpose() * &slopes.errors;
             information +=
                 slopes.by_parameters.transpose() * &slopes.by_parameters - cross.transpose() * of_start.solve(&cross);
-            right += slopes.by_parameters.transpose() * &slopes.errors - cross.transpose() * of_start.solve(&pull);
+            let told = slopes.by_parameters.transpose() * &slopes.errors - cross.transpose() * of_start.solve(&pull);
+            spread += &told * told.transpose();
+            right += told;
             own.push((of_start.solve(&pull), of_start.solve(&cross)));
         }
         let before = cost(&errors, &sizes);
@@ -111,9 +114,11 @@ pub(crate) fn output_error(
         }
     }
     let inverse = inverse(&information)?;
+    // Where the equations are not quite those of the robot, or friction has corners that slopes do not see, pieces disagree by more than noise.
+    let dispersion = ((&inverse * &spread).trace() / b.max(1) as f64).max(1.0);
     Some(Regression {
         values,
-        errors: (0..b).map(|i| inverse[(i, i)].max(0.0).sqrt()).collect(),
+        errors: (0..b).map(|i| (dispersion * inverse[(i, i)]).max(0.0).sqrt()).collect(),
         condition: f64::NAN,
         undetermined: 0,
         information,

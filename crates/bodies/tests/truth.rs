@@ -179,6 +179,32 @@ fn base_parameters_of_a_planar_arm_are_the_textbook_ones() {
 }
 
 #[test]
+fn what_no_motion_moves_is_no_base_parameter() {
+    let link = |name: &str| format!(r#"<link name="{name}"/>"#);
+    let joint = |name: &str, (parent, child): (&str, &str), (xyz, axis): (&str, &str)| {
+        format!(
+            r#"<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>"#
+        )
+    };
+    // The shoulder turns in a plane with the axis of the waist: the first moment of its body across that plane moves nothing.
+    for place in ["0.1 0 0.2", "0.07 0 0.31", "0.05 0 0.25", "0 0 0.2"] {
+        let text = format!(
+            "<robot>{}{}{}{}{}</robot>",
+            link("a"),
+            link("b"),
+            link("c"),
+            joint("waist", ("a", "b"), ("0 0 0.15", "0 0 1")),
+            joint("shoulder", ("b", "c"), (place, "0 1 0")),
+        );
+        let tree = Urdf::parse(&text).unwrap().tree;
+        let base = sindyna_bodies::Base::of(&tree);
+        let told: Vec<String> = (0..base.len()).map(|i| base.told(i, &tree.names())).collect();
+        assert!(!told.iter().any(|t| t.starts_with("my(c)")), "{place} {told:?}");
+        assert_eq!(told.iter().filter(|t| t.starts_with("mx(c)") || t.starts_with("mz(c)")).count(), 2, "{told:?}");
+    }
+}
+
+#[test]
 fn an_arm_in_space_is_found_from_clean_and_from_noisy_motions() {
     let urdf = Urdf::parse(ARM).unwrap();
     let tree = &urdf.tree;
