@@ -36,13 +36,15 @@ pub(super) fn of(signal: &Signal<'_>, dt: f64) -> Option<Finding> {
         let near = (1..power.len()).filter(|i| i.abs_diff(k) <= 12 && i.abs_diff(k) > 3);
         median(near.map(change).collect()).unwrap_or(f64::INFINITY)
     };
-    let fast = FASTER * motion.max(2)..power.len();
+    let width = |peak: usize| peak.saturating_sub(3).max(1)..power.len().min(peak + 4);
+    // The flank of the motion has no peak of its own.
+    let is_peak = |k: &usize| width(*k).all(|near| change(near) <= change(*k));
+    let fast = (FASTER * motion.max(2)..power.len()).filter(is_peak);
     let peak = fast.max_by(|a, b| change(*a).total_cmp(&change(*b)))?;
-    let width = || peak.saturating_sub(3).max(1)..power.len().min(peak + 4);
     let total: f64 = (1..power.len()).map(change).sum();
-    let share = width().map(change).sum::<f64>() / total;
+    let share = width(peak).map(change).sum::<f64>() / total;
     let found = change(peak) > STRONGER * around(peak) && share > MATTERS;
-    let rms = width().map(|k| power[k]).sum::<f64>().sqrt();
+    let rms = width(peak).map(|k| power[k]).sum::<f64>().sqrt();
     let frequency = peak as f64 / (PIECE as f64 * dt);
     found.then(|| Finding::Oscillates { signal: signal.name.to_owned(), frequency, rms, share })
 }
