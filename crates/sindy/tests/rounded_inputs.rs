@@ -2,6 +2,7 @@
 
 use ndarray::Array2;
 use rand::RngExt as _;
+use rand_distr::StandardNormal;
 use sindyna_core::{Channel, Kind, Precision, Rng, Seed, Space, Spec};
 use sindyna_sindy::{Identified, Identifier, Recording};
 
@@ -148,4 +149,35 @@ fn settings_of_a_few_digits_are_exact() {
             "{seed}\n{found}"
         );
     }
+}
+
+#[test]
+fn errors_of_inputs_too_small_to_be_told_are_in_the_standard_errors() {
+    const NOISE: f64 = 2e-3;
+    let (mut with, mut without) = (Vec::new(), Vec::new());
+    for step in [1e-3, 3e-3, 6e-3] {
+        for seed in 130..134 {
+            let mut rng = Seed::new(seed).stream("spring", 0);
+            let (k, d, b) = (rng.random_range(5.0..12.0), rng.random_range(0.2..0.6), rng.random_range(2.0..6.0));
+            let rates = move |x: [f64; 2], u: f64| [x[1], -k * x[0] - d * x[1] + b * u];
+            let mut recording = log(&rates, (1000, 0.02), (2.0, 5..40), 1e-9, &mut rng);
+            recording.controls.mapv_inplace(|u| rounded(u, step));
+            for v in &mut recording.states {
+                *v = rounded(*v + NOISE * rng.sample::<f64, _>(StandardNormal), 1e-9);
+            }
+            for (written, z) in [(step, &mut with), (0.0, &mut without)] {
+                let found = Identifier::new(&spec(["x", "v"], true, 0.02, (1e-9, written)))
+                    .identify_recordings(&[recording.clone()])
+                    .expect("equations");
+                let truth = [("x", -k), ("v", -d), ("u", b)];
+                if equation(&found, 1).iter().all(|(name, ..)| truth.iter().any(|(own, _)| own == name)) {
+                    compare(&found, 1, &truth, z, &format!("{step} {seed} {:?}", [k, d, b]));
+                }
+            }
+        }
+    }
+    let spread = |z: &[f64]| (z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64).sqrt();
+    let covered = with.iter().filter(|z| z.abs() < 1.96).count() as f64 / with.len() as f64;
+    assert!(covered > 0.75 && spread(&with) < 1.5, "{covered} {} {with:?}", spread(&with));
+    assert!(spread(&without) > 1.5, "otherwise they are not: {without:?}");
 }

@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::strays::Kept;
 use super::white::{by_chance, is_white};
 use crate::data::Segment;
-use crate::shooting::{self, Fit, PARTS, is_held};
+use crate::shooting::{self, Fit, PARTS, Told, is_held};
 
 /// Steps of its last digit over which an input moves, at least, that may have been rounded: settings of a few digits are what they are.
 const STEPS: f64 = 20.0;
@@ -100,6 +100,19 @@ impl Problem<'_> {
         let is_rounding = !(0..self.n_controls).any(|j| depends(&segments, j));
         let explained = is_better && is_rounding && right.is_settled(of(&found).0);
         explained.then_some((Kept { segments, astray: 0, price }, found))
+    }
+
+    /// What the data tell of the coefficients of `found`, which leaves noise alone, whatever its inputs were before they were rounded: errors of inputs that are too small to be told
+    /// move coefficients all the same. `None` if inputs were not rounded, or were corrected.
+    pub(super) fn whatever_the_inputs(&self, (found, along): Along<'_>) -> Option<Told> {
+        let segments = self.rounded_inputs()?;
+        segments.iter().flat_map(|s| &s.of_inputs).any(|error| *error > 0.0).then_some(())?;
+        let Hypothesis { flow, fit: Fit { xi, x, sigma, .. }, .. } = found;
+        let (at, go_on) = ((&xi[..], &x[..]), self.watch.asks());
+        let told = self.working(|work| {
+            shooting::inputs((flow, along), &segments, at, sigma, PARTS[PARTS.len() - 1], (work, go_on))
+        })?;
+        told.change.iter().all(|by| by.is_finite()).then_some(told)
     }
 
     /// The data with the errors of those inputs that may have been rounded; `None` if there are none, or they were corrected.

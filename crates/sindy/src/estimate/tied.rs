@@ -186,7 +186,12 @@ impl Problem<'_> {
     /// What was found.
     fn of_tied(&self, (equations, tied): (&Equations, &Tied), fitted: Fitted, signals: &Signals) -> Option<Estimate> {
         let n = self.rates.len();
-        let Fitted { theta, covariance, found, .. } = fitted;
+        let told = self.whatever_the_inputs((&fitted.free, Some(&fitted.slopes)));
+        let Fitted { mut theta, mut covariance, found, .. } = fitted;
+        if let Some((told, inverse)) = told.and_then(|told| Some((told.change, told.triangle.inverse()?))) {
+            theta[1..].iter_mut().zip(&told).for_each(|(theta, by)| *theta += by);
+            covariance = &inverse * inverse.transpose();
+        }
         let rivals = (tied.nearest <= TOLD_APART).then_some(Doubt::OtherTerms);
         let doubt = (tied.linear > TOLD_APART).then_some(Doubt::NotHeld).or(rivals);
         let xi = equations.coefficients(&theta)?;

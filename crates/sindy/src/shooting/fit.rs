@@ -3,7 +3,7 @@
 use ndarray::Array2;
 
 use super::flow::Flow;
-use super::inputs::inputs;
+use super::inputs::{Told, inputs};
 use super::state::{Bounds, State};
 use super::work::Work;
 use crate::Triangle;
@@ -29,6 +29,15 @@ pub(crate) struct Fit {
     pub(crate) expansion: f64,
     /// The factor of all rows over the coefficients, whitened.
     pub(crate) triangle: Triangle,
+}
+
+impl Fit {
+    /// Takes the coefficients that are likeliest whatever the inputs were, and what is known of them then.
+    pub(crate) fn take(&mut self, told: Told) {
+        self.xi.iter_mut().zip(&told.change).for_each(|(xi, by)| *xi += by);
+        self.errors = told.triangle.spread(&(0..self.xi.len()).collect::<Vec<_>>());
+        self.triangle = told.triangle;
+    }
 }
 
 /// Parts of σ by which a state may miss its equation in one step, from the first iterations to the last: with the first the

@@ -28,6 +28,8 @@ pub(crate) struct Told {
     pub(crate) price: f64,
     /// The factor of all rows over the coefficients, whitened, whatever the inputs were.
     pub(crate) triangle: Triangle,
+    /// By how much the coefficients differ then.
+    pub(crate) change: Vec<f64>,
 }
 
 /// What `segments` tell of the inputs that were rounded, if `flow` has coefficients near `xi` and states near `x`, which may miss it by `part` of their noise in every step. `None` if a step is not finite, or `go_on` says no.
@@ -113,7 +115,7 @@ pub(crate) fn inputs(
         eliminations.push((elimination, rounded));
     }
     let (eliminations, rounded): (Vec<Elimination>, Vec<Vec<usize>>) = eliminations.into_iter().unzip();
-    let (_, moved) = direction(&triangle, &eliminations, 0.0)?;
+    let (change, moved) = direction(&triangle, &eliminations, 0.0)?;
     let mut price = 2.0 * (eliminations.iter().map(Elimination::volume).sum::<f64>() - volume);
     let mut all = Vec::with_capacity(segments.len());
     for ((segment, moved), rounded) in segments.iter().zip(&moved).zip(&rounded) {
@@ -121,7 +123,7 @@ pub(crate) fn inputs(
         price += squares;
         all.push(by);
     }
-    Some(Told { by: all, price, triangle })
+    Some(Told { by: all, price, triangle, change })
 }
 
 /// Whether input `j` is the same in step `t` as in the one before.

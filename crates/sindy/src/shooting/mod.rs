@@ -19,7 +19,7 @@ mod work;
 pub(crate) use checks::{Contribution, Place};
 pub(crate) use fit::{Fit, PARTS, fit, innovations, linearised};
 pub(crate) use flow::{Flow, Given, Stage};
-pub(crate) use inputs::{inputs, is_held};
+pub(crate) use inputs::{Told, inputs, is_held};
 pub(crate) use passes::Samples;
 pub(crate) use scratch::Scratch;
 pub(crate) use state::Bounds;
