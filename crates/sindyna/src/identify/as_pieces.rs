@@ -6,6 +6,7 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
+use super::parts_of_rows::{FINELY, ROUGHLY, refined};
 use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
@@ -20,18 +21,49 @@ pub(super) fn least_missed<E: From<FitError>>(
     (others, margins): (&[Reading], (usize, usize)),
     asked: &Asked<'_, E>,
 ) -> Result<Option<Reading>, E> {
-    let identifier = (asked.identifier)(&log.spec)?;
-    let of = |reading: &Reading| Ok(recordings_of(&reading.samples(kept, margins, usize::MAX)?));
-    let all = std::iter::once(&Reading::GIVEN).chain(others).map(of).collect::<Result<Vec<_>, FitError>>()?;
-    let misfits = identifier.misfits_of_pieces(&found.model, &all, asked.watch)?;
-    if !asked.watch.go_on() {
-        return Err(FitError::Interrupted.into());
-    }
-    let Some(misfits) = misfits else { return Ok(None) };
-    // Of readings that the best one is not clearly better than, that which is least of a change.
     let all: Vec<Reading> = std::iter::once(Reading::GIVEN).chain(others.iter().copied()).collect();
+    let Some(misfits) = misfits(log, kept, found, (&all, margins), asked)? else { return Ok(None) };
+    // Of readings that the best one is not clearly better than, that which is least of a change.
     let best = (0..all.len()).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
     let as_good = |&i: &usize| best.is_some_and(|best| clearly_least(&[&misfits[i], &misfits[best]]) != Some(1));
     let least = (0..all.len()).filter(as_good).min_by(|&a, &b| all[a].shift().total_cmp(&all[b].shift()));
     Ok(least.map(|least| all[least]).filter(|reading| *reading != Reading::GIVEN))
+}
+
+/// The reading near `from`, whose inputs act between rows, of which equations like those `found` clearly miss less; `from` if there is none.
+///
+/// # Errors
+/// [`FitError::Interrupted`] if whoever watches said so.
+pub(super) fn between_rows<E: From<FitError>>(
+    log: &Log,
+    kept: &Samples,
+    found: &Identified,
+    (from, margins): (Reading, (usize, usize)),
+    asked: &Asked<'_, E>,
+) -> Result<Reading, E> {
+    let mut better = |at, both: [Reading; 2]| {
+        let Some(misfits) = misfits(log, kept, found, (&[at, both[0], both[1]], margins), asked)? else {
+            return Ok(None);
+        };
+        let clearly = |i: &usize| clearly_least(&[&misfits[0], &misfits[*i]]) == Some(1);
+        let best = (1..3).filter(clearly).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
+        Ok::<_, E>(best.map(|best| both[best - 1]))
+    };
+    let roughly = refined(from, ROUGHLY, &mut better)?;
+    if roughly == from { Ok(from) } else { refined(roughly, FINELY, better) }
+}
+
+/// What equations like those `found` miss of pieces of `log`, for each reading; `None` if they follow none.
+fn misfits<E: From<FitError>>(
+    log: &Log,
+    kept: &Samples,
+    found: &Identified,
+    (readings, margins): (&[Reading], (usize, usize)),
+    asked: &Asked<'_, E>,
+) -> Result<Option<Vec<Vec<f64>>>, E> {
+    let identifier = (asked.identifier)(&log.spec)?;
+    let of = |reading: &Reading| Ok(recordings_of(&reading.samples(kept, margins, usize::MAX)?));
+    let all = readings.iter().map(of).collect::<Result<Vec<_>, FitError>>()?;
+    let misfits = identifier.misfits_of_pieces(&found.model, &all, asked.watch)?;
+    if asked.watch.go_on() { Ok(misfits) } else { Err(FitError::Interrupted.into()) }
 }

@@ -4,12 +4,12 @@ use sindyna_core::FitError;
 use sindyna_sindy::{Disturbances, Identified, LibraryChoice};
 
 use super::ahead::clearly_least;
-use super::as_pieces::least_missed;
+use super::as_pieces::{self, least_missed};
 use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay};
 use super::parts_of_rows::{FINELY, ROUGHLY, refined};
 use super::reading::Reading;
-use super::trial::{Trial, Tried, terms_of};
+use super::trial::{Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
 use crate::logs::{Log, Samples};
 
@@ -112,27 +112,28 @@ pub(super) fn told_apart<E: From<FitError>>(
         };
         let explains = |reading| {
             let trial = trial(reading);
-            let (steps, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
-            Ok::<_, E>((steps, tried.is_some_and(|tried| tried.explained)))
+            let (_, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
+            Ok::<_, E>(tried.is_some_and(|tried| tried.explained))
         };
         let whole = |reading| Chosen { reading, rates: Vec::new(), disturbed: false };
         // Inputs that act when equations have them act may leave noise alone; so may those that act when states follow them, where the equations are wrong.
-        let (steps, explained) = explains(reading)?;
-        if explained {
+        // As it stands nothing does.
+        if best.is_some() && explains(reading)? {
             return Ok(best.map(whole));
         }
         let delays = log.delays();
         let seen = |other: &&Reading| **other != reading && !other.linear && delays.contains(&other.rows);
         for &other in held.iter().filter(seen) {
-            if explains(other)?.1 {
+            if explains(other)? {
                 return Ok(Some(whole(other)));
             }
         }
-        if parts
-            && let Some(between) = between_rows(&trial(reading), steps, (reading, &terms_of(&first.model)))?
-            && between.explained
-        {
-            return Ok(Some(whole(between.reading)));
+        if parts {
+            let margins = with_parts(margins(&[reading]));
+            let between = as_pieces::between_rows(log, kept, first, (reading, margins), asked)?;
+            if between != reading && explains(between)? {
+                return Ok(Some(whole(between)));
+            }
         }
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
