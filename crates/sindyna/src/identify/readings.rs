@@ -7,6 +7,7 @@ use super::ahead::clearly_least;
 use super::as_pieces::{self, least_missed};
 use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay};
+use super::between::is_set;
 use super::parts_of_rows::{FINELY, ROUGHLY, refined};
 use super::reading::Reading;
 use super::trial::{Trial, Tried};
@@ -81,9 +82,10 @@ pub(super) fn told_apart<E: From<FitError>>(
         Some(first) => lone(first, &log.spec, asked.unmeasured),
         None => asked.unmeasured.clone(),
     };
+    let is_set = is_set(kept);
     let is_open = |reading: &Reading| {
         let late = asked.delay == Delay::Auto || reading.rows == 0.0;
-        let linear = asked.intersample.is_none() || !reading.linear;
+        let linear = !reading.linear || (asked.intersample.is_none() && !is_set);
         let steps = kept.times.is_none() && matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto;
         late && linear && (!reading.simulated || steps)
     };
