@@ -129,8 +129,11 @@ fn notes(data: &Data<'_>, fitted: &Fitted) -> Vec<String> {
     let disturbed: Vec<usize> = (0..data.pieces.len()).filter(|&p| fitted.weights[p] < DISTURBED).collect();
     let Some(first) = data.pieces.first() else { return Vec::new() };
     let (count, seconds) = (data.pieces.len(), significant(first.seconds(), 2));
+    let errors =
+        "their standard errors tell how pieces of these logs disagree: those of other recordings may differ by more"
+            .to_owned();
     if disturbed.is_empty() {
-        return vec![format!("the equations were fitted to {count} pieces of {seconds} s")];
+        return vec![format!("the equations were fitted to {count} pieces of {seconds} s"), errors];
     }
     let several = data.pieces.last().is_some_and(|p| p.recording > 0);
     let mut worst = disturbed.clone();
@@ -144,9 +147,10 @@ fn notes(data: &Data<'_>, fitted: &Fitted) -> Vec<String> {
     };
     let times: Vec<String> = worst.iter().map(told).collect();
     let more = if worst.len() < disturbed.len() { ", and others" } else { "" };
-    vec![format!(
+    let pieces = format!(
         "the equations were fitted to {count} pieces of {seconds} s, of which {} do not follow them (from {}{more}): the system was disturbed there, or something is missing",
         disturbed.len(),
         times.join(", ")
-    )]
+    );
+    vec![pieces, errors]
 }
