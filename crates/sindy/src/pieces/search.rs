@@ -143,11 +143,14 @@ impl<'a> Cut<'a> {
         let speeds: Vec<f64> = joints.speeds().iter().map(|&v| size(self.segments, v)).collect();
         let lagrangians: Vec<Lagrangian> =
             Lagrangian::all_arrangements(joints).into_iter().map(|l| l.slow_friction(&speeds, &SLOW)).collect();
-        let proposals = problem.proposals(&lagrangians, self.scale, rates);
+        let proposals = problem.proposals(&lagrangians, self.scale);
         let some = self.some();
         let of_some = Data { pieces: &some, ..data };
         let first = |proposal: &Proposal| {
-            let (equations, theta) = problem.equations(&lagrangians[proposal.of], proposal, rates)?;
+            let others = proposal.parameters.iter();
+            let chosen: Vec<usize> = std::iter::once(proposal.unit).chain(others.clone().map(|p| p.0)).collect();
+            let equations = Equations::new(&lagrangians[proposal.of], &chosen, (space, rates), dt)?;
+            let theta: Vec<f64> = std::iter::once(1.0).chain(others.map(|p| p.1)).collect();
             let fitted = of_some.fitted(&|theta| equations.at(theta), &theta, None, FEW)?;
             Some((of_some.left(&fitted), proposal.of, equations, fitted))
         };
@@ -198,16 +201,15 @@ fn refined(
 
 impl Problem<'_> {
     /// What the weak form proposes: the smallest losses over windows of middle length, and over others with the same arrangement and unit.
-    fn proposals(&self, lagrangians: &[Lagrangian], scale: f64, rates: &[Option<usize>]) -> Vec<Proposal> {
+    fn proposals(&self, lagrangians: &[Lagrangian], scale: f64) -> Vec<Proposal> {
         let balances: Vec<Balances> = lagrangians.iter().map(|l| balances(l, self.segments)).collect();
         let weak = |of: usize, length: f64| Weak::new(&balances[of], self.segments, length * scale);
         let of_all = |(of, lagrangian): (usize, &Lagrangian)| {
             let weak = weak(of, LENGTHS[0]);
             lagrangian
-                .units_of_all_inputs()
+                .units()
                 .into_iter()
                 .filter_map(|unit| self.proposed(lagrangian, &weak, (of, unit)))
-                .filter(|(_, proposal)| self.equations(lagrangian, proposal, rates).is_some())
                 .collect::<Vec<_>>()
         };
         let mut first: Vec<(f64, Proposal)> = lagrangians.iter().enumerate().flat_map(of_all).collect();
@@ -219,21 +221,6 @@ impl Problem<'_> {
             .filter_map(|((of, unit), length)| self.proposed(&lagrangians[of], &weak(of, length), (of, unit)))
             .collect();
         first.into_iter().chain(others).map(|(_, proposal)| proposal).collect()
-    }
-
-    /// The equations of a proposal, and its parameters; `None` where a joint has no positive inertia.
-    fn equations(
-        &self,
-        lagrangian: &Lagrangian,
-        proposal: &Proposal,
-        rates: &[Option<usize>],
-    ) -> Option<(Equations, Vec<f64>)> {
-        let others = proposal.parameters.iter();
-        let chosen: Vec<usize> = std::iter::once(proposal.unit).chain(others.clone().map(|p| p.0)).collect();
-        let equations = Equations::new(lagrangian, &chosen, (self.space, rates), self.dt)?;
-        let theta: Vec<f64> = std::iter::once(1.0).chain(others.map(|p| p.1)).collect();
-        equations.coefficients(&theta)?;
-        Some((equations, theta))
     }
 
     /// What the windows `weak` propose, and what they lose by it.

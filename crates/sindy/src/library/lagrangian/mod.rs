@@ -167,19 +167,10 @@ impl Lagrangian {
 
     /// Parameters one of which may be the unit of all others: the first input on each joint; without inputs the constant inertia of each.
     pub(crate) fn units(&self) -> Vec<usize> {
-        self.units_among(|k| k == 0)
-    }
-
-    /// The same with every input, where that may be one that hardly moves.
-    pub(crate) fn units_of_all_inputs(&self) -> Vec<usize> {
-        self.units_among(|_| true)
-    }
-
-    fn units_among(&self, is_input: impl Fn(usize) -> bool) -> Vec<usize> {
         let of = |wanted: &dyn Fn(&Parameter) -> bool| {
             (0..self.parameters.len()).filter(|&p| wanted(&self.parameters[p])).collect::<Vec<_>>()
         };
-        let inputs = of(&|p| matches!(p, Parameter::Input(k, _) if is_input(*k)));
+        let inputs = of(&|p| matches!(p, Parameter::Input(0, _)));
         if inputs.is_empty() { of(&|p| matches!(p, Parameter::Inertia(0, i, j) if i == j)) } else { inputs }
     }
 
