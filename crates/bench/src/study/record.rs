@@ -71,14 +71,18 @@ impl Made {
     }
 }
 
-/// The command line that started this program, as one gives it in the repository.
+/// The command line that started this program, as one gives it in the repository; of files elsewhere their names.
 #[must_use]
 pub fn command() -> String {
     let mut words = env::args();
     let program = words.next().unwrap_or_default();
     let name = Path::new(&program).file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let named = |word: String| match Path::new(&word) {
+        path if path.is_absolute() => path.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        _ => word,
+    };
     let quoted = |word: String| if word.contains([' ', '"', '[']) { format!("'{word}'") } else { word };
-    let arguments: Vec<String> = words.map(quoted).collect();
+    let arguments: Vec<String> = words.map(named).map(quoted).collect();
     let own = format!("cargo run --release -p sindyna-bench --bin {name}");
     if arguments.is_empty() { own } else { format!("{own} -- {}", arguments.join(" ")) }
 }

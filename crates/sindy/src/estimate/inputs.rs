@@ -103,8 +103,9 @@ impl Problem<'_> {
     }
 
     /// What the data tell of the coefficients of `found`, which leaves noise alone, whatever its inputs were before they were rounded: errors of inputs that are too small to be told
-    /// move coefficients all the same. `None` if inputs were not rounded, or were corrected.
+    /// move coefficients all the same. `None` if inputs were not rounded, or were corrected, or the system runs away: least squares would take back what its coefficients were moved by.
     pub(super) fn whatever_the_inputs(&self, (found, along): Along<'_>) -> Option<Told> {
+        (found.fit.expansion <= 0.0).then_some(())?;
         let segments = self.rounded_inputs()?;
         segments.iter().flat_map(|s| &s.of_inputs).any(|error| *error > 0.0).then_some(())?;
         let Hypothesis { flow, fit: Fit { xi, x, sigma, .. }, .. } = found;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use sindyna_bench::study::{Document, Page, Result, many, short};
+use sindyna_core::number::fixed;
 
 use super::identified::Run;
 use super::intervals::covered;
@@ -36,8 +37,9 @@ pub(crate) fn page(document: &Document<Figures>) -> Result<String> {
     };
     let simple = figures.simple.iter().map(|run| {
         let of = |term: &str| run.coefficient("velocity", term);
-        let value =
-            |term: &str| of(term).map_or_else(|| "—".into(), |c| format!("{:.3} ± {:.2}", c.value, c.standard_error));
+        let value = |term: &str| {
+            of(term).map_or_else(|| "—".into(), |c| format!("{} ± {}", fixed(c.value, 3), fixed(c.standard_error, 2)))
+        };
         let ahead = |seconds| short(run.prediction("position", seconds).map(|p| p.median));
         vec![
             run.held_out.join(", "),
