@@ -31,6 +31,7 @@ mod columns;
 mod declaration;
 mod declare;
 mod derivatives;
+mod differences;
 mod doubts;
 mod error;
 mod formats;
@@ -65,6 +66,7 @@ mod units;
 mod values;
 
 pub use declaration::{DeclarationError, StateOption};
+pub use differences::{Difference, Quotient};
 pub use error::LogError;
 pub use held_out::{Samples, held_out};
 pub use inspection::{Inspection, Response, Signal};

@@ -15,8 +15,8 @@ use crate::recording::{Cell, Digits, Recording, Source, codes, place, recordings
 use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
-    Clock, DeclarationError, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare, derivatives,
-    jumps, moments, quality, rates, resolution, states, units,
+    Clock, DeclarationError, Difference, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare,
+    derivatives, differences, jumps, moments, quality, rates, resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -38,6 +38,8 @@ pub struct Log {
     pub findings: Vec<Finding>,
     /// States that may be angles, as their names or units say, and have rates, but do not turn far enough to be taken as such.
     pub may_turn: Vec<String>,
+    /// States whose columns were computed of those of others: they tell nothing that these do not.
+    pub differences: Vec<Difference>,
     /// What the columns are, decided and as they were named: options by which another log is read alike.
     pub decided: LogOptions,
 }
@@ -128,7 +130,7 @@ impl Log {
         let (mut recordings, mut derivatives) = derivatives::apart(recordings, n_states);
         let states_told = &of_states.columns[..n_states];
         steps.truncate(n_states);
-        steps.iter_mut().zip(of_states.factors).for_each(|(step, factor)| step.scale(factor));
+        steps.iter_mut().zip(&of_states.factors).for_each(|(step, factor)| step.scale(*factor));
         let inputs_told: Vec<&Column> = of_inputs.columns.iter().collect();
         let mut folded = declared.clone();
         if options.angles.is_none() {
@@ -195,6 +197,16 @@ impl Log {
             None => options.states.iter().zip(states_told).filter_map(may_turn).collect(),
         };
         let precision = precision(&digits, options);
+        let of_columns = |reading: &Reading| match *reading {
+            Reading::Column(column) => Some(of_states.factors[column] * digits.written[column].step()),
+            Reading::Circle { .. } => None,
+        };
+        let differences = if is_even && !matches!(options.clock, Clock::Resampled(_)) {
+            let written: Vec<Option<f64>> = readings.iter().map(of_columns).collect();
+            differences::seen((&states, &names), (&written, precision), dt)
+        } else {
+            Vec::new()
+        };
         let mut spec = Spec { dt, precision, ..declare::spec(first.path(), (states_told, &inputs_told), &recordings) };
         spec.state = declare::declared(&spec.observation, &readings, &names, &kinds, &states);
         declare::show(&mut spec, &readings);
@@ -237,7 +249,18 @@ impl Log {
             derivatives: Some(derived),
             ..options.clone()
         };
-        Ok(Self { data: dataset(&samples, &spec)?, spec, times, derivatives, rows, notes, findings, may_turn, decided })
+        Ok(Self {
+            data: dataset(&samples, &spec)?,
+            spec,
+            times,
+            derivatives,
+            rows,
+            notes,
+            findings,
+            may_turn,
+            differences,
+            decided,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! What was decided about a log without being asked for.
 
-use crate::{Place, TimeUnit, UnitBy};
+use crate::{Difference, Place, TimeUnit, UnitBy};
 
 /// Something that was decided or seen while a log was read, for the user to check.
 ///
@@ -102,6 +102,8 @@ pub enum Note {
         /// Whether that was said.
         given: bool,
     },
+    /// A state is computed from another one, and was not measured.
+    Difference(Difference),
     /// Inputs act later than over the step after their row.
     Delayed {
         /// By how many rows; earlier where it is negative.
@@ -255,4 +257,19 @@ pub enum Note {
         /// How many.
         trajectories: usize,
     },
+}
+
+impl Note {
+    /// Whether it is about what the samples of `state` are.
+    #[must_use]
+    pub fn is_of(&self, state: &str) -> bool {
+        match self {
+            Self::Lattice { state: of, .. }
+            | Self::Rounded { state: of, .. }
+            | Self::Rate { rate: of, .. }
+            | Self::DoubtfulRate { rate: of, .. }
+            | Self::Jump { state: of, .. } => of == state,
+            _ => false,
+        }
+    }
 }

@@ -4,7 +4,7 @@ use std::fmt;
 
 use sindyna_core::number::{plural, significant};
 
-use crate::{Note, UnitBy};
+use crate::{Difference, Note, UnitBy};
 
 impl fmt::Display for Note {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -86,6 +86,9 @@ impl fmt::Display for Note {
             Self::FirstOrderHold { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
             Self::Unmeasured { rate, of, .. } => {
                 write!(f, "{rate}, the rate of {of}, was not measured; it is estimated as a state of the equations")
+            }
+            Self::Difference(Difference { rate, of, quotient }) => {
+                write!(f, "{rate} is the {quotient} difference quotient of {of} and is not used as a measurement")
             }
             Self::Angle { state, turns: Some(turns) } => {
                 write!(f, "{state} spans {turns:.1} turns and is used as an angle")

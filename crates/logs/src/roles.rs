@@ -4,25 +4,8 @@ use std::collections::HashSet;
 
 use crate::Suggestion;
 
-/// Words that tell the derivative of a rate.
-const DERIVATIVES: [&str; 16] = [
-    "ddq",
-    "ddth",
-    "ddtheta",
-    "ddphi",
-    "ddx",
-    "ddy",
-    "ddz",
-    "qdd",
-    "thdd",
-    "xdd",
-    "ddot",
-    "acc",
-    "accel",
-    "acceleration",
-    "accelerations",
-    "wd",
-];
+/// Words that tell the derivative of a rate, besides those made of words of positions.
+const DERIVATIVES: [&str; 9] = ["qdd", "thdd", "xdd", "ddot", "acc", "accel", "acceleration", "accelerations", "wd"];
 
 /// What a name says of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -79,13 +62,6 @@ const WORDS: [(Role, &[&str]); 3] = [
             "speed",
             "omega",
             "\u{3c9}",
-            "dq",
-            "dth",
-            "dtheta",
-            "dphi",
-            "dx",
-            "dy",
-            "dz",
             "vx",
             "vy",
             "vz",
@@ -129,11 +105,18 @@ fn words(name: &str) -> Vec<String> {
     words
 }
 
+/// What a word says, as it is known or made of one of a position: `dq`, `thdot`.
+fn says(word: &str) -> Option<Role> {
+    let known = |word: &str| WORDS.iter().find(|(_, known)| known.contains(&word)).map(|(role, _)| *role);
+    let of = word.strip_suffix("dot").or_else(|| word.strip_prefix('d'));
+    let is_made = of.and_then(known) == Some(Role::Position);
+    known(word).or(is_made.then_some(Role::Rate))
+}
+
 /// What a name says: a rate if any of its words does (`theta_dot`), an input if a whole word does (`x_force`), else what the first word says that says anything.
 fn role(name: &str) -> Option<Role> {
-    let told = |word: &String| WORDS.iter().find(|(_, known)| known.contains(&word.as_str())).map(|(role, _)| *role);
     let roles: Vec<(String, Role)> =
-        words(name).into_iter().filter_map(|word| Some((word.clone(), told(&word)?))).collect();
+        words(name).into_iter().filter_map(|word| Some((word.clone(), says(&word)?))).collect();
     let is_rate = |(_, role): &&(String, Role)| *role == Role::Rate;
     let is_input = |(word, role): &&(String, Role)| *role == Role::Input && word.chars().count() > 1;
     let found = roles.iter().find(is_rate).or_else(|| roles.iter().find(is_input)).or(roles.first());
@@ -147,7 +130,8 @@ pub(crate) fn is_position(name: &str) -> bool {
 
 /// Whether `name` is that of the derivative of a rate.
 pub(crate) fn is_derivative(name: &str) -> bool {
-    words(name).iter().any(|word| DERIVATIVES.contains(&word.as_str()))
+    let made = |word: &str| word.strip_suffix("ddot").or_else(|| word.strip_prefix("dd")).and_then(says);
+    words(name).iter().any(|word| DERIVATIVES.contains(&word.as_str()) || made(word) == Some(Role::Position))
 }
 
 /// Whether `name` is that of a torque, which turns what it acts on.
@@ -231,6 +215,8 @@ mod tests {
                 && !is_derivative("dq1")
         );
         check(&["u", "y"], Some((&["y"], &["u"])));
+        check(&["th", "thdot", "psi", "dpsi", "u"], Some((&["th", "thdot", "psi", "dpsi"], &["u"])));
+        assert!(is_derivative("thddot") && is_derivative("ddpsi") && !is_derivative("thdot") && !is_derivative("add"));
         check(&["current", "speed", "voltage"], Some((&["current", "speed"], &["voltage"])));
         check(&["speed", "motor_current"], Some((&["speed"], &["motor_current"])));
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);

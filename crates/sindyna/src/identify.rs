@@ -11,6 +11,7 @@ mod between;
 mod changed;
 mod delay;
 mod derivatives;
+mod differences;
 mod elsewhere;
 mod for_task;
 mod hypotheses;

@@ -207,3 +207,67 @@ fn inputs_act_late_on_an_angle_seen_as_cosine_and_sine() {
     assert!(stdout.contains("delay of the inputs: 2 rows (0.1 s)"), "{stdout}");
     assert!(stdout.contains("cosine and sine of one angle"), "{stdout}");
 }
+
+/// The rows of `positions` with a column v: a difference quotient of q, as most logs have it.
+fn with_quotients(text: &str, quotient: impl Fn(&[f64], usize) -> f64) -> String {
+    let rows: Vec<Vec<f64>> =
+        text.lines().skip(1).map(|row| row.split(',').map(|cell| cell.parse().unwrap()).collect()).collect();
+    let q: Vec<f64> = rows.iter().map(|row| row[1]).collect();
+    let mut text = "t,q,v,u\n".to_owned();
+    for (k, row) in rows.iter().enumerate() {
+        writeln!(text, "{},{},{},{}", row[0], row[1], quotient(&q, k) / 0.05, row[2]).unwrap();
+    }
+    text
+}
+
+#[test]
+fn rates_that_were_computed_are_no_measurements() {
+    let temp = tempfile::tempdir().unwrap();
+    let back = |q: &[f64], k: usize| if k > 0 { q[k] - q[k - 1] } else { 0.0 };
+    let central = |q: &[f64], k: usize| 0.5 * (q[(k + 1).min(q.len() - 1)] - q[k.saturating_sub(1)]);
+    let quotients: [(&str, &dyn Fn(&[f64], usize) -> f64); 2] = [("backward", &back), ("central", &central)];
+    for (name, quotient) in quotients {
+        for (wrong, within) in [(0.0, 1e-4), (0.004, 0.02)] {
+            let log = with_quotients(&positions(pendulum, 400, |i| wrong * shaken(i)), quotient);
+            fs::write(temp.path().join("log.csv"), log).unwrap();
+            let out = format!("{name}-{wrong}");
+            let args = ["identify", "log.csv", "--strict", "--holdout", "0.2", "--no-report", "--out", &out];
+            let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+            assert_eq!(code, 0, "{name}: {stdout}{stderr}");
+            assert!(stdout.contains(&format!("v is the {name} difference quotient of q")), "{stdout}");
+            assert!(stdout.contains("v (rate of q, not measured)"), "{stdout}");
+            let account = json(&temp.path().join(&out).join("identify.json"));
+            let terms = account["equations"][1]["terms"].as_array().unwrap();
+            assert_eq!(terms.len(), 3, "{stdout}");
+            for (term, truth) in [("sin q", -9.81), ("v", -0.3), ("u", 4.0)] {
+                let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
+                assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < within, "{term}: {stdout}");
+            }
+            let predictions = account["held_out"]["predictions"].as_array().unwrap();
+            let free = predictions.last().unwrap()["fit_percent"].as_array().unwrap();
+            assert!(free.len() == 1 && free[0][0] == "q", "nothing is compared with quotients: {free:?}");
+        }
+    }
+}
+
+/// A simulator whose positions move by its rates has quotients for rates that are states, also where few decimals were written.
+#[test]
+fn rates_by_which_a_simulator_steps_are_states() {
+    let temp = tempfile::tempdir().unwrap();
+    for decimals in [4, 12] {
+        let (mut q, mut v) = (0.6_f64, 0.0_f64);
+        let mut text = "t,q,v,u\n".to_owned();
+        for i in 0..400 {
+            let u = ((i / 6 * 7919) % 17) as f64 / 8.0 - 1.0;
+            writeln!(text, "{:.2},{q:.decimals$},{v:.decimals$},{u}", 0.02 * f64::from(i)).unwrap();
+            v += 0.02 * pendulum(q, v, u);
+            q += 0.02 * v;
+        }
+        fs::write(temp.path().join("log.csv"), text).unwrap();
+        let out = format!("model-{decimals}");
+        let args = ["identify", "log.csv", "--strict", "--no-report", "--out", &out];
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        assert!(stdout.contains("semi-implicit Euler") && !stdout.contains("quotient"), "{stdout}");
+    }
+}

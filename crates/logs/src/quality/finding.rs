@@ -86,6 +86,21 @@ pub enum Finding {
     },
 }
 
+impl Finding {
+    /// Whether it is about the samples of `state` alone.
+    #[must_use]
+    pub fn is_of(&self, state: &str) -> bool {
+        match self {
+            Self::Clips { signal, .. }
+            | Self::Oscillates { signal, .. }
+            | Self::Spikes { signal, .. }
+            | Self::FewValues { signal, .. }
+            | Self::Coarse { signal, .. } => signal == state,
+            Self::Gaps { .. } | Self::Constant { .. } | Self::Feedback { .. } => false,
+        }
+    }
+}
+
 /// Times that are told.
 const TOLD: usize = 5;
 

@@ -48,8 +48,8 @@ pub(crate) struct Args {
     reading: ReadingOptions,
     #[command(flatten)]
     identification: IdentificationOptions,
-    /// Rates of states that were not measured, such as `w=th`, estimated with the equations; or `none` [default: where the equations leave residuals that no
-    /// term explains and the data support such a rate]
+    /// Rates of states that were not measured, such as `w=th`, estimated with the equations; a column of that name is not used; or `none` [default: columns that
+    /// are difference quotients of others, and where the equations leave residuals that no term explains and the data support such a rate]
     #[arg(long, value_name = "RATE=OF", value_delimiter = ',', help_heading = "Log")]
     unmeasured: Vec<String>,
     /// Delay of the inputs in rows; −1 for an input that acted over the step before its row [default: 0; estimated where the equations leave residuals that no

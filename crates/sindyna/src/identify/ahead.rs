@@ -1,6 +1,7 @@
 //! Equations compared by what they predict of samples that they were not fitted to.
 
 use ndarray::s;
+use sindyna_core::Spec;
 use sindyna_sindy::{Identifier, Model, Recording};
 
 use super::as_read::recordings_of;
@@ -16,13 +17,18 @@ const CHANCE: f64 = 1.0 / (20.0 * 6.0);
 
 /// RMS error of what `model`, found by `identifier`, predicts over each of some windows of `samples` after the first `fitted` steps: of each state that was measured, as a part
 /// of its standard deviation. Infinite where it diverges; nothing if there are no such steps.
-pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, fitted: usize) -> Vec<f64> {
+///
+/// `samples` are those of a system `of`, of which `rates`, as (name, state), were not measured.
+pub(super) fn missed(
+    (model, identifier): (&Model, &Identifier),
+    (samples, fitted): (&Samples, usize),
+    (of, rates): (&Spec, &[(String, usize)]),
+) -> Vec<f64> {
     let Samples { data, times, .. } = samples;
     let spec = identifier.spec();
-    let count = spec.observation_dim() - data.observation_dim();
-    let filled = match count {
-        0 => Ok(recordings_of(samples)),
-        _ => identifier.filled(model, &hidden(data, times.as_deref(), count)),
+    let filled = match rates {
+        [] => Ok(recordings_of(samples)),
+        _ => identifier.filled(model, &hidden(data, times.as_deref(), of, rates)),
     };
     let Ok(recordings) = filled.and_then(|observed| identifier.in_states(observed)) else { return Vec::new() };
     let (mut before, mut starts) = (0, Vec::new());
@@ -35,7 +41,9 @@ pub(super) fn missed(model: &Model, identifier: &Identifier, samples: &Samples, 
     }
     let spread = starts.len().div_ceil(WINDOWS).max(1);
     // Cosine and sine of an angle are two observations of one state.
-    let sizes = deviations(&recordings, spec.state_dim() - count);
+    let mut sizes = deviations(&recordings, spec.state_dim());
+    let is_hidden = |i: &usize| rates.iter().any(|(rate, _)| *rate == spec.state[*i].name);
+    (0..sizes.len()).filter(is_hidden).for_each(|i| sizes[i] = 0.0);
     starts.iter().step_by(spread).map(|&(at, from)| window(model, &recordings[at], from, &sizes)).collect()
 }
 

@@ -31,8 +31,8 @@ pub(super) fn of_derivatives(
 
 /// Whether `model`, found in derivatives alone, predicts `samples` better where inputs are linear between them than where they are held.
 pub(super) fn predicts_better_if_linear(model: &Model, identifier: &Identifier, samples: &Samples) -> bool {
-    let held = missed(model, identifier, samples, 0);
+    let held = missed((model, identifier), (samples, 0), (identifier.spec(), &[]));
     let data = samples.data.clone().with_intersample(InterSample::Foh);
-    let linear = missed(model, identifier, &Samples { data, ..samples.clone() }, 0);
+    let linear = missed((model, identifier), (&Samples { data, ..samples.clone() }, 0), (identifier.spec(), &[]));
     clearly_least(&[&held, &linear]) == Some(1)
 }

@@ -20,14 +20,24 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         _ => None,
     });
     let other = late.map_or_else(|| Ok(other.clone()), |rows| delayed(other, rows))?;
-    let Log { data, times, .. } = match looked.log.data.intersample() {
+    let Log { spec, data, times, .. } = match looked.log.data.intersample() {
         InterSample::Zoh => other,
         InterSample::Foh => linear(&other, false),
     };
-    let count = looked.log.spec.observation_dim().saturating_sub(data.observation_dim());
-    if count == 0 {
+    let rates: Vec<(String, usize)> = looked.log.notes.iter().filter_map(|note| rate_of(note, &looked.log)).collect();
+    if rates.is_empty() {
         return Ok(Samples { data, times, derivatives: None });
     }
-    let filled = looked.identifier.filled(&looked.found.model, &hidden(&data, times.as_deref(), count))?;
+    let filled = looked.identifier.filled(&looked.found.model, &hidden(&data, times.as_deref(), &spec, &rates))?;
     Ok(Samples { data: Recording::dataset(&filled, &looked.log.spec)?, times, derivatives: None })
+}
+
+/// The rate of which `note` says that it was not measured, and the number of the state in `log` whose rate it is.
+fn rate_of(note: &Note, log: &Log) -> Option<(String, usize)> {
+    match note {
+        Note::Unmeasured { rate, of, .. } => {
+            Some((rate.clone(), log.spec.state.iter().position(|state| state.name == *of)?))
+        }
+        _ => None,
+    }
 }

@@ -9,7 +9,9 @@ use super::between::linear;
 use super::changed::changed;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
+use super::differences::{besides, not_measured};
 use super::named::with_angles_by_name;
+use super::reading::Reading;
 use super::readings::told_apart;
 use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
@@ -22,6 +24,12 @@ pub(crate) struct Looked {
     pub(crate) log: Log,
 }
 
+impl From<Rates> for Looked {
+    fn from(Rates { found, identifier, log }: Rates) -> Self {
+        Self { found, identifier, log }
+    }
+}
+
 /// Equations of the system of `log`: as it was read, and where these leave what no term explains as it may be read too.
 ///
 /// # Errors
@@ -32,10 +40,19 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
         _ => log,
     };
     let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
-    let log = with_angles_by_name(log, asked)?;
+    let quotients = not_measured(&log, asked)?;
+    if quotients.is_empty() {
+        return as_measured(log, asked);
+    }
+    let unmeasured = besides(&quotients, asked.unmeasured);
+    as_measured(log.without_measurements(quotients), &Asked { unmeasured: &unmeasured, ..*asked })
+}
+
+/// The same of a `log` whose states were measured, but for those that were `asked` for.
+fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Looked, E> {
+    let mut log = with_angles_by_name(log, asked)?;
     let kept = (asked.kept)(&log)?;
     let identifier = (asked.identifier)(&log.spec)?;
-    let mut log = log;
     if kept.derivatives.is_some() {
         if let Some(found) = of_derivatives(&identifier, &kept, asked.watch)? {
             let is_linear = asked.intersample.is_none() && predicts_better_if_linear(&found.model, &identifier, &kept);
@@ -43,6 +60,23 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
             return Ok(Looked { found, identifier, log });
         }
         log.notes.push(Note::DerivativesUnexplained);
+    }
+    let acts = |kept: &Samples, log: &Log| kept.times.is_none() && log.spec.control_dim() > 0;
+    let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
+    // Steps of a simulator look like inputs that act earlier or later: those are told apart, where they are tried.
+    let as_given = if is_given {
+        let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_simulators(!acts(&kept, &log)));
+        let choice = Choice { first: None, asked: asked.unmeasured, seen: &[] };
+        match with_rates(&log, &kept, choice, of, (asked.watch, asked.say)) {
+            Err(interrupted) if !asked.watch.go_on() => return Err(interrupted),
+            // Nothing is found of some logs until they are read otherwise.
+            found => found.ok().flatten(),
+        }
+    } else {
+        None
+    };
+    if let Some(rates) = as_given.as_ref().filter(|rates| !is_spoilt(&rates.found)) {
+        return Ok(rates.clone().into());
     }
     // Nothing is found of some logs until they are read otherwise.
     let (first, nothing) = match first_look(&identifier, &kept, asked) {
@@ -69,6 +103,13 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
     let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;
+    let is_as_given = match &chosen {
+        Some(chosen) => chosen.reading == Reading::GIVEN,
+        None => !acts(&kept, &log),
+    };
+    if let Some(rates) = as_given.filter(|_| is_as_given) {
+        return Ok(rates.into());
+    }
     let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {
         Some(log) => {
             let kept = (asked.kept)(&log)?;
@@ -98,13 +139,12 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     if let Some(found) = first.as_ref().filter(|first| !tells(first)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
-    let acts = kept.times.is_none() && log.spec.control_dim() > 0;
-    let simulated = chosen.as_ref().filter(|_| acts).is_none_or(|chosen| chosen.reading.simulated);
+    let simulated = chosen.as_ref().filter(|_| acts(&kept, &log)).is_none_or(|chosen| chosen.reading.simulated);
     let of = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_simulators(simulated));
     let choice = Choice { first: first.as_ref(), asked: asked.unmeasured, seen };
     let rates = with_rates(&log, &kept, choice, of, (asked.watch, asked.say))?;
     match (rates, first) {
-        (Some(Rates { found, identifier, log }), _) => Ok(Looked { found, identifier, log }),
+        (Some(rates), _) => Ok(rates.into()),
         (None, Some(found)) => Ok(Looked { found, identifier, log }),
         (None, None) => Err(FitError::Regression { reason: "no rate was named".into() }.into()),
     }

@@ -17,12 +17,10 @@ use crate::logs::Log;
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
 pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Log, E> {
-    let Some(turned) = log.turned().filter(|_| !matches!(asked.unmeasured, Unmeasured::Given(_))) else {
-        return Ok(log);
-    };
+    let Some(turned) = log.turned() else { return Ok(log) };
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
-        let rates = &Unmeasured::None;
+        let rates = if matches!(asked.unmeasured, Unmeasured::Given(_)) { asked.unmeasured } else { &Unmeasured::None };
         Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible, terms: None }
             .of(Reading::GIVEN, STEPS)
     };

@@ -98,10 +98,6 @@ pub(super) fn told_apart<E: From<FitError>>(
         "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
     );
     let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
-    // What explains the log without more states comes first.
-    let first_of = |trial: &Trial<'_, E>, reading: Reading, steps: usize| {
-        if is_given { trial.of(reading, steps) } else { trial.without_rates(reading, steps) }
-    };
     let parts = asked.delay == Delay::Auto && kept.times.is_none();
     let with_parts = |(before, after)| if parts { (before + 1, after + 1) } else { (before, after) };
     if let Some(first) = first.filter(|first| is_disturbed(first)) {
@@ -114,7 +110,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         };
         let explains = |reading| {
             let trial = trial(reading);
-            let (_, tried) = until_spoilt(kept, |steps| first_of(&trial, reading, steps))?;
+            let (_, tried) = until_spoilt(kept, |steps| trial.first(reading, steps))?;
             Ok::<_, E>(tried.is_some_and(|tried| tried.explained))
         };
         let whole = |reading| Chosen { reading, rates: Vec::new(), disturbed: false };
@@ -142,7 +138,7 @@ pub(super) fn told_apart<E: From<FitError>>(
     let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
     let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
-    let (steps, given) = until_spoilt(kept, |steps| first_of(&trial, Reading::GIVEN, steps))?;
+    let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
     for group in &groups {
         // What leaves nothing to explain is compared with what is much like it, and with nothing else.
@@ -150,7 +146,7 @@ pub(super) fn told_apart<E: From<FitError>>(
             break;
         }
         for &reading in group {
-            all.extend(first_of(&trial, reading, steps)?);
+            all.extend(trial.first(reading, steps)?);
         }
     }
     if parts && all.iter().all(|tried| tried.spoilt) {
@@ -208,9 +204,9 @@ fn between_rows<E: From<FitError>>(
     if reading == from {
         return Ok(None);
     }
-    let Some(between) = trial.without_rates(reading, steps)? else { return Ok(None) };
+    let Some(between) = trial.first(reading, steps)? else { return Ok(None) };
     let finer = delayed_as(trial, MORE * steps, (reading, &between.terms()), FINELY)?;
-    if finer == reading { Ok(Some(between)) } else { trial.without_rates(finer, steps) }
+    if finer == reading { Ok(Some(between)) } else { trial.first(finer, steps) }
 }
 
 /// How inputs act with such `terms`, near the delay of `from`, which is changed by these parts of a row at first and at last; as there where these are no terms.
@@ -225,7 +221,7 @@ fn delayed_as<E: From<FitError>>(
         return Ok(from);
     }
     let alike = Trial { terms: Some(terms), ..*trial };
-    let score = |reading| Ok::<_, E>(alike.without_rates(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
+    let score = |reading| Ok::<_, E>(alike.first(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
     let mut now = score(from)?;
     refined(from, parts, |_, both| {
         for reading in both {

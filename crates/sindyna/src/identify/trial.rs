@@ -7,11 +7,11 @@ use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::unmeasured::{Choice, Of, Unmeasured, added, is_better, with_rates_of};
+use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, is_better, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// Part of the usual effort for each reading.
-const EFFORT: f64 = 0.1;
+pub(super) const EFFORT: f64 = 0.1;
 
 /// Steps after those used that are predicted, at most.
 const AHEAD: usize = 900;
@@ -42,6 +42,14 @@ impl<E: From<FitError>> Trial<'_, E> {
         }
     }
 
+    /// The same with rates that were not measured only where they were given: what explains the log without more states comes first.
+    pub(super) fn first(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
+        match self.asked.unmeasured {
+            Unmeasured::Given(_) => self.of(reading, steps),
+            _ => self.without_rates(reading, steps),
+        }
+    }
+
     /// What is found without rates that were not measured.
     pub(super) fn without_rates(&self, reading: Reading, steps: usize) -> Result<Option<Tried>, E> {
         let shifted = reading.samples(self.kept, self.margins, steps + AHEAD)?;
@@ -50,7 +58,8 @@ impl<E: From<FitError>> Trial<'_, E> {
         if !self.asked.watch.go_on() {
             return Err(FitError::Interrupted.into());
         }
-        Ok(found.and_then(|found| tried(reading, found, Vec::new(), (&identifier, &shifted, steps))))
+        let of = &self.log.spec;
+        Ok(found.and_then(|found| tried(reading, found, (of, Vec::new()), (&identifier, &shifted, steps))))
     }
 
     /// What is found with rates that were not measured, where that is better than the `first`, found without them.
@@ -66,9 +75,11 @@ impl<E: From<FitError>> Trial<'_, E> {
         if !asked.watch.go_on() {
             return Err(FitError::Interrupted.into());
         }
-        let better = with.ok().flatten().filter(|(with, ..)| found.is_none_or(|first| is_better(with, first)));
+        let better = with.ok().flatten().filter(|with| found.is_none_or(|first| is_better(&with.found, first)));
         Ok(match better {
-            Some((found, identifier, spec)) => tried(reading, found, added(log, &spec), (&identifier, &shifted, steps)),
+            Some(Enlarged { found, identifier, rates, .. }) => {
+                tried(reading, found, (&log.spec, rates), (&identifier, &shifted, steps))
+            }
             None => first,
         })
     }
@@ -84,20 +95,20 @@ impl<E: From<FitError>> Trial<'_, E> {
     }
 }
 
-/// What was `found` with `reading` and such `rates` in the first `steps` of `shifted`; `None` if it has no score.
+/// What was `found` with `reading` and such `rates` of the system `of` in the first `steps` of `shifted`; `None` if it has no score.
 fn tried(
     reading: Reading,
     found: Identified,
-    rates: Vec<(String, String)>,
+    (of, rates): (&Spec, Vec<(String, usize)>),
     (identifier, shifted, steps): (&Identifier, &Samples, usize),
 ) -> Option<Tried> {
     Some(Tried {
         reading,
-        rates,
         score: found.report.score?,
         spoilt: is_spoilt(&found),
         explained: is_explained(&found),
-        missed: missed(&found.model, identifier, shifted, steps),
+        missed: missed((&found.model, identifier), (shifted, steps), (of, &rates)),
+        rates: rates.into_iter().map(|(rate, of)| (rate, identifier.spec().state[of].name.clone())).collect(),
         found,
     })
 }

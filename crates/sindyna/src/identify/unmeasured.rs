@@ -19,6 +19,7 @@ pub enum Unmeasured {
 }
 
 /// Equations in which rates that were not measured are states.
+#[derive(Clone)]
 pub(super) struct Rates {
     pub(super) found: Identified,
     pub(super) identifier: Identifier,
@@ -64,22 +65,30 @@ pub(super) fn with_rates<E: From<FitError>>(
     following: Following<'_>,
 ) -> Result<Option<Rates>, E> {
     let best = with_rates_of(log, kept, choice, identifier, following, Of::All)?;
-    let Some((found, identifier, spec)) = best else { return Ok(None) };
-    let count = spec.state_dim() - log.spec.state_dim();
-    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), count))?;
+    let Some(Enlarged { found, identifier, spec, rates }) = best else { return Ok(None) };
+    let filled = identifier.filled(&found.model, &hidden(&log.data, log.times.as_deref(), &log.spec, &rates))?;
     let data = Recording::dataset(&filled, &spec)?;
-    let spec = with_scales(spec, &filled, log.spec.observation_dim());
+    let spec = with_scales(spec, &filled, &rates);
     let mut notes = log.notes.clone();
-    for state in &spec.state[log.spec.state_dim()..] {
-        let Kind::RateOf(of) = state.kind else { continue };
-        let (rate, of) = (state.name.clone(), spec.state[of].name.clone());
-        notes.push(Note::Unmeasured { rate, of, given: matches!(choice.asked, Unmeasured::Given(_)) });
+    for (rate, of) in rates {
+        let of = spec.state[of].name.clone();
+        let given = matches!(choice.asked, Unmeasured::Given(_));
+        notes.push(Note::Unmeasured { rate, of, given });
     }
     let log = Log { spec, data, notes, ..log.clone() };
     Ok(Some(Rates { found, identifier, log }))
 }
 
-/// The same equations alone, the identifier that found them, and the system with these rates.
+/// Equations alone, of a system in which rates that were not measured are states.
+pub(super) struct Enlarged {
+    pub(super) found: Identified,
+    pub(super) identifier: Identifier,
+    spec: Spec,
+    /// These rates, as (name, number of the state).
+    pub(super) rates: Vec<(String, usize)>,
+}
+
+/// The same equations alone.
 pub(super) fn with_rates_of<E: From<FitError>>(
     log: &Log,
     kept: &Samples,
@@ -87,16 +96,16 @@ pub(super) fn with_rates_of<E: From<FitError>>(
     identifier: impl Fn(&Spec) -> Result<Identifier, E>,
     (watch, say): Following<'_>,
     samples: Of,
-) -> Result<Option<(Identified, Identifier, Spec)>, E> {
+) -> Result<Option<Enlarged>, E> {
     let mut rates = match (asked, first) {
         (Unmeasured::Given(pairs), _) => given(pairs, &log.spec)?,
         (Unmeasured::Auto, _) if !seen.is_empty() => given(seen, &log.spec)?,
         (Unmeasured::Auto, Some(first)) => suggested(first, &log.spec, samples),
         _ => Vec::new(),
     };
-    let mut best: Option<(Identified, Identifier, Spec)> = None;
+    let mut best: Option<Enlarged> = None;
     while !rates.is_empty() {
-        let before = best.as_ref().map(|best| &best.0).or(first);
+        let before = best.as_ref().map(|best| &best.found).or(first);
         let spec = enlarged(&log.spec, &rates);
         let names: Vec<&str> = rates.iter().map(|r| r.0.as_str()).collect();
         say(&format!("trying {} as unmeasured", names.join(" and ")));
@@ -104,7 +113,7 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         // Where the states as measured were searched first there is less left.
         let searches = usize::from(first.is_some()) + usize::from(best.is_some());
         let identifier = identifier.with_less_effort(LESS.powi(searches as i32));
-        let recordings = hidden(&kept.data, kept.times.as_deref(), rates.len());
+        let recordings = hidden(&kept.data, kept.times.as_deref(), &log.spec, &rates);
         let found = match identifier.identify_recordings_watched(&recordings, watch) {
             Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
             Err(_) if first.is_some() => break,
@@ -115,7 +124,7 @@ pub(super) fn with_rates_of<E: From<FitError>>(
         }
         let goes_on = *asked == Unmeasured::Auto && samples == Of::All;
         let more = if goes_on { suggested(&found, &spec, samples) } else { Vec::new() };
-        best = Some((found, identifier, spec));
+        best = Some(Enlarged { found, identifier, spec, rates: rates.clone() });
         if more.is_empty() {
             break;
         }
@@ -163,67 +172,81 @@ fn suggested(found: &Identified, spec: &Spec, samples: Of) -> Vec<(String, usize
     rates
 }
 
-/// The given pairs (rate, state).
+/// The given pairs (rate, state). A rate that is a state of `spec` was measured in a way that is not to be believed.
 fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>, FitError> {
     let failed = |reason: String| FitError::Regression { reason };
     let mut rates: Vec<(String, usize)> = Vec::new();
     for (rate, of) in pairs {
-        let channels = spec.state.iter().chain(&spec.control).chain(&spec.observation);
-        if channels.map(|c| &c.name).chain(rates.iter().map(|r| &r.0)).any(|name| name == rate) {
-            return Err(failed(format!("`{rate}` is a column of the log, so it was measured")));
+        let shown = spec.state.iter().filter(|s| spec.observation.iter().any(|o| o.name == s.name));
+        let taken = spec.control.iter().chain(&spec.observation).chain(&spec.state);
+        let is_state = shown.clone().any(|s| s.name == *rate);
+        if !is_state && taken.map(|c| &c.name).chain(rates.iter().map(|r| &r.0)).any(|name| name == rate) {
+            return Err(failed(format!("`{rate}` is a column of the log, but no state")));
         }
-        let names = spec.state.iter().map(|s| &s.name).chain(rates.iter().map(|r| &r.0));
-        let state = names.into_iter().position(|name| name == of);
+        let names = spec.state.iter().map(|s| &s.name);
+        let more = rates.iter().map(|r| &r.0).filter(|name| spec.state.iter().all(|s| s.name != **name));
+        let state = names.chain(more).position(|name| name == of);
         let state = state.ok_or_else(|| failed(format!("no state named `{of}`, of which `{rate}` is the rate")))?;
-        if spec.state.iter().any(|s| s.kind == Kind::RateOf(state)) || rates.iter().any(|r| r.1 == state) {
+        let has_other = spec.state.iter().any(|s| s.kind == Kind::RateOf(state) && s.name != *rate);
+        if has_other || rates.iter().any(|r| r.1 == state) {
             return Err(failed(format!("`{of}` already has a rate; `{rate}` cannot be another one")));
+        }
+        if spec.state.get(state).is_some_and(|s| s.name == *rate) {
+            return Err(failed(format!("`{rate}` cannot be its own rate")));
         }
         rates.push((rate.clone(), state));
     }
+    if rates.len() >= spec.state_dim() && rates.iter().all(|(rate, _)| spec.state.iter().any(|s| s.name == *rate)) {
+        return Err(failed("no state was measured".into()));
+    }
     Ok(rates)
-}
-
-/// The states of `spec` that `log` does not have, as (name, state whose rate it is).
-pub(super) fn added(log: &Log, spec: &Spec) -> Vec<(String, String)> {
-    let more = spec.state.iter().skip(log.spec.state_dim());
-    let named = |channel: &Channel| match channel.kind {
-        Kind::RateOf(of) => Some((channel.name.clone(), spec.state[of].name.clone())),
-        _ => None,
-    };
-    more.filter_map(named).collect()
 }
 
 /// `spec` with a state for every rate.
 fn enlarged(spec: &Spec, rates: &[(String, usize)]) -> Spec {
     let mut spec = spec.clone();
     for (name, of) in rates {
+        let is_there = |channel: &&mut Channel| channel.name == *name;
         let unit = &spec.state[*of].unit;
         let unit = if unit.is_empty() { String::new() } else { format!("{unit}/s") };
         let channel = Channel::new(name, &unit, Kind::RateOf(*of), 1.0);
-        spec.state.push(channel.clone());
-        spec.observation.push(channel);
+        for channels in [&mut spec.state, &mut spec.observation] {
+            match channels.iter_mut().find(is_there) {
+                Some(there) => there.kind = Kind::RateOf(*of),
+                None => channels.push(channel.clone()),
+            }
+        }
     }
     spec
 }
 
-/// `spec` whose observed values from `first` on reach as far as they do in `recordings`.
-fn with_scales(mut spec: Spec, recordings: &[Recording], first: usize) -> Spec {
-    for o in first..spec.observation_dim() {
+/// `spec` whose `rates` reach as far as they do in `recordings`.
+fn with_scales(mut spec: Spec, recordings: &[Recording], rates: &[(String, usize)]) -> Spec {
+    for (name, _) in rates {
+        let Some(o) = spec.observation.iter().position(|o| o.name == *name) else { continue };
         let values = recordings.iter().flat_map(|r| r.states.column(o).to_vec());
         let reach = values.fold(0.0, |m: f64, v| m.max(v.abs())).max(f64::MIN_POSITIVE);
         // Where noise is declared, scales of observations are its deviations; a rate that was not measured has no sensor.
         spec.observation[o].prior.scale = if spec.noise > 0.0 { 0.0 } else { reach };
-        let name = spec.observation[o].name.clone();
-        spec.state.iter_mut().filter(|s| s.name == name).for_each(|s| s.prior.scale = reach);
+        spec.state.iter_mut().filter(|s| s.name == *name).for_each(|s| s.prior.scale = reach);
     }
     spec
 }
 
-/// The trajectories of `data` with `count` more states that were not measured.
-pub(super) fn hidden(data: &Dataset, times: Option<&[Vec<f64>]>, count: usize) -> Vec<Recording> {
+/// The trajectories of `data`, the samples of a system `spec`, of which `rates` were not measured: in more columns, unless they are states of it.
+pub(super) fn hidden(
+    data: &Dataset,
+    times: Option<&[Vec<f64>]>,
+    spec: &Spec,
+    rates: &[(String, usize)],
+) -> Vec<Recording> {
+    let columns: Vec<Option<usize>> =
+        rates.iter().map(|(rate, _)| spec.observation.iter().position(|o| o.name == *rate)).collect();
+    let count = columns.iter().filter(|column| column.is_none()).count();
     let recording = |(at, rollout): (usize, sindyna_core::Rollout<'_>)| {
         let rows = rollout.observations.nrows();
-        let states = concatenate![Axis(1), rollout.observations, Array2::from_elem((rows, count), f64::NAN)];
+        let mut states = concatenate![Axis(1), rollout.observations, Array2::from_elem((rows, count), f64::NAN)];
+        columns.iter().flatten().for_each(|&column| states.column_mut(column).fill(f64::NAN));
         let even =
             Recording::even(data.dt(), states, Some(rollout.controls.to_owned())).with_intersample(data.intersample());
         match times.and_then(|all| all.get(at)) {

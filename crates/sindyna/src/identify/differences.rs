@@ -1,0 +1,55 @@
+//! States that are difference quotients of others: they tell nothing that these do not, and their errors are not independent.
+
+use sindyna_core::{Certainty, FitError, Scheme};
+use sindyna_sindy::Form;
+
+use super::as_read::as_read;
+use super::asked::Asked;
+use super::readings::STEPS;
+use super::trial::EFFORT;
+use super::unmeasured::Unmeasured;
+use crate::logs::{Difference, Log, Quotient};
+
+/// The states of `log` that are difference quotients of others, as such that were not measured, besides those that were `asked` for. None if that was asked, or a simulator
+/// moves positions by just these rates: equations are adequate for a part of the log so.
+///
+/// # Errors
+/// [`FitError::Interrupted`] if whoever watches said so.
+pub(super) fn not_measured<E: From<FitError>>(log: &Log, asked: &Asked<'_, E>) -> Result<Vec<Difference>, E> {
+    let is_asked = |rate: &str| match asked.unmeasured {
+        Unmeasured::Given(pairs) => pairs.iter().any(|(name, _)| name == rate),
+        _ => false,
+    };
+    let is_rate_of_measured = |d: &&Difference| !is_asked(&d.rate);
+    let found: Vec<Difference> = log.differences.iter().filter(is_rate_of_measured).cloned().collect();
+    if found.is_empty() || *asked.unmeasured == Unmeasured::None || log.derivatives.is_some() {
+        return Ok(Vec::new());
+    }
+    let may_step = found.iter().all(|d| d.quotient != Quotient::Central);
+    if may_step && is_simulated(log, asked)? { Ok(Vec::new()) } else { Ok(found) }
+}
+
+/// Whether equations are adequate for a part of `log` as that of a simulator which moves positions by these rates.
+fn is_simulated<E: From<FitError>>(log: &Log, asked: &Asked<'_, E>) -> Result<bool, E> {
+    let part = (asked.kept)(log)?.first(STEPS);
+    for log in log.turned().iter().chain([log]) {
+        let found = as_read(&(asked.identifier)(&log.spec)?.with_effort(EFFORT), &part, asked.watch);
+        if !asked.watch.go_on() {
+            return Err(FitError::Interrupted.into());
+        }
+        let is_stepped = |form| matches!(form, Form::SemiImplicit { .. } | Form::Continuous(Scheme::Euler));
+        if found.is_ok_and(|found| found.certainty() >= Certainty::Adequate && is_stepped(found.model.form())) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
+}
+
+/// These states, besides those that were `asked` for.
+pub(super) fn besides(found: &[Difference], asked: &Unmeasured) -> Unmeasured {
+    let pairs = found.iter().map(|d| (d.rate.clone(), d.of.clone()));
+    match asked {
+        Unmeasured::Given(given) => Unmeasured::Given(given.iter().cloned().chain(pairs).collect()),
+        _ => Unmeasured::Given(pairs.collect()),
+    }
+}
