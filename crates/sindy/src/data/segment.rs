@@ -11,8 +11,8 @@ pub(crate) struct Segment {
     pub(crate) x: Array2<f64>,
     /// Controls (T, k) at the beginning of each step.
     pub(crate) u: Array2<f64>,
-    /// By how much controls change over each step (T, k), linearly; `None` if they are held.
-    pub(crate) ramp: Option<Array2<f64>>,
+    /// By how much controls change over each step (T, k); `None` if they are held.
+    pub(crate) ramp: Option<Ramp>,
     /// Time from each sample to the next \[s\] (T).
     pub(crate) dt: Vec<f64>,
     /// Standard deviation of the error of each sample, relative to that of its channel (T + 1, n); `None` if all are the same. Infinite where a state was
@@ -22,6 +22,27 @@ pub(crate) struct Segment {
     pub(crate) of_inputs: Vec<f64>,
     /// By how much controls differ from those that were written (T, k), if that was found.
     pub(crate) corrections: Option<Array2<f64>>,
+}
+
+/// How controls change between samples.
+#[derive(Debug, Clone)]
+pub(crate) struct Ramp {
+    /// By how much over each step (T, k).
+    pub(crate) by: Array2<f64>,
+    /// The part of each step (0 to 1) after which they do so, at once; `None` if they do so linearly.
+    pub(crate) switch: Option<f64>,
+}
+
+impl Ramp {
+    /// Part of the change that controls have, averaged over a step.
+    fn mean(&self) -> f64 {
+        self.switch.map_or(0.5, |part| 1.0 - part)
+    }
+
+    /// Part of it that they have after the part `over` of a step; where they jump, averaged.
+    pub(crate) fn after(&self, over: f64) -> f64 {
+        self.switch.map_or(over, |_| self.mean())
+    }
 }
 
 impl Segment {
@@ -41,7 +62,7 @@ impl Segment {
         Self {
             x: self.x.slice(s![first..=last, ..]).to_owned(),
             u: self.u.slice(s![first..last, ..]).to_owned(),
-            ramp: self.ramp.as_ref().map(|r| r.slice(s![first..last, ..]).to_owned()),
+            ramp: self.ramp.as_ref().map(|r| Ramp { by: r.by.slice(s![first..last, ..]).to_owned(), ..*r }),
             dt: self.dt[first..last].to_vec(),
             relative: self.relative.as_ref().map(|r| r.slice(s![first..=last, ..]).to_owned()),
             of_inputs: self.of_inputs.clone(),
@@ -52,18 +73,23 @@ impl Segment {
     /// The same with controls that change linearly to those of the next step; without the last step, at whose end they are not known.
     pub(crate) fn with_linear_inputs(&self) -> Self {
         let last = self.len().saturating_sub(1);
-        let ramp = &self.u.slice(s![1.., ..]) - &self.u.slice(s![..last, ..]);
-        Self { ramp: Some(ramp), ..self.part(0, last) }
+        let by = &self.u.slice(s![1.., ..]) - &self.u.slice(s![..last, ..]);
+        Self { ramp: Some(Ramp { by, switch: None }), ..self.part(0, last) }
     }
 
     /// Controls averaged over each step (T, k).
     pub(crate) fn mean_inputs(&self) -> Array2<f64> {
-        self.ramp.as_ref().map_or_else(|| self.u.clone(), |ramp| &self.u + &(0.5 * ramp))
+        self.ramp.as_ref().map_or_else(|| self.u.clone(), |ramp| &self.u + &(ramp.mean() * &ramp.by))
     }
 
     /// Controls at the beginning of step `t`, and by how much they change over it: nothing if they are held.
     pub(crate) fn input(&self, t: usize) -> (Vec<f64>, Vec<f64>) {
-        (self.u.row(t).to_vec(), self.ramp.as_ref().map_or_else(Vec::new, |ramp| ramp.row(t).to_vec()))
+        (self.u.row(t).to_vec(), self.ramp.as_ref().map_or_else(Vec::new, |ramp| ramp.by.row(t).to_vec()))
+    }
+
+    /// The part of each step after which controls change, at once; `None` if they change linearly, or not at all.
+    pub(crate) fn switch(&self) -> Option<f64> {
+        self.ramp.as_ref().and_then(|ramp| ramp.switch)
     }
 
     /// Σ ln w² of the relative standard deviations w of all samples that were measured.

@@ -6,7 +6,7 @@ use crate::Expr;
 use crate::data::{Segment, Signals};
 use crate::expr::Tape;
 use crate::library::Term;
-use crate::shooting::{Flow, Scratch, Stage};
+use crate::shooting::{Flow, Inputs, Scratch, Stage};
 
 /// What the states do between samples.
 pub(crate) enum Path<'a> {
@@ -69,7 +69,8 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
     let (u, ramp) = segment.input(t);
     z[n..].copy_from_slice(&u);
     for (s, weight) in LOBATTO {
-        z[n..].iter_mut().zip(u.iter().zip(&ramp)).for_each(|(slot, (u, ramp))| *slot = u + s * ramp);
+        let part = segment.ramp.as_ref().map_or(s, |ramp| ramp.after(s));
+        z[n..].iter_mut().zip(u.iter().zip(&ramp)).for_each(|(slot, (u, ramp))| *slot = u + part * ramp);
         for i in 0..n {
             let (a, b) = (x[[t, i]], x[[t + 1, i]]);
             let (p, q) = (h * x_dot[[t, i]], h * x_dot[[t + 1, i]]);
@@ -115,7 +116,8 @@ impl Way {
         x_dot.clear();
         modes.clear();
         let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
-        flow.step((&now, (&u, &ramp), segment.dt[t]), xi, next, None, scratch, &mut |stage| {
+        let inputs = Inputs::of((&u, &ramp), segment.switch());
+        flow.step((&now, inputs, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
             weights.push(stage.weight);
             z.extend_from_slice(stage.z.as_flattened());
             x_dot.extend_from_slice(stage.x_dot.as_flattened());

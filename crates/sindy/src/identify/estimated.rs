@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::RangeInclusive;
 
-use sindyna_core::{Dataset, FitError, InterSample, Rollout, number::significant};
+use sindyna_core::{Dataset, FitError, Rollout, number::significant};
 
 use super::Identifier;
 use super::NoiseChoice;
@@ -100,14 +100,14 @@ impl Identifier {
     ) -> Result<Identified, FitError> {
         recordings.iter().try_for_each(|r| r.check(&self.spec))?;
         let unmeasured = self.unmeasured(recordings)?;
-        let held = recordings.iter().all(|r| r.intersample == InterSample::Zoh);
+        let held = recordings.iter().all(|r| r.intersample.is_held());
         if unmeasured.is_empty() && held && recordings.iter().all(|r| r.is_even(self.spec.dt)) {
             return self.identify_watched(&dataset(&self.spec, recordings)?, watch);
         }
         let failed = |reason: String| FitError::Regression { reason };
         let solver = self.motion_solver().ok_or_else(|| {
             failed(
-                "samples at uneven times, inputs with first-order hold, and states that were not measured, need the target `motion` with best subsets in recognised coordinates".into(),
+                "samples at uneven times, inputs that are not held, and states that were not measured, need the target `motion` with best subsets in recognised coordinates".into(),
             )
         })?;
         let tiers = self.with_rates_of_motion(self.tiers().map_err(|e| failed(e.to_string()))?).terms;
@@ -146,12 +146,12 @@ impl Identifier {
         found.ok_or_else(|| failed("no equations reproduce the data".into()))
     }
 
-    /// Equations from even data whose inputs are linear between samples.
-    pub(super) fn under_first_order_hold(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
+    /// Equations from even data whose inputs change between samples.
+    pub(super) fn under_changing_inputs(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
         self.check(data)?;
         let of = |rollout: Rollout<'_>| {
             Recording::even(data.dt(), rollout.observations.to_owned(), Some(rollout.controls.to_owned()))
-                .with_intersample(InterSample::Foh)
+                .with_intersample(data.intersample())
         };
         self.identify_recordings_watched(&data.rollouts().map(of).collect::<Vec<_>>(), watch)
     }

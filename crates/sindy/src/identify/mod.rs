@@ -25,7 +25,7 @@ mod unmeasured;
 mod warnings;
 
 use ndarray::Array2;
-use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, InterSample, Kind, Knowledge, Rng, Spec};
+use sindyna_core::{Channel, Dataset, DynamicsLearner, FitError, Kind, Knowledge, Rng, Spec};
 
 pub use choices::{Disturbances, LibraryChoice, NoiseChoice, SolverChoice, Target};
 pub use derivatives::Derived;
@@ -312,9 +312,10 @@ impl Identifier {
     /// # Errors
     /// As [`Self::identify`]; [`FitError::Interrupted`] if `watch` did.
     pub fn identify_watched(&self, data: &Dataset, watch: &Watch<'_>) -> Result<Identified, FitError> {
-        let found = match data.intersample() {
-            InterSample::Zoh => self.identified(data, watch),
-            InterSample::Foh => self.under_first_order_hold(data, watch),
+        let found = if data.intersample().is_held() {
+            self.identified(data, watch)
+        } else {
+            self.under_changing_inputs(data, watch)
         };
         if watch.go_on() { found } else { Err(FitError::Interrupted) }
     }

@@ -5,7 +5,7 @@ use sindyna_core::{Dataset, FitError, InterSample, Rollout, Spec};
 
 use super::Identifier;
 use crate::coordinates::Coordinates;
-use crate::data::Segment;
+use crate::data::{Ramp, Segment};
 use crate::model::Inputs;
 
 /// One uninterrupted recording, sampled at any times.
@@ -17,7 +17,7 @@ pub struct Recording {
     pub states: Array2<f64>,
     /// Controls (T, k) at all samples but the last.
     pub controls: Array2<f64>,
-    /// What controls are between these samples. With first-order hold the last step is not used: what they were at its end is not known.
+    /// What controls are between these samples. Unless they are held the last step is not used: what they were at its end is not known.
     pub intersample: InterSample,
 }
 
@@ -97,27 +97,27 @@ impl Recording {
     /// Number of steps over which controls are known.
     #[must_use]
     pub fn steps(&self) -> usize {
-        self.controls.nrows().saturating_sub(usize::from(self.intersample == InterSample::Foh))
+        self.controls.nrows().saturating_sub(usize::from(!self.intersample.is_held()))
     }
 
     /// Controls over the steps `from` to `to`, that one excluded, at most [`Self::steps`].
     #[must_use]
     pub fn inputs(&self, from: usize, to: usize) -> Inputs<'_> {
         let start = self.controls.slice(s![from..to, ..]);
-        let end = (self.intersample == InterSample::Foh).then(|| self.controls.slice(s![from + 1..=to, ..]));
-        Inputs { start, end }
+        let end = (!self.intersample.is_held()).then(|| self.controls.slice(s![from + 1..=to, ..]));
+        Inputs { start, end, switch: self.intersample.switch() }
     }
 
     /// By how much controls change over each step (T, k), by nothing over the last one; `None` if they are held.
-    fn ramp(&self) -> Option<Array2<f64>> {
-        if self.intersample == InterSample::Zoh {
+    fn ramp(&self) -> Option<Ramp> {
+        if self.intersample.is_held() {
             return None;
         }
-        let mut ramp = Array2::zeros(self.controls.dim());
+        let mut by = Array2::zeros(self.controls.dim());
         let last = self.controls.nrows().saturating_sub(1);
-        ramp.slice_mut(s![..last, ..])
+        by.slice_mut(s![..last, ..])
             .assign(&(&self.controls.slice(s![1.., ..]) - &self.controls.slice(s![..last, ..])));
-        Some(ramp)
+        Some(Ramp { by, switch: self.intersample.switch() })
     }
 
     /// Its samples. The inputs of the last step are held.

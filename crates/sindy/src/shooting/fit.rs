@@ -147,6 +147,7 @@ pub(crate) fn innovations(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shooting::Inputs;
     use crate::expr::parse;
     use crate::library::Term;
     use crate::motion::Stepping;
@@ -187,7 +188,7 @@ mod tests {
                 segment.u[[t, 0]] = 4.0 * rng.random::<f64>() - 2.0;
                 let u = segment.u.row(t).to_vec();
                 let mut next = vec![0.0; 2];
-                flow.step((&x, (&u, &[]), dt), &[-9.0, -0.3, 1.0], &mut next, None, &mut scratch, &mut |_| {});
+                flow.step((&x, Inputs::held(&u), dt), &[-9.0, -0.3, 1.0], &mut next, None, &mut scratch, &mut |_| {});
                 x = next;
             }
         }

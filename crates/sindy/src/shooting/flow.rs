@@ -243,6 +243,7 @@ impl Flow {
             ramp: Vec::new(),
             dt: [0.0; L],
             over: 0.0,
+            changed: None,
             registers: zeros(self.tape.n_registers()),
             f: zeros(n),
             masses: Masses::new(self.coupled.len()),

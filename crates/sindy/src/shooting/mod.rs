@@ -23,4 +23,5 @@ pub(crate) use inputs::{Told, inputs, is_held};
 pub(crate) use passes::Samples;
 pub(crate) use scratch::Scratch;
 pub(crate) use state::Bounds;
+pub(crate) use step::Inputs;
 pub(crate) use work::Work;

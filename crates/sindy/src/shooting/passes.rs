@@ -3,7 +3,8 @@
 use ndarray::Array2;
 
 use super::flow::Flow;
-use crate::data::Segment;
+use super::step::Inputs;
+use crate::data::{Ramp, Segment};
 
 /// Samples whose steps are made side by side.
 const LANES: usize = 8;
@@ -65,21 +66,22 @@ impl Flow {
             for (i, slot) in u.iter_mut().enumerate() {
                 *slot = std::array::from_fn(|l| segment.u[[at(l), i]]);
             }
-            if let Some(change) = &segment.ramp {
+            if let Some(Ramp { by, .. }) = &segment.ramp {
                 ramp.clear();
-                ramp.extend((0..self.n_controls).map(|i| -> [f64; L] { std::array::from_fn(|l| change[[at(l), i]]) }));
+                ramp.extend((0..self.n_controls).map(|i| -> [f64; L] { std::array::from_fn(|l| by[[at(l), i]]) }));
             }
             let dt = std::array::from_fn(|l| segment.dt[at(l)]);
             let slopes = derivatives.then_some(&mut s[..]);
-            let finite =
-                self.step_side_by_side((&now, (&u, &ramp), dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
+            let inputs = Inputs { u: &u, ramp: &ramp, switch: segment.switch() };
+            let finite = self.step_side_by_side((&now, inputs, dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
             steps.iter().enumerate().all(|(l, &t)| {
                 let mut finite = finite[l];
                 if scratch.turns[l] {
                     // A step in which a sign turns has its own stages.
                     let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
-                    let (step, slopes) =
-                        ((&now[..], (&u[..], &ramp[..]), segment.dt[t]), derivatives.then_some(&mut of_s[..]));
+                    let inputs = Inputs::of((&u, &ramp), segment.switch());
+                    let slopes = derivatives.then_some(&mut of_s[..]);
+                    let step = (&now[..], inputs, segment.dt[t]);
                     finite = self.step(step, xi, &mut of_next, slopes, &mut alone, &mut |_| {});
                 } else {
                     of_next.iter_mut().zip(&next).for_each(|(slot, v)| *slot = v[l]);
@@ -139,7 +141,7 @@ mod tests {
                 flow.each_step(samples, &xi, true, &mut |made| {
                     let (mut next, mut s) = (vec![0.0; 4], vec![0.0; 4 * 8]);
                     let (now, u) = (segment.x.row(made.t).to_vec(), segment.u.row(made.t).to_vec());
-                    let step = (&now[..], (&u[..], &[][..]), segment.dt[made.t]);
+                    let step = (&now[..], Inputs::held(&u), segment.dt[made.t]);
                     assert!(flow.step(step, &xi, &mut next, Some(&mut s), &mut scratch, &mut |_| {}));
                     assert_eq!((&next[..], &s[..]), (made.next, made.s), "{stepping:?}, step {}", made.t);
                     count += 1;

@@ -12,8 +12,43 @@ const OF_EIGHTH: usize = 8;
 /// Turns of switches within one substep, at most.
 const TURNS: usize = 8;
 
-/// Inputs at the beginning of a step, and by how much they change over it: nothing if they are held.
-type Inputs<'a, const L: usize> = (&'a [[f64; L]], &'a [[f64; L]]);
+/// Inputs over a step.
+#[derive(Clone, Copy)]
+pub(crate) struct Inputs<'a, const L: usize> {
+    /// At its beginning (k).
+    pub(crate) u: &'a [[f64; L]],
+    /// By how much they change over it (k): nothing if they are held.
+    pub(crate) ramp: &'a [[f64; L]],
+    /// The part of it after which they change, at once; `None` if they change linearly.
+    pub(crate) switch: Option<f64>,
+}
+
+impl<'a> Inputs<'a, 1> {
+    /// Those of one step, by values.
+    pub(crate) fn of((u, ramp): (&'a [f64], &'a [f64]), switch: Option<f64>) -> Self {
+        Self { u: u.as_chunks().0, ramp: ramp.as_chunks().0, switch }
+    }
+
+    /// Inputs that are held.
+    #[cfg(test)]
+    pub(crate) fn held(u: &'a [f64]) -> Self {
+        Self::of((u, &[]), None)
+    }
+}
+
+/// Parts of a step over which inputs do not jump: each as long, with so much of their change.
+fn parts(switch: Option<f64>) -> impl Iterator<Item = (f64, Option<f64>)> {
+    let all = match switch {
+        None => [(1.0, None), (0.0, None)],
+        Some(part) => [(part, Some(0.0)), (1.0 - part, Some(1.0))],
+    };
+    all.into_iter().filter(|(share, _)| *share > 0.0)
+}
+
+/// Substeps for a part of a step of which all has so many.
+fn substeps_of(substeps: usize, share: f64) -> usize {
+    ((share * substeps as f64).ceil() as usize).max(1)
+}
 
 /// The rates where the registers are, with derivatives if these are wanted.
 type Rates<'a, const L: usize> = &'a dyn Fn(bool, &mut Scratch<L>);
@@ -22,23 +57,23 @@ type Rates<'a, const L: usize> = &'a dyn Fn(bool, &mut Scratch<L>);
 type Visit<'a, const L: usize> = &'a mut dyn FnMut(&Stage<'_, L>);
 
 impl Flow {
-    /// Writes x⁺ one step of `dt` \[s\] later, under inputs that are u at its beginning and change by `ramp` until its end (nothing if they are held), and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
+    /// Writes x⁺ one step of `dt` \[s\] later under `inputs`, and with `s` also ∂x⁺/∂(x; ξ) (n, n + p), row by row. `visit` sees the stages. `false`
     /// if a number is not finite.
     pub(crate) fn step(
         &self,
-        (x, (u, ramp), dt): (&[f64], (&[f64], &[f64]), f64),
+        (x, inputs, dt): (&[f64], Inputs<'_, 1>, f64),
         xi: &[f64],
         next: &mut [f64],
         s: Option<&mut [f64]>,
         scratch: &mut Scratch,
         visit: Visit<'_, 1>,
     ) -> bool {
-        let (x, u, next) = (x.as_chunks().0, (u.as_chunks().0, ramp.as_chunks().0), next.as_chunks_mut().0);
+        let (x, next) = (x.as_chunks().0, next.as_chunks_mut().0);
         let mut s = s.map(|s| s.as_chunks_mut().0);
         if self.switches.is_empty() {
-            return self.step_side_by_side((x, u, [dt]), xi, next, s, scratch, visit)[0];
+            return self.step_side_by_side((x, inputs, [dt]), xi, next, s, scratch, visit)[0];
         }
-        self.start((x, u, [dt]), xi, next, s.as_deref_mut(), scratch);
+        self.start((x, inputs, [dt]), xi, next, s.as_deref_mut(), scratch);
         let rates = |derivatives: bool, scratch: &mut Scratch| self.rates(xi, derivatives, scratch);
         let held = |derivatives: bool, scratch: &mut Scratch| {
             self.begin(xi, scratch);
@@ -50,10 +85,14 @@ impl Flow {
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
-                self.begin(xi, scratch);
-                for _ in 0..substeps {
-                    let h = (dt / substeps as f64, dt);
-                    self.substep(tableau, h, xi, next, s.as_deref_mut(), scratch, &rates, visit);
+                for (share, changed) in parts(inputs.switch) {
+                    self.go_on_from(next, changed, scratch);
+                    self.begin(xi, scratch);
+                    let substeps = substeps_of(substeps, share);
+                    for _ in 0..substeps {
+                        let h = (share * dt / substeps as f64, dt);
+                        self.substep(tableau, h, xi, next, s.as_deref_mut(), scratch, &rates, visit);
+                    }
                 }
             }
         }
@@ -63,14 +102,14 @@ impl Flow {
     /// The same from `L` samples side by side, with the signs with which each step begins. Where one turns within it, `scratch` says so, and the step is not the right one.
     pub(super) fn step_side_by_side<const L: usize>(
         &self,
-        (x, u, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
+        (x, inputs, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
         xi: &[f64],
         next: &mut [[f64; L]],
         mut s: Option<&mut [[f64; L]]>,
         scratch: &mut Scratch<L>,
         visit: Visit<'_, L>,
     ) -> [bool; L] {
-        self.start((x, u, dt), xi, next, s.as_deref_mut(), scratch);
+        self.start((x, inputs, dt), xi, next, s.as_deref_mut(), scratch);
         let rates = |derivatives: bool, scratch: &mut Scratch<L>| self.rates_between_switches(xi, derivatives, scratch);
         let held = |derivatives: bool, scratch: &mut Scratch<L>| {
             self.begin_between_switches(scratch);
@@ -82,12 +121,16 @@ impl Flow {
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
-                let h = (dt.map(|dt| dt / substeps as f64), 1.0 / substeps as f64);
-                self.begin_between_switches(scratch);
-                for _ in 0..substeps {
-                    self.advance(tableau, h, next, s.as_deref_mut(), scratch, &rates, visit);
-                    scratch.over += h.1;
-                    self.look_for_turns(next, scratch);
+                for (share, changed) in parts(inputs.switch) {
+                    self.go_on_from(next, changed, scratch);
+                    self.begin_between_switches(scratch);
+                    let substeps = substeps_of(substeps, share);
+                    let h = (dt.map(|dt| share * dt / substeps as f64), share / substeps as f64);
+                    for _ in 0..substeps {
+                        self.advance(tableau, h, next, s.as_deref_mut(), scratch, &rates, visit);
+                        scratch.over += h.1;
+                        self.look_for_turns(next, scratch);
+                    }
                 }
             }
         }
@@ -97,7 +140,7 @@ impl Flow {
     /// Where a step begins: at x, whose derivative by itself is one.
     fn start<const L: usize>(
         &self,
-        (x, (u, ramp), dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
+        (x, Inputs { u, ramp, .. }, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
         xi: &[f64],
         next: &mut [[f64; L]],
         s: Option<&mut [[f64; L]]>,
@@ -119,6 +162,15 @@ impl Flow {
         scratch.ramp.extend_from_slice(ramp);
         (scratch.dt, scratch.over, scratch.turns) = (dt, 0.0, [false; L]);
         self.fill_inside(&mut scratch.registers, xi);
+    }
+
+    /// A part of a step begins at x, with so much of the change of inputs, where they jump.
+    fn go_on_from<const L: usize>(&self, x: &[[f64; L]], changed: Option<f64>, scratch: &mut Scratch<L>) {
+        scratch.changed = changed;
+        if changed.is_some() {
+            scratch.registers[..self.n].copy_from_slice(x);
+            scratch.put_inputs(self.n, 0.0, [0.0; L]);
+        }
     }
 
     /// Steps of Euler, or of simulators that move positions by the new rates.
@@ -345,7 +397,7 @@ mod tests {
             let mut scratch = flow.scratch();
             let mut step = |x: &[f64], xi: &[f64], s: Option<&mut [f64]>| {
                 let mut next = vec![0.0; 4];
-                assert!(flow.step((x, (&u, &[]), dt), xi, &mut next, s, &mut scratch, &mut |_| {}));
+                assert!(flow.step((x, Inputs::held(&u), dt), xi, &mut next, s, &mut scratch, &mut |_| {}));
                 next
             };
             let mut s = vec![0.0; 4 * 10];

@@ -232,6 +232,7 @@ impl Flow {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shooting::Inputs;
     use crate::expr::parse;
     use crate::library::Term;
     use crate::motion::Stepping;
@@ -259,7 +260,7 @@ mod tests {
 
     fn step(flow: &Flow, x: [f64; 2], u: f64, xi: &[f64], s: Option<&mut [f64]>) -> [f64; 2] {
         let mut next = [0.0; 2];
-        assert!(flow.step((&x, (&[u], &[]), 0.1), xi, &mut next, s, &mut flow.scratch(), &mut |_| {}));
+        assert!(flow.step((&x, Inputs::held(&[u]), 0.1), xi, &mut next, s, &mut flow.scratch(), &mut |_| {}));
         next
     }
 

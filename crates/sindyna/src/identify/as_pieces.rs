@@ -6,7 +6,7 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
-use super::parts_of_rows::{FINELY, ROUGHLY, refined};
+use super::parts_of_rows;
 use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
@@ -41,7 +41,7 @@ pub(super) fn between_rows<E: From<FitError>>(
     (from, margins): (Reading, (usize, usize)),
     asked: &Asked<'_, E>,
 ) -> Result<Reading, E> {
-    let mut better = |at, both: [Reading; 2]| {
+    let better = |at, both: [Reading; 2]| {
         let Some(misfits) = misfits(log, kept, found, (&[at, both[0], both[1]], margins), asked)? else {
             return Ok(None);
         };
@@ -49,8 +49,7 @@ pub(super) fn between_rows<E: From<FitError>>(
         let best = (1..3).filter(clearly).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
         Ok::<_, E>(best.map(|best| both[best - 1]))
     };
-    let roughly = refined(from, ROUGHLY, &mut better)?;
-    if roughly == from { Ok(from) } else { refined(roughly, FINELY, better) }
+    parts_of_rows::better(from, better)
 }
 
 /// What equations like those `found` miss of pieces of `log`, for each reading; `None` if they follow none.

@@ -1,10 +1,10 @@
 //! Inputs that act earlier or later than over the step after their row.
 
-use sindyna_core::{Dataset, FitError};
+use sindyna_core::{Dataset, FitError, InterSample};
 
 use crate::logs::{Log, Note, Samples};
 
-/// `log` with inputs that act `rows` rows later than over the step after theirs, and a note of it. A part of a row is interpolated linearly.
+/// `log` with inputs that act `rows` rows later than over the step after theirs, and a note of it. With a part of a row they change within steps, or are interpolated where they are linear between samples.
 ///
 /// # Errors
 /// [`FitError::Regression`] for a part of a row where samples are not even, or if no trajectory is longer than the delay.
@@ -23,7 +23,7 @@ pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
     Ok(Log { data, times, derivatives: None, notes, ..log.clone() })
 }
 
-/// `data`, sampled at `times`, whose inputs are those of `rows` rows before, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
+/// `data`, sampled at `times`, whose inputs act `rows` rows later, without the `first` steps and the `last` ones of each trajectory; at most `most` steps.
 pub(super) fn shifted(
     data: &Dataset,
     times: Option<&[Vec<f64>]>,
@@ -33,7 +33,12 @@ pub(super) fn shifted(
 ) -> Result<Samples, FitError> {
     let failed = |e: sindyna_core::DatasetError| FitError::Regression { reason: e.to_string() };
     let (m, k) = (data.observation_dim(), data.control_dim());
-    let mut all = Dataset::new(m, k, k, data.dt()).with_intersample(data.intersample());
+    let part = rows - rows.floor();
+    // Held inputs change where the part of a row is over, from those of a whole row more before.
+    let late = part > 0.0 && data.intersample().is_held();
+    let (rows, intersample) =
+        if late { (rows.ceil(), InterSample::Late(part)) } else { (rows, data.intersample()) };
+    let mut all = Dataset::new(m, k, k, data.dt()).with_intersample(intersample);
     let mut moments = Vec::new();
     for (number, rollout) in data.rollouts().enumerate() {
         let end = rollout.controls.nrows().saturating_sub(last).min(first.saturating_add(most - all.n_steps()));
@@ -67,7 +72,8 @@ mod tests {
         for t in 0..6 {
             data.push(&[f64::from(t * t)], &[f64::from(t * t)], 0.0, &[f64::from(t + 1)]).expect("pushed");
         }
-        let of = |rows: f64, margins: (usize, usize)| {
+        let of = |rows: f64, margins: (usize, usize), intersample: InterSample| {
+            let data = data.clone().with_intersample(intersample);
             let times = vec![(0..7).map(|t| f64::from(t * t)).collect()];
             let moved = shifted(&data, Some(&times), rows, margins, usize::MAX).expect("moved");
             let first = margins.0 as f64;
@@ -75,9 +81,13 @@ mod tests {
             let rollout = moved.data.rollouts().next().expect("one rollout");
             (rollout.observations.column(0).to_vec(), rollout.controls.column(0).to_vec())
         };
-        assert_eq!(of(1.0, (1, 0)), (vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], vec![0.0, 1.0, 4.0, 9.0, 16.0]));
-        assert_eq!(of(-1.0, (0, 1)), (vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], vec![1.0, 4.0, 9.0, 16.0, 25.0]));
-        assert_eq!(of(-0.5, (0, 1)).1, [0.5, 2.5, 6.5, 12.5, 20.5]);
-        assert_eq!(of(1.5, (2, 0)).1, [0.5, 2.5, 6.5, 12.5]);
+        assert_eq!(of(1.0, (1, 0), InterSample::Zoh), (vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], vec![0.0, 1.0, 4.0, 9.0, 16.0]));
+        assert_eq!(of(-1.0, (0, 1), InterSample::Zoh), (vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], vec![1.0, 4.0, 9.0, 16.0, 25.0]));
+        assert_eq!(of(-0.5, (0, 1), InterSample::Foh).1, [0.5, 2.5, 6.5, 12.5, 20.5]);
+        assert_eq!(of(1.5, (2, 0), InterSample::Foh).1, [0.5, 2.5, 6.5, 12.5]);
+        assert_eq!(of(-0.5, (0, 1), InterSample::Zoh), of(0.0, (0, 1), InterSample::Zoh), "before it changes");
+        assert_eq!(of(1.5, (2, 0), InterSample::Zoh), of(2.0, (2, 0), InterSample::Zoh), "before it changes");
+        let moved = shifted(&data, None, 1.25, (2, 0), usize::MAX).expect("moved");
+        assert_eq!(moved.data.intersample(), InterSample::Late(0.25));
     }
 }

@@ -19,11 +19,9 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         Note::Delayed { rows, .. } => Some(*rows),
         _ => None,
     });
-    let other = late.map_or_else(|| Ok(other.clone()), |rows| delayed(other, rows))?;
-    let Log { spec, data, times, .. } = match looked.log.data.intersample() {
-        InterSample::Zoh => other,
-        InterSample::Foh => linear(&other, false),
-    };
+    let is_linear = looked.log.data.intersample() == InterSample::Foh;
+    let other = if is_linear { linear(other, false) } else { other.clone() };
+    let Log { spec, data, times, .. } = late.map_or_else(|| Ok(other.clone()), |rows| delayed(&other, rows))?;
     let rates: Vec<(String, usize)> = looked.log.notes.iter().filter_map(|note| rate_of(note, &looked.log)).collect();
     if rates.is_empty() {
         return Ok(Samples { data, times, derivatives: None });

@@ -35,11 +35,11 @@ impl From<Rates> for Looked {
 /// # Errors
 /// [`FitError`] if no equations are found in the log as it was read, or as was asked.
 pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Looked, E> {
+    let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
     let log = match asked.delay {
         Delay::Rows(rows) if rows != 0.0 => delayed(&log, rows)?,
         _ => log,
     };
-    let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
     let quotients = not_measured(&log, asked)?;
     if quotients.is_empty() {
         return as_measured(log, asked);

@@ -2,19 +2,33 @@
 
 use super::reading::Reading;
 
-/// Parts of a row by which a whole delay is changed, at first and at last; and by which one that is known so far is.
-pub(super) const ROUGHLY: (f64, f64) = (1.0 / 2.0, 1.0 / 16.0);
-pub(super) const FINELY: (f64, f64) = (1.0 / 8.0, 1.0 / 128.0);
+/// Parts of a row by which a whole delay is changed at first, and at last where pieces tell.
+pub(super) const ROUGHLY: f64 = 1.0 / 2.0;
+const LAST: f64 = 1.0 / 16.0;
 
-/// The reading near `from`, whose delay is changed by the `first` part of a row, then by halves of that down to the `last`: `better` tells which of two others, a little earlier
+/// Part of a row by which a delay that is known so far is changed at first.
+pub(super) const FINELY: f64 = 1.0 / 16.0;
+
+/// Rows by which a delay is changed in all, at most.
+const FARTHEST: f64 = 1.0;
+
+/// Delays of which the score is asked, at most.
+const MOST: usize = 16;
+
+/// Part of a row within which nothing is asked beside no delay at all.
+const NEAR: f64 = 1.0 / 256.0;
+
+/// Gain of the score below which a delay is as good as the best.
+const GAIN: f64 = 0.5;
+
+/// The reading near `from`, whose delay is changed by halves of a row, then of that: `better` tells which of two others, a little earlier
 /// and later, is clearly better than one. No input acts before it is there.
-pub(super) fn refined<E>(
+pub(super) fn better<E>(
     from: Reading,
-    (first, last): (f64, f64),
     mut better: impl FnMut(Reading, [Reading; 2]) -> Result<Option<Reading>, E>,
 ) -> Result<Reading, E> {
-    let (mut at, mut by) = (from, first);
-    while by >= last {
+    let (mut at, mut by) = (from, ROUGHLY);
+    while by >= LAST {
         if let Some(reading) = better(at, [-by, by].map(|by| Reading { rows: (at.rows + by).max(0.0), ..at }))? {
             at = reading;
         }
@@ -23,24 +37,102 @@ pub(super) fn refined<E>(
     Ok(at)
 }
 
+/// The reading near `from` with the least `score`, −2 ln L of so many `values`, and that. Parabolas through three delays, `by` rows apart at first, tell the next one: of the mean square of
+/// what is left, which is one where nothing but the delay is wrong. No input acts before it is there.
+pub(super) fn likeliest<E>(
+    from: Reading,
+    by: f64,
+    values: f64,
+    mut score: impl FnMut(Reading) -> Result<f64, E>,
+) -> Result<(Reading, f64), E> {
+    let mut asked: Vec<(f64, f64)> = Vec::new();
+    let mut next = Ask { rows: from.rows, inside: false };
+    for _ in 0..MOST {
+        let best = asked.iter().map(|point| point.1).fold(f64::INFINITY, f64::min);
+        let now = score(Reading { rows: next.rows, ..from })?;
+        asked.push((next.rows, now));
+        asked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let is_settled = next.inside && now > best - GAIN;
+        match proposed(&asked, by, values).filter(|to| (to.rows - from.rows).abs() <= FARTHEST && to.rows >= 0.0) {
+            Some(to) if !is_settled => next = to,
+            _ => break,
+        }
+    }
+    let best = asked.into_iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((from.rows, f64::INFINITY));
+    Ok((Reading { rows: best.0, ..from }, best.1))
+}
+
+/// A delay to be asked of.
+struct Ask {
+    rows: f64,
+    /// Whether it is between others.
+    inside: bool,
+}
+
+/// Where to ask next: beside the best delay, or at the vertex of the parabola through it and its neighbours. `None` where that was asked already.
+fn proposed(asked: &[(f64, f64)], by: f64, values: f64) -> Option<Ask> {
+    let beside = |rows| Some(Ask { rows, inside: false });
+    let best = (0..asked.len()).min_by(|&a, &b| asked[a].1.total_cmp(&asked[b].1))?;
+    let (at, least) = asked[best];
+    if !least.is_finite() {
+        return None;
+    }
+    if best + 1 == asked.len() {
+        return beside(at + by);
+    }
+    if best == 0 {
+        // Before the row there is nothing.
+        return if at > 0.0 { beside((at - by).max(0.0)) } else { halfway(asked) };
+    }
+    let square = |point: &(f64, f64)| (point.0 - at, ((point.1 - least) / values).exp() - 1.0);
+    let ((a, f), (b, g)) = (square(&asked[best - 1]), square(&asked[best + 1]));
+    let bent = b * f - a * g;
+    let to = at + 0.5 * (b * b * f - a * a * g) / bent;
+    let is_new = asked.iter().all(|point| (point.0 - to).abs() > f64::EPSILON * at.max(by));
+    (to.is_finite() && is_new).then_some(Ask { rows: to, inside: true })
+}
+
+/// Between the first two, unless they are near.
+fn halfway(asked: &[(f64, f64)]) -> Option<Ask> {
+    let (first, second) = (asked.first()?.0, asked.get(1)?.0);
+    (second - first > NEAR).then_some(Ask { rows: 0.5 * (first + second), inside: false })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn a_delay_is_found_where_it_is_told_apart() {
+    fn a_delay_is_found_where_pieces_tell_it_apart() {
         let near = |delay: f64, least: f64| {
             let from = Reading { rows: delay.round(), ..Reading::GIVEN };
             let off = |reading: &Reading| (reading.rows - delay).abs();
-            let better = |at: Reading, both: [Reading; 2]| {
+            let tells = |at: Reading, both: [Reading; 2]| {
                 Ok::<_, ()>(both.into_iter().find(|other| off(other) + least < off(&at)))
             };
-            refined(refined(from, ROUGHLY, better)?, FINELY, better).map(|reading| reading.rows)
+            better(from, tells).map(|reading| reading.rows)
         };
         for delay in [2.5, 0.27, 0.0, 1.01] {
-            assert!((near(delay, 0.0).expect("no errors") - delay).abs() <= FINELY.1, "{delay}");
+            assert!((near(delay, 0.0).expect("no errors") - delay).abs() <= LAST, "{delay}");
         }
         assert_eq!(near(-0.3, 0.0), Ok(0.0), "no input acts before it is there");
         assert_eq!((near(3.1, 0.2), near(3.0, 0.0)), (Ok(3.0), Ok(3.0)));
+    }
+
+    #[test]
+    fn the_likeliest_delay_is_found_in_few_steps() {
+        // What is left is noise, or rounding alone, and grows with what the delay is off.
+        for (delay, noise) in [(0.3, 0.1), (0.3, 1e-9), (1.62, 0.01), (2.0, 1e-12), (0.0, 1e-3), (0.02, 1e-6), (1.4, 1e-11)] {
+            let mut count = 0;
+            let score = |reading: Reading| {
+                count += 1;
+                let off: f64 = reading.rows - delay;
+                Ok::<_, ()>(1000.0 * (noise * noise + off * off * (1.0 + 0.1 * off)).ln())
+            };
+            let from = Reading { rows: f64::round(delay), ..Reading::GIVEN };
+            let (found, _) = likeliest(from, ROUGHLY, 1000.0, score).expect("no errors");
+            assert!((found.rows - delay).abs() <= 0.1 * noise, "{delay}, {noise}: {}", found.rows);
+            assert!(count <= MOST, "{count}");
+        }
     }
 }

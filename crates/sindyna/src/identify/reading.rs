@@ -1,6 +1,6 @@
 //! One way in which a log may be read: inputs that act earlier or later, or change between rows, or steps of a simulator.
 
-use sindyna_core::{Dataset, FitError, InterSample};
+use sindyna_core::{FitError, InterSample};
 
 use super::between::linear;
 use super::delay::{delayed, shifted};
@@ -26,8 +26,11 @@ impl Reading {
     /// # Errors
     /// [`FitError::Regression`] if no trajectory is longer than the delay.
     pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
-        let late = if self.rows == 0.0 { None } else { Some(delayed(log, self.rows)?) };
-        Ok(if self.linear { Some(linear(late.as_ref().unwrap_or(log), false)) } else { late })
+        let linear = self.linear.then(|| linear(log, false));
+        if self.rows == 0.0 {
+            return Ok(linear);
+        }
+        delayed(linear.as_ref().unwrap_or(log), self.rows).map(Some)
     }
 
     /// Rows by which inputs are moved, either way.
@@ -37,8 +40,7 @@ impl Reading {
 
     /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
     pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
-        let shifted = shifted(&kept.data, kept.times.as_deref(), self.rows, margins, most)?;
-        let foh = |data: Dataset| if self.linear { data.with_intersample(InterSample::Foh) } else { data };
-        Ok(Samples { data: foh(shifted.data), ..shifted })
+        let linear = self.linear.then(|| kept.data.clone().with_intersample(InterSample::Foh));
+        shifted(linear.as_ref().unwrap_or(&kept.data), kept.times.as_deref(), self.rows, margins, most)
     }
 }

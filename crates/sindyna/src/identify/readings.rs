@@ -8,7 +8,7 @@ use super::as_pieces::{self, least_missed};
 use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay};
 use super::between::is_set;
-use super::parts_of_rows::{FINELY, ROUGHLY, refined};
+use super::parts_of_rows::{FINELY, ROUGHLY, likeliest};
 use super::reading::Reading;
 use super::trial::{Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
@@ -35,8 +35,9 @@ const TRIED: [Reading; 5] = [
 /// Steps by which they are told apart, or four times as many where these are too few.
 pub(super) const STEPS: usize = 300;
 
-/// Times as many steps tell a part of a row.
+/// Times as many steps tell a part of a row, and searches with such a part, at most.
 const MORE: usize = 5;
+const ROUNDS: usize = 3;
 
 /// Difference of scores at odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
@@ -129,8 +130,9 @@ pub(super) fn told_apart<E: From<FitError>>(
         if parts {
             let margins = with_parts(margins(&[reading]));
             let between = as_pieces::between_rows(log, kept, first, (reading, margins), asked)?;
-            if between != reading && explains(between)? {
-                return Ok(Some(whole(between)));
+            let settled = if between == reading { None } else { settled(&trial(reading), STEPS, between)? };
+            if let Some(settled) = settled.filter(|settled| settled.explained) {
+                return Ok(Some(whole(settled.reading)));
             }
         }
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
@@ -201,20 +203,33 @@ fn between_rows<E: From<FitError>>(
     (from, terms): (Reading, &[String]),
 ) -> Result<Option<Tried>, E> {
     let reading = delayed_as(trial, steps, (from, terms), ROUGHLY)?;
-    if reading == from {
-        return Ok(None);
-    }
-    let Some(between) = trial.first(reading, steps)? else { return Ok(None) };
-    let finer = delayed_as(trial, MORE * steps, (reading, &between.terms()), FINELY)?;
-    if finer == reading { Ok(Some(between)) } else { trial.first(finer, steps) }
+    if reading == from { Ok(None) } else { settled(trial, steps, reading) }
 }
 
-/// How inputs act with such `terms`, near the delay of `from`, which is changed by these parts of a row at first and at last; as there where these are no terms.
+/// What is found near the delay of `from`: with the terms that are found there the likeliest delay, and what is found with that, until terms explain all or do not change.
+fn settled<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, from: Reading) -> Result<Option<Tried>, E> {
+    let Some(mut best) = trial.first(from, steps)? else { return Ok(None) };
+    for _ in 0..ROUNDS {
+        let terms = best.terms();
+        let finer = delayed_as(trial, MORE * steps, (best.reading, &terms), FINELY)?;
+        if finer == best.reading {
+            break;
+        }
+        let Some(next) = trial.first(finer, steps)? else { break };
+        best = next;
+        if best.explained || best.terms() == terms {
+            break;
+        }
+    }
+    Ok(Some(best))
+}
+
+/// How inputs act with such `terms`, near the delay of `from`, which is changed by this part of a row at first; as there where these are no terms, or no delay is clearly better.
 fn delayed_as<E: From<FitError>>(
     trial: &Trial<'_, E>,
     steps: usize,
     (from, terms): (Reading, &[String]),
-    parts: (f64, f64),
+    by: f64,
 ) -> Result<Reading, E> {
     let identifier = (trial.asked.identifier)(&trial.log.spec)?;
     if identifier.with_library(LibraryChoice::Terms(terms.to_vec())).is_err() {
@@ -222,17 +237,10 @@ fn delayed_as<E: From<FitError>>(
     }
     let alike = Trial { terms: Some(terms), ..*trial };
     let score = |reading| Ok::<_, E>(alike.first(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
-    let mut now = score(from)?;
-    refined(from, parts, |_, both| {
-        for reading in both {
-            let other = score(reading)?;
-            if other + TOLD_APART < now {
-                now = other;
-                return Ok(Some(reading));
-            }
-        }
-        Ok(None)
-    })
+    let values = trial.log.spec.state_dim() * steps.min(trial.kept.data.n_steps());
+    let given = score(from)?;
+    let (reading, best) = likeliest(from, by, values as f64, score)?;
+    Ok(if best + TOLD_APART < given { reading } else { from })
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.

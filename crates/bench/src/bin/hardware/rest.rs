@@ -34,7 +34,7 @@ pub(crate) fn from_rest(run: &Run, path: &Path) -> Result<FromRest> {
     let start = u.slice(s![..rows - 1, ..]);
     let end = run.linear.then(|| u.slice(s![1.., ..]));
     let dt: Vec<f64> = time[..rows].windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let x = model.simulate_at(&log.slice(s![0, 1..=n]).to_vec(), Inputs { start, end }, &dt).ok();
+    let x = model.simulate_at(&log.slice(s![0, 1..=n]).to_vec(), Inputs { start, end, switch: None }, &dt).ok();
     let error = |span: &f64| {
         let x = x.as_ref()?;
         let rows = time[..rows].iter().take_while(|t| **t - time[0] <= *span).count();
