@@ -16,6 +16,7 @@ mod misfits;
 mod models;
 mod noisy;
 mod recording;
+mod refitted;
 mod region;
 mod report;
 mod rows;

@@ -6,7 +6,7 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
-use super::parts_of_rows;
+use super::parts_of_rows::{ROUGHLY, likeliest};
 use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
@@ -30,7 +30,7 @@ pub(super) fn least_missed<E: From<FitError>>(
     Ok(least.map(|least| all[least]).filter(|reading| *reading != Reading::GIVEN))
 }
 
-/// The reading near `from`, whose inputs act between rows, of which equations like those `found` clearly miss less; `from` if there is none.
+/// The reading near `from`, whose inputs act between rows, of which equations like those `found` miss least, if they clearly miss less of it; `from` if there is none.
 ///
 /// # Errors
 /// [`FitError::Interrupted`] if whoever watches said so.
@@ -41,15 +41,15 @@ pub(super) fn between_rows<E: From<FitError>>(
     (from, margins): (Reading, (usize, usize)),
     asked: &Asked<'_, E>,
 ) -> Result<Reading, E> {
-    let better = |at, both: [Reading; 2]| {
-        let Some(misfits) = misfits(log, kept, found, (&[at, both[0], both[1]], margins), asked)? else {
-            return Ok(None);
-        };
-        let clearly = |i: &usize| clearly_least(&[&misfits[0], &misfits[*i]]) == Some(1);
-        let best = (1..3).filter(clearly).min_by(|&a, &b| median(&misfits[a]).total_cmp(&median(&misfits[b])));
-        Ok::<_, E>(best.map(|best| both[best - 1]))
+    let beside = |reading: Reading| misfits(log, kept, found, (&[from, reading], margins), asked);
+    let Some(pieces) = beside(from)?.map(|misfits| misfits[0].len()) else { return Ok(from) };
+    let score = |reading: Reading| {
+        let logarithms = |misfits: Vec<Vec<f64>>| misfits[1].iter().map(|misfit| misfit.ln()).sum::<f64>();
+        Ok::<_, E>(beside(reading)?.map_or(f64::INFINITY, logarithms))
     };
-    parts_of_rows::better(from, better)
+    let (reading, _) = likeliest(from, ROUGHLY, pieces as f64, score)?;
+    let is_clear = |misfits: Vec<Vec<f64>>| clearly_least(&[&misfits[0], &misfits[1]]) == Some(1);
+    Ok(if beside(reading)?.is_some_and(is_clear) { reading } else { from })
 }
 
 /// What equations like those `found` miss of pieces of `log`, for each reading; `None` if they follow none.

@@ -21,7 +21,7 @@ pub(super) fn with_angles_by_name<E: From<FitError>>(log: Log, asked: &Asked<'_,
     let kept = (asked.kept)(&log)?;
     let tried = |log: &Log| {
         let rates = if matches!(asked.unmeasured, Unmeasured::Given(_)) { asked.unmeasured } else { &Unmeasured::None };
-        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible, terms: None }
+        Trial { log, kept: &kept, rates, asked, margins: (0, 0), disturbances: Disturbances::Possible }
             .of(Reading::GIVEN, STEPS)
     };
     let Some(named) = tried(&turned)? else { return Ok(log) };

@@ -2,12 +2,12 @@
 
 use super::reading::Reading;
 
-/// Parts of a row by which a whole delay is changed at first, and at last where pieces tell.
+/// Parts of a row by which a whole delay is changed at first, and one that is known so far.
 pub(super) const ROUGHLY: f64 = 1.0 / 2.0;
-const LAST: f64 = 1.0 / 16.0;
-
-/// Part of a row by which a delay that is known so far is changed at first.
 pub(super) const FINELY: f64 = 1.0 / 16.0;
+
+/// Part of a row that is none.
+const LEAST: f64 = 1e-9;
 
 /// Rows by which a delay is changed in all, at most.
 const FARTHEST: f64 = 1.0;
@@ -18,24 +18,8 @@ const MOST: usize = 16;
 /// Part of a row within which nothing is asked beside no delay at all.
 const NEAR: f64 = 1.0 / 256.0;
 
-/// Gain of the score below which a delay is as good as the best.
+/// Difference of scores within which a delay is as good as the best.
 const GAIN: f64 = 0.5;
-
-/// The reading near `from`, whose delay is changed by halves of a row, then of that: `better` tells which of two others, a little earlier
-/// and later, is clearly better than one. No input acts before it is there.
-pub(super) fn better<E>(
-    from: Reading,
-    mut better: impl FnMut(Reading, [Reading; 2]) -> Result<Option<Reading>, E>,
-) -> Result<Reading, E> {
-    let (mut at, mut by) = (from, ROUGHLY);
-    while by >= LAST {
-        if let Some(reading) = better(at, [-by, by].map(|by| Reading { rows: (at.rows + by).max(0.0), ..at }))? {
-            at = reading;
-        }
-        by *= 0.5;
-    }
-    Ok(at)
-}
 
 /// The reading near `from` with the least `score`, −2 ln L of so many `values`, and that. Parabolas through three delays, `by` rows apart at first, tell the next one: of the mean square of
 /// what is left, which is one where nothing but the delay is wrong. No input acts before it is there.
@@ -52,7 +36,7 @@ pub(super) fn likeliest<E>(
         let now = score(Reading { rows: next.rows, ..from })?;
         asked.push((next.rows, now));
         asked.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let is_settled = next.inside && now > best - GAIN;
+        let is_settled = next.inside && (now - best).abs() < GAIN;
         match proposed(&asked, by, values).filter(|to| (to.rows - from.rows).abs() <= FARTHEST && to.rows >= 0.0) {
             Some(to) if !is_settled => next = to,
             _ => break,
@@ -88,8 +72,7 @@ fn proposed(asked: &[(f64, f64)], by: f64, values: f64) -> Option<Ask> {
     let ((a, f), (b, g)) = (square(&asked[best - 1]), square(&asked[best + 1]));
     let bent = b * f - a * g;
     let to = at + 0.5 * (b * b * f - a * a * g) / bent;
-    let is_new = asked.iter().all(|point| (point.0 - to).abs() > f64::EPSILON * at.max(by));
-    (to.is_finite() && is_new).then_some(Ask { rows: to, inside: true })
+    (to.is_finite() && (to - at).abs() > LEAST).then_some(Ask { rows: to, inside: true })
 }
 
 /// Between the first two, unless they are near.
@@ -103,23 +86,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_delay_is_found_where_pieces_tell_it_apart() {
-        let near = |delay: f64, least: f64| {
-            let from = Reading { rows: delay.round(), ..Reading::GIVEN };
-            let off = |reading: &Reading| (reading.rows - delay).abs();
-            let tells = |at: Reading, both: [Reading; 2]| {
-                Ok::<_, ()>(both.into_iter().find(|other| off(other) + least < off(&at)))
-            };
-            better(from, tells).map(|reading| reading.rows)
-        };
-        for delay in [2.5, 0.27, 0.0, 1.01] {
-            assert!((near(delay, 0.0).expect("no errors") - delay).abs() <= LAST, "{delay}");
-        }
-        assert_eq!(near(-0.3, 0.0), Ok(0.0), "no input acts before it is there");
-        assert_eq!((near(3.1, 0.2), near(3.0, 0.0)), (Ok(3.0), Ok(3.0)));
-    }
-
-    #[test]
     fn the_likeliest_delay_is_found_in_few_steps() {
         // What is left is noise, or rounding alone, and grows with what the delay is off.
         for (delay, noise) in [(0.3, 0.1), (0.3, 1e-9), (1.62, 0.01), (2.0, 1e-12), (0.0, 1e-3), (0.02, 1e-6), (1.4, 1e-11)] {
@@ -131,7 +97,7 @@ mod tests {
             };
             let from = Reading { rows: f64::round(delay), ..Reading::GIVEN };
             let (found, _) = likeliest(from, ROUGHLY, 1000.0, score).expect("no errors");
-            assert!((found.rows - delay).abs() <= 0.1 * noise, "{delay}, {noise}: {}", found.rows);
+            assert!((found.rows - delay).abs() <= f64::max(0.1 * noise, LEAST), "{delay}, {noise}: {}", found.rows);
             assert!(count <= MOST, "{count}");
         }
     }

@@ -1,7 +1,7 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
 use sindyna_core::FitError;
-use sindyna_sindy::{Disturbances, Identified, LibraryChoice};
+use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::clearly_least;
 use super::as_pieces::{self, least_missed};
@@ -37,7 +37,7 @@ pub(super) const STEPS: usize = 300;
 
 /// Times as many steps tell a part of a row, and searches with such a part, at most.
 const MORE: usize = 5;
-const ROUNDS: usize = 3;
+const ROUNDS: usize = 5;
 
 /// Difference of scores at odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
@@ -107,7 +107,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         let reading = best.unwrap_or(Reading::GIVEN);
         let trial = |reading| {
             let (margins, disturbances) = (with_parts(margins(&[reading])), Disturbances::None);
-            Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None }
+            Trial { log, kept, rates: &rates, asked, margins, disturbances }
         };
         let explains = |reading| {
             let trial = trial(reading);
@@ -138,7 +138,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
-    let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances, terms: None };
+    let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
@@ -151,11 +151,11 @@ pub(super) fn told_apart<E: From<FitError>>(
             all.extend(trial.first(reading, steps)?);
         }
     }
-    if parts && all.iter().all(|tried| tried.spoilt) {
+    // Steps that are left out where inputs change say that they change elsewhere.
+    if parts && all.iter().all(|tried| tried.spoilt || tried.astray() > 0) {
         let held = all.iter().filter(|tried| !tried.reading.linear && !tried.reading.simulated);
         if let Some(best) = held.min_by(|a, b| a.score.total_cmp(&b.score)) {
-            let from = (best.reading, &best.terms()[..]);
-            all.extend(between_rows(&trial, steps, from)?);
+            all.extend(between_rows(&trial, steps, best)?);
         }
     }
     if !is_given {
@@ -195,52 +195,44 @@ fn until_spoilt<E>(
     Ok((steps, found))
 }
 
-/// What is found with inputs that act between rows, near the delay of `from`: with these `terms` in `steps` steps, then with those found so in more. `None` if no such delay is
-/// better.
-fn between_rows<E: From<FitError>>(
-    trial: &Trial<'_, E>,
-    steps: usize,
-    (from, terms): (Reading, &[String]),
-) -> Result<Option<Tried>, E> {
-    let reading = delayed_as(trial, steps, (from, terms), ROUGHLY)?;
-    if reading == from { Ok(None) } else { settled(trial, steps, reading) }
+/// What is found with inputs that act between rows, near the delay of what was `tried`; `None` if no such delay is clearly better.
+fn between_rows<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, tried: &Tried) -> Result<Option<Tried>, E> {
+    let reading = delayed_as(trial, steps, tried, ROUGHLY)?;
+    if reading == tried.reading { Ok(None) } else { settled(trial, steps, reading) }
 }
 
-/// What is found near the delay of `from`: with the terms that are found there the likeliest delay, and what is found with that, until terms explain all or do not change.
+/// What is found near the delay of `from`: the likeliest delay with the equations that are found there, and what is found with that, until equations explain all or the delay stays.
 fn settled<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, from: Reading) -> Result<Option<Tried>, E> {
     let Some(mut best) = trial.first(from, steps)? else { return Ok(None) };
+    let mut by = FINELY;
     for _ in 0..ROUNDS {
-        let terms = best.terms();
-        let finer = delayed_as(trial, MORE * steps, (best.reading, &terms), FINELY)?;
+        let finer = delayed_as(trial, MORE * steps, &best, by)?;
         if finer == best.reading {
             break;
         }
+        by = (finer.rows - best.reading.rows).abs();
         let Some(next) = trial.first(finer, steps)? else { break };
         best = next;
-        if best.explained || best.terms() == terms {
+        if best.explained {
             break;
         }
     }
     Ok(Some(best))
 }
 
-/// How inputs act with such `terms`, near the delay of `from`, which is changed by this part of a row at first; as there where these are no terms, or no delay is clearly better.
-fn delayed_as<E: From<FitError>>(
-    trial: &Trial<'_, E>,
-    steps: usize,
-    (from, terms): (Reading, &[String]),
-    by: f64,
-) -> Result<Reading, E> {
-    let identifier = (trial.asked.identifier)(&trial.log.spec)?;
-    if identifier.with_library(LibraryChoice::Terms(terms.to_vec())).is_err() {
-        return Ok(from);
-    }
-    let alike = Trial { terms: Some(terms), ..*trial };
-    let score = |reading| Ok::<_, E>(alike.first(reading, steps)?.map_or(f64::INFINITY, |tried| tried.score));
+/// How inputs act with equations as those that were `tried`, near the delay of these, which is changed by this part of a row at first; as there where no delay is clearly better.
+fn delayed_as<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, tried: &Tried, by: f64) -> Result<Reading, E> {
+    let mut given = f64::INFINITY;
+    let misfit = |reading: Reading| {
+        let misfit = trial.misfit(tried, reading, steps)?;
+        if reading == tried.reading {
+            given = misfit;
+        }
+        Ok::<_, E>(misfit)
+    };
     let values = trial.log.spec.state_dim() * steps.min(trial.kept.data.n_steps());
-    let given = score(from)?;
-    let (reading, best) = likeliest(from, by, values as f64, score)?;
-    Ok(if best + TOLD_APART < given { reading } else { from })
+    let (reading, best) = likeliest(tried.reading, by, values as f64, misfit)?;
+    Ok(if best + TOLD_APART < given { reading } else { tried.reading })
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.

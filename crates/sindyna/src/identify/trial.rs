@@ -1,13 +1,13 @@
 //! What is found in the first samples of a log that is read in one way.
 
 use sindyna_core::{Certainty, FitError, Spec};
-use sindyna_sindy::{Disturbances, Identified, Identifier, LibraryChoice, Model};
+use sindyna_sindy::{Disturbances, Identified, Identifier};
 
 use super::ahead::missed;
-use super::as_read::{as_read, is_explained, is_spoilt};
+use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, is_better, with_rates_of};
+use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, hidden, is_better, with_rates_in, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// Part of the usual effort for each reading.
@@ -25,8 +25,6 @@ pub(super) struct Trial<'a, E> {
     /// Steps at the beginning and the end of a trajectory that are not used.
     pub(super) margins: (usize, usize),
     pub(super) disturbances: Disturbances,
-    /// The only candidate terms; `None` for those of the identifier.
-    pub(super) terms: Option<&'a [String]>,
 }
 
 impl<E: From<FitError>> Trial<'_, E> {
@@ -84,13 +82,21 @@ impl<E: From<FitError>> Trial<'_, E> {
         })
     }
 
+    /// How far so many steps with `reading` miss the equations of `tried`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.
+    pub(super) fn misfit(&self, tried: &Tried, reading: Reading, steps: usize) -> Result<f64, E> {
+        let samples = reading.samples(self.kept, self.margins, steps)?;
+        let spec = with_rates_in(&self.log.spec, &tried.rates)?;
+        let recordings = match &spec {
+            None => recordings_of(&samples),
+            Some((_, rates)) => hidden(&samples.data, samples.times.as_deref(), &self.log.spec, rates),
+        };
+        let spec = spec.as_ref().map_or(&self.log.spec, |(spec, _)| spec);
+        let misfit = (self.asked.identifier)(spec)?.misfit(&tried.found.model, &recordings, self.asked.watch)?;
+        if self.asked.watch.go_on() { Ok(misfit.unwrap_or(f64::INFINITY)) } else { Err(FitError::Interrupted.into()) }
+    }
+
     fn identifier(&self, reading: Reading, spec: &Spec) -> Result<Identifier, E> {
-        let mut identifier = (self.asked.identifier)(spec)?;
-        if let Some(terms) = self.terms {
-            let only = identifier.with_library(LibraryChoice::Terms(terms.to_vec()));
-            identifier = only.map_err(|e| FitError::Regression { reason: e.to_string() })?;
-        }
-        let identifier = identifier.with_effort(EFFORT).with_disturbances(self.disturbances);
+        let identifier = (self.asked.identifier)(spec)?.with_effort(EFFORT).with_disturbances(self.disturbances);
         Ok(identifier.with_simulators(reading.simulated))
     }
 }
@@ -139,15 +145,4 @@ impl Tried {
     pub(super) fn astray(&self) -> usize {
         self.found.report.rows_astray
     }
-
-    /// The terms of its equations, as text that can be read back.
-    pub(super) fn terms(&self) -> Vec<String> {
-        terms_of(&self.found.model)
-    }
-}
-
-/// The terms of the equations of `model`, as text that can be read back.
-pub(super) fn terms_of(model: &Model) -> Vec<String> {
-    let names = [model.states(), model.controls()].concat();
-    model.terms().iter().map(|term| term.display(&names).to_string()).collect()
 }

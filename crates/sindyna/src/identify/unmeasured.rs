@@ -202,6 +202,15 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
     Ok(rates)
 }
 
+/// `spec` with a state for each of the rates `pairs`, and these by number; `None` if there are none.
+pub(super) fn with_rates_in(
+    spec: &Spec,
+    pairs: &[(String, String)],
+) -> Result<Option<(Spec, Vec<(String, usize)>)>, FitError> {
+    let rates = given(pairs, spec)?;
+    Ok((!rates.is_empty()).then(|| (enlarged(spec, &rates), rates)))
+}
+
 /// `spec` with a state for every rate.
 fn enlarged(spec: &Spec, rates: &[(String, usize)]) -> Spec {
     let mut spec = spec.clone();

@@ -1,0 +1,72 @@
+//! Equations of which only the coefficients are fitted again.
+
+use sindyna_core::FitError;
+
+use super::Identifier;
+use super::recording::Recording;
+use crate::coordinates::Coordinates;
+use crate::data::{Segment, Smoother};
+use crate::library::Term;
+use crate::model::{Form, Model};
+use crate::motion::Stepping;
+use crate::shooting::{self, Bounds, Flow, PARTS, Work};
+use crate::{CoordinateMode, Watch};
+
+/// Runge–Kutta steps per sampling interval: those of order eight, so that recordings without noise are followed to many digits.
+const SUBSTEPS: usize = 16;
+
+impl Identifier {
+    /// −2 ln L of `recordings` with the equations of `model`, whose coefficients are fitted to them, and the noise of each state at its likeliest; up to a constant, which is that
+    /// of all readings of the same samples. `None` if the equations cannot follow them, or are not continuous in time.
+    ///
+    /// # Errors
+    /// [`FitError`] if recordings do not have the spec's shape, or a state that was not measured is no rate of one that was.
+    pub fn misfit(
+        &self,
+        model: &Model,
+        recordings: &[Recording],
+        watch: &Watch<'_>,
+    ) -> Result<Option<f64>, FitError> {
+        recordings.iter().try_for_each(|r| r.check(&self.spec))?;
+        self.unmeasured(recordings)?;
+        let rates = self.rates();
+        if !matches!(model.form(), Form::Continuous(_)) || model.states().len() != rates.len() {
+            return Ok(None);
+        }
+        let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
+            .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
+        let segments: Vec<Segment> =
+            recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
+        let floor = self.smallest_errors(&coordinates, recordings);
+        let signals = Smoother::new(&segments, &rates, &floor, watch.asks()).signals(&floor);
+        let (flow, xi) = free(model, &rates, self.spec.control_dim());
+        let noise = Bounds { floor: &floor, shape: &signals.sigma };
+        let (start, all) = ((&xi[..], &signals.x[..]), 0..PARTS.len());
+        let work = (&Work::default(), watch.asks());
+        let fit = shooting::fit(&flow, &segments, start, &signals.sigma, noise, all, work);
+        let samples: usize = segments.iter().map(|s| s.x.nrows()).sum();
+        let is_measured = |i: &usize| segments.first().is_some_and(|s| s.measures(*i));
+        Ok(fit.map(|fit| {
+            let seen = |i: usize| fit.left[i].hypot(fit.drift[i]).max(fit.sigma[i]);
+            (0..rates.len()).filter(is_measured).map(|i| 2.0 * samples as f64 * seen(i).ln()).sum()
+        }))
+    }
+}
+
+/// The equations of `model`, and their coefficients, which are free.
+fn free(model: &Model, rates: &[Option<usize>], n_controls: usize) -> (Flow, Vec<f64>) {
+    let exprs = model.shifted_terms();
+    let (mut terms, mut xi) = (Vec::new(), Vec::new());
+    let mut supports = vec![Vec::new(); rates.len()];
+    for i in (0..rates.len()).filter(|&i| rates[i].is_none()) {
+        for entry in model.coefficients(i) {
+            supports[i].push(terms.len());
+            xi.push(entry.coefficient);
+            let expr = exprs[entry.term].clone();
+            terms.push(Term { expr, name: String::new(), complexity: 0, rate: entry.rate, shape: None });
+        }
+    }
+    let given = vec![Vec::new(); rates.len()];
+    let stepping = Stepping::Continuous { substeps: SUBSTEPS };
+    (Flow::new(&terms, (&supports, &given, &[]), rates, n_controls, stepping), xi)
+}
