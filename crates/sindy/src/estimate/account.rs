@@ -49,6 +49,8 @@ pub enum Doubt {
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
     AboveRounding,
+    /// A coefficient is smaller than its standard error: its term explains a single sample, or nothing.
+    Undetermined,
     /// It follows short pieces of the data alone, each from a start of its own; what disturbs the system between and in them is not known.
     Disturbed,
 }
@@ -61,7 +63,7 @@ impl Doubt {
 
     /// Whether it is that other terms may be as good, and nothing speaks against these.
     pub(crate) fn is_of_rivals(self) -> bool {
-        matches!(self, Self::OtherTerms | Self::Unfinished)
+        matches!(self, Self::OtherTerms | Self::Unfinished | Self::Undetermined)
     }
 }
 
@@ -80,6 +82,7 @@ impl fmt::Display for Doubt {
             Self::Still => "a state among its terms does not move by more than its noise",
             Self::NoMotion => "no equation has a term: no candidate term explains more than noise",
             Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
+            Self::Undetermined => "the data do not determine one of its coefficients",
             Self::AboveRounding => "its residuals are above the level of rounding",
             Self::Disturbed => "it was fitted to short pieces of the data, because the system is disturbed",
         })

@@ -377,9 +377,11 @@ impl Problem<'_> {
         hypothesis.numerical || self.is_rounding(hypothesis)
     }
 
-    /// Whether what is left of every state is no more than the smallest error that is believed.
+    /// Whether what is left of every state is no more than the smallest error that is believed, nor what its path misses the equations by in all: one that was not measured leaves nothing,
+    /// and is free to miss them.
     pub(super) fn is_rounding(&self, hypothesis: &Hypothesis) -> bool {
-        hypothesis.fit.left.iter().zip(self.floor).all(|(sigma, floor)| *sigma <= FLOOR * floor)
+        let left = hypothesis.fit.left.iter().zip(&hypothesis.fit.drift).map(|(left, drift)| left.hypot(*drift));
+        left.zip(self.floor).all(|(left, floor)| left <= FLOOR * floor)
     }
 
     /// Standard deviation of state `i` over all samples.

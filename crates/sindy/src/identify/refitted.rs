@@ -21,12 +21,7 @@ impl Identifier {
     ///
     /// # Errors
     /// [`FitError`] if recordings do not have the spec's shape, or a state that was not measured is no rate of one that was.
-    pub fn misfit(
-        &self,
-        model: &Model,
-        recordings: &[Recording],
-        watch: &Watch<'_>,
-    ) -> Result<Option<f64>, FitError> {
+    pub fn misfit(&self, model: &Model, recordings: &[Recording], watch: &Watch<'_>) -> Result<Option<f64>, FitError> {
         recordings.iter().try_for_each(|r| r.check(&self.spec))?;
         self.unmeasured(recordings)?;
         let rates = self.rates();
@@ -35,8 +30,7 @@ impl Identifier {
         }
         let coordinates = Coordinates::new(&self.spec, CoordinateMode::Recognised)
             .map_err(|state| FitError::Regression { reason: format!("no observation shows the state `{state}`") })?;
-        let segments: Vec<Segment> =
-            recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
+        let segments: Vec<Segment> = recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
         let floor = self.smallest_errors(&coordinates, recordings);
         let signals = Smoother::new(&segments, &rates, &floor, watch.asks()).signals(&floor);
         let (flow, xi) = free(model, &rates, self.spec.control_dim());

@@ -171,17 +171,22 @@ impl Report {
         let mut errors = errors.iter().copied().skip(offsets);
         let equations = found.fits.into_iter().zip(names).enumerate().map(|(i, (fit, state))| {
             let kinematic = model.kinematic()[i];
+            let coefficients: Vec<f64> = model.coefficients(i).iter().map(|e| e.coefficient).collect();
+            let standard_errors: Vec<f64> =
+                if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() };
+            let is_undetermined = coefficients.iter().zip(&standard_errors).any(|(c, error)| *error > c.abs());
+            let doubt = (fit.reached_floor && is_undetermined).then_some(Doubt::Undetermined);
             EquationReport {
                 state: state.clone(),
                 residual: residuals[i].0,
                 floor: residuals[i].1,
-                reached_floor: fit.reached_floor,
-                doubt: None,
+                reached_floor: fit.reached_floor && doubt.is_none(),
+                doubt,
                 proved: fit.proved,
                 n_known: 0,
                 parameters: Vec::new(),
-                coefficients: model.coefficients(i).iter().map(|e| e.coefficient).collect(),
-                standard_errors: if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() },
+                coefficients,
+                standard_errors,
                 support: fit.support,
                 path: fit.path,
                 equally_good: fit.ties,

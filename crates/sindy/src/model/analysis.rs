@@ -96,8 +96,9 @@ impl Model {
                     Some(part) => {
                         let after: Vec<f64> = u.iter().zip(&ramp).map(|(u, by)| u + by).collect();
                         let mut between = now.clone();
-                        self.held((scheme, part * dt), &now, &u, &mut rng, &mut between)
-                            .and_then(|()| self.held((scheme, (1.0 - part) * dt), &between, &after, &mut rng, &mut next))
+                        self.held((scheme, part * dt), &now, &u, &mut rng, &mut between).and_then(|()| {
+                            self.held((scheme, (1.0 - part) * dt), &between, &after, &mut rng, &mut next)
+                        })
                     }
                 },
                 (_, Some(_)) => return Err(AnalysisError::Held),

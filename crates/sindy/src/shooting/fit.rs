@@ -147,10 +147,10 @@ pub(crate) fn innovations(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shooting::Inputs;
     use crate::expr::parse;
     use crate::library::Term;
     use crate::motion::Stepping;
+    use crate::shooting::Inputs;
     use rand::RngExt as _;
     use sindyna_core::Seed;
 

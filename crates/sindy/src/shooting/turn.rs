@@ -232,10 +232,10 @@ impl Flow {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shooting::Inputs;
     use crate::expr::parse;
     use crate::library::Term;
     use crate::motion::Stepping;
+    use crate::shooting::Inputs;
 
     /// A mass on a spring with dry friction: v̇ = −9 x − 1.5 sign v + u.
     fn flow(substeps: usize) -> (Flow, [f64; 3]) {

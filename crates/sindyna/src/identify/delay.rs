@@ -36,8 +36,7 @@ pub(super) fn shifted(
     let part = rows - rows.floor();
     // Held inputs change where the part of a row is over, from those of a whole row more before.
     let late = part > 0.0 && data.intersample().is_held();
-    let (rows, intersample) =
-        if late { (rows.ceil(), InterSample::Late(part)) } else { (rows, data.intersample()) };
+    let (rows, intersample) = if late { (rows.ceil(), InterSample::Late(part)) } else { (rows, data.intersample()) };
     let mut all = Dataset::new(m, k, k, data.dt()).with_intersample(intersample);
     let mut moments = Vec::new();
     for (number, rollout) in data.rollouts().enumerate() {
@@ -81,8 +80,14 @@ mod tests {
             let rollout = moved.data.rollouts().next().expect("one rollout");
             (rollout.observations.column(0).to_vec(), rollout.controls.column(0).to_vec())
         };
-        assert_eq!(of(1.0, (1, 0), InterSample::Zoh), (vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], vec![0.0, 1.0, 4.0, 9.0, 16.0]));
-        assert_eq!(of(-1.0, (0, 1), InterSample::Zoh), (vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], vec![1.0, 4.0, 9.0, 16.0, 25.0]));
+        assert_eq!(
+            of(1.0, (1, 0), InterSample::Zoh),
+            (vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0], vec![0.0, 1.0, 4.0, 9.0, 16.0])
+        );
+        assert_eq!(
+            of(-1.0, (0, 1), InterSample::Zoh),
+            (vec![0.0, 1.0, 2.0, 3.0, 4.0, 5.0], vec![1.0, 4.0, 9.0, 16.0, 25.0])
+        );
         assert_eq!(of(-0.5, (0, 1), InterSample::Foh).1, [0.5, 2.5, 6.5, 12.5, 20.5]);
         assert_eq!(of(1.5, (2, 0), InterSample::Foh).1, [0.5, 2.5, 6.5, 12.5]);
         assert_eq!(of(-0.5, (0, 1), InterSample::Zoh), of(0.0, (0, 1), InterSample::Zoh), "before it changes");

@@ -1,7 +1,7 @@
 //! States that are difference quotients of others: they tell nothing that these do not, and their errors are not independent.
 
 use sindyna_core::{Certainty, FitError, Scheme};
-use sindyna_sindy::Form;
+use sindyna_sindy::{Form, Identified};
 
 use super::as_read::as_read;
 use super::asked::Asked;
@@ -38,7 +38,12 @@ fn is_simulated<E: From<FitError>>(log: &Log, asked: &Asked<'_, E>) -> Result<bo
             return Err(FitError::Interrupted.into());
         }
         let is_stepped = |form| matches!(form, Form::SemiImplicit { .. } | Form::Continuous(Scheme::Euler));
-        if found.is_ok_and(|found| found.certainty() >= Certainty::Adequate && is_stepped(found.model.form())) {
+        // Quotients of a linear system follow a map as long as its input stays: the steps where that changes are not to be left out.
+        let explains = |found: Identified| {
+            let all = found.report.rows_astray == 0 && found.certainty() >= Certainty::Adequate;
+            all && is_stepped(found.model.form())
+        };
+        if found.is_ok_and(explains) {
             return Ok(true);
         }
     }

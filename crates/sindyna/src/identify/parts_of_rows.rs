@@ -88,7 +88,9 @@ mod tests {
     #[test]
     fn the_likeliest_delay_is_found_in_few_steps() {
         // What is left is noise, or rounding alone, and grows with what the delay is off.
-        for (delay, noise) in [(0.3, 0.1), (0.3, 1e-9), (1.62, 0.01), (2.0, 1e-12), (0.0, 1e-3), (0.02, 1e-6), (1.4, 1e-11)] {
+        for (delay, noise) in
+            [(0.3, 0.1), (0.3, 1e-9), (1.62, 0.01), (2.0, 1e-12), (0.0, 1e-3), (0.02, 1e-6), (1.4, 1e-11)]
+        {
             let mut count = 0;
             let score = |reading: Reading| {
                 count += 1;
