@@ -82,6 +82,12 @@ const WORDS: [(Role, &[&str]); 3] = [
     ),
 ];
 
+/// Words that are more likely those of an input than of a state, where nobody said what columns are.
+const LIKELY: [&str; 16] = [
+    "rudder", "thrust", "delta", "aileron", "elevator", "flap", "brake", "valve", "heater", "heat", "pump", "duty",
+    "gas", "cmd", "inflow", "feed",
+];
+
 /// Words that tell how a value came about, not what it is.
 const HOW: [&str; 12] =
     ["meas", "measured", "filt", "filtered", "raw", "act", "actual", "joint", "motor", "state", "angular", "cart"];
@@ -192,8 +198,13 @@ pub(crate) fn suggested(columns: &[String]) -> Suggestion {
         .iter()
         .filter(|n| *n != "reward")
         .cloned()
-        .partition(|name| role_among(name, columns) == Some(Role::Input));
+        .partition(|name| role_among(name, columns) == Some(Role::Input) || is_likely(name));
     Suggestion { states, inputs, has_time: false, time_column: None }
+}
+
+/// Whether a word of `name` is more likely that of an input.
+fn is_likely(name: &str) -> bool {
+    words(name).iter().any(|word| LIKELY.contains(&word.as_str()))
 }
 
 #[cfg(test)]
@@ -226,6 +237,8 @@ mod tests {
             Some((&["x_pos", "x_vel", "joint1.pos", "joint1.vel"], &["x_force", "joint1.eff"])),
         );
         check(&["u"], None);
+        let boat = suggested(&["psi", "r", "rudder", "thrust"].map(String::from));
+        assert_eq!((boat.states.join(" "), boat.inputs.join(" ")), ("psi r".into(), "rudder thrust".into()));
         assert_eq!(told(&["x".into(), "v".into(), "u".into()], &["v".into()]), None);
     }
 }

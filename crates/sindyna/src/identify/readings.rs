@@ -153,9 +153,21 @@ pub(super) fn told_apart<E: From<FitError>>(
     }
     // Steps that are left out where inputs change say that they change elsewhere.
     if parts && all.iter().all(|tried| tried.spoilt || tried.astray() > 0) {
-        let held = all.iter().filter(|tried| !tried.reading.linear && !tried.reading.simulated);
-        if let Some(best) = held.min_by(|a, b| a.score.total_cmp(&b.score)) {
-            all.extend(between_rows(&trial, steps, best)?);
+        let held = |tried: &&Tried| !tried.reading.linear && !tried.reading.simulated;
+        let best_of = |within: f64| {
+            let near = all.iter().filter(held).filter(|tried| tried.reading.rows.abs() <= within);
+            near.min_by(|a, b| a.score.total_cmp(&b.score)).cloned()
+        };
+        // Many terms may make up for a delay that is far off.
+        let (best, near) = (best_of(f64::INFINITY), best_of(NEAR));
+        let is_other = near.as_ref().map(|near| near.reading) != best.as_ref().map(|best| best.reading);
+        for tried in best.into_iter().chain(near.filter(|_| is_other)) {
+            let between = between_rows(&trial, steps, &tried)?;
+            let explains = between.as_ref().is_some_and(|between| between.explained);
+            all.extend(between);
+            if explains {
+                break;
+            }
         }
     }
     if !is_given {
