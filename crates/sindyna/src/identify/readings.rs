@@ -154,12 +154,12 @@ pub(super) fn told_apart<E: From<FitError>>(
     // Steps that are left out where inputs change say that they change elsewhere.
     if parts && all.iter().all(|tried| tried.spoilt || tried.astray() > 0) {
         let held = |tried: &&Tried| !tried.reading.linear && !tried.reading.simulated;
-        let best_of = |within: f64| {
+        let least = |within: f64| {
             let near = all.iter().filter(held).filter(|tried| tried.reading.rows.abs() <= within);
             near.min_by(|a, b| a.score.total_cmp(&b.score)).cloned()
         };
         // Many terms may make up for a delay that is far off.
-        let (best, near) = (best_of(f64::INFINITY), best_of(NEAR));
+        let (best, near) = (least(f64::INFINITY), least(NEAR));
         let is_other = near.as_ref().map(|near| near.reading) != best.as_ref().map(|best| best.reading);
         for tried in best.into_iter().chain(near.filter(|_| is_other)) {
             let between = between_rows(&trial, steps, &tried)?;
