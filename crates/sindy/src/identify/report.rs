@@ -174,7 +174,9 @@ impl Report {
             let coefficients: Vec<f64> = model.coefficients(i).iter().map(|e| e.coefficient).collect();
             let standard_errors: Vec<f64> =
                 if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() };
-            let is_undetermined = coefficients.iter().zip(&standard_errors).any(|(c, error)| *error > c.abs());
+            // Those of equations that are solved for together are not known.
+            let is_below = |(c, error): (&f64, &f64)| error.is_finite() && *error > c.abs();
+            let is_undetermined = coefficients.iter().zip(&standard_errors).any(is_below);
             let doubt = (fit.reached_floor && is_undetermined).then_some(Doubt::Undetermined);
             EquationReport {
                 state: state.clone(),

@@ -22,7 +22,9 @@ pub(super) fn not_measured<E: From<FitError>>(log: &Log, asked: &Asked<'_, E>) -
     };
     let is_rate_of_measured = |d: &&Difference| !is_asked(&d.rate);
     let found: Vec<Difference> = log.differences.iter().filter(is_rate_of_measured).cloned().collect();
-    if found.is_empty() || *asked.unmeasured == Unmeasured::None || log.derivatives.is_some() {
+    // Steps at limits are left out one by one, which the path of a rate that was not measured cannot do without.
+    let is_limited = log.spec.state.iter().any(|s| s.prior.bounds.0.is_finite() || s.prior.bounds.1.is_finite());
+    if found.is_empty() || *asked.unmeasured == Unmeasured::None || log.derivatives.is_some() || is_limited {
         return Ok(Vec::new());
     }
     let may_step = found.iter().all(|d| d.quotient != Quotient::Central);
