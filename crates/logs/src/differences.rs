@@ -1,56 +1,9 @@
 //! Columns that were computed as differences of others.
 
-use std::fmt;
-
 use sindyna_core::Precision;
 
+use crate::quotient::{Difference, Quotient};
 use crate::recording::Recording;
-use crate::{Log, Note};
-
-/// A state that was not measured: its column is the difference quotient of that of another state.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Difference {
-    /// The state.
-    pub rate: String,
-    /// The state of which it is the rate.
-    pub of: String,
-    /// How it was computed.
-    pub quotient: Quotient,
-}
-
-/// Difference quotients of samples x\[k\], Δt apart.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Quotient {
-    /// (x\[k\] − x\[k−1\])/Δt.
-    Backward,
-    /// (x\[k+1\] − x\[k\])/Δt.
-    Forward,
-    /// (x\[k+1\] − x\[k−1\])/(2Δt), as `numpy.gradient`.
-    Central,
-}
-
-impl fmt::Display for Quotient {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Backward => "backward",
-            Self::Forward => "forward",
-            Self::Central => "central",
-        })
-    }
-}
-
-impl Log {
-    /// The same log with a note of each of `differences`, and nothing said of its samples.
-    #[must_use]
-    pub fn without_measurements(mut self, differences: Vec<Difference>) -> Self {
-        for Difference { rate, .. } in &differences {
-            self.notes.retain(|note| !note.is_of(rate));
-            self.findings.retain(|finding| !finding.is_of(rate));
-        }
-        self.notes.extend(differences.into_iter().map(Note::Difference));
-        self
-    }
-}
 
 /// Samples between the first and the last of a trajectory that are compared, at least.
 const FEWEST: usize = 10;

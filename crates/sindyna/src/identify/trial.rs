@@ -85,13 +85,12 @@ impl<E: From<FitError>> Trial<'_, E> {
     /// How far so many steps with `reading` miss the equations of `tried`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.
     pub(super) fn misfit(&self, tried: &Tried, reading: Reading, steps: usize) -> Result<f64, E> {
         let samples = reading.samples(self.kept, self.margins, steps)?;
-        let spec = with_rates_in(&self.log.spec, &tried.rates)?;
-        let recordings = match &spec {
-            None => recordings_of(&samples),
-            Some((_, rates)) => hidden(&samples.data, samples.times.as_deref(), &self.log.spec, rates),
+        let (spec, rates) = with_rates_in(&self.log.spec, &tried.rates)?;
+        let recordings = match &rates[..] {
+            [] => recordings_of(&samples),
+            rates => hidden(&samples.data, samples.times.as_deref(), &self.log.spec, rates),
         };
-        let spec = spec.as_ref().map_or(&self.log.spec, |(spec, _)| spec);
-        let misfit = (self.asked.identifier)(spec)?.misfit(&tried.found.model, &recordings, self.asked.watch)?;
+        let misfit = (self.asked.identifier)(&spec)?.misfit(&tried.found.model, &recordings, self.asked.watch)?;
         if self.asked.watch.go_on() { Ok(misfit.unwrap_or(f64::INFINITY)) } else { Err(FitError::Interrupted.into()) }
     }
 

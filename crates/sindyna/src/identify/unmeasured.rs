@@ -202,13 +202,10 @@ fn given(pairs: &[(String, String)], spec: &Spec) -> Result<Vec<(String, usize)>
     Ok(rates)
 }
 
-/// `spec` with a state for each of the rates `pairs`, and these by number; `None` if there are none.
-pub(super) fn with_rates_in(
-    spec: &Spec,
-    pairs: &[(String, String)],
-) -> Result<Option<(Spec, Vec<(String, usize)>)>, FitError> {
-    let rates = given(pairs, spec)?;
-    Ok((!rates.is_empty()).then(|| (enlarged(spec, &rates), rates)))
+/// `spec` with a state for each of the rates `pairs`, and these by number.
+pub(super) fn with_rates_in(spec: &Spec, pairs: &[(String, String)]) -> Result<(Spec, Vec<(String, usize)>), FitError> {
+    let rates = if pairs.is_empty() { Vec::new() } else { given(pairs, spec)? };
+    Ok((enlarged(spec, &rates), rates))
 }
 
 /// `spec` with a state for every rate.
