@@ -155,6 +155,12 @@ fn inside(found: &Estimate, support: &[usize]) -> Vec<InsideParameter> {
     .collect()
 }
 
+/// That a coefficient is below its standard error; those of equations that are solved for together are not known.
+fn undetermined(coefficients: &[f64], errors: &[f64]) -> Option<Doubt> {
+    let is_below = |(c, error): (&f64, &f64)| error.is_finite() && *error > c.abs();
+    coefficients.iter().zip(errors).any(is_below).then_some(Doubt::Undetermined)
+}
+
 impl Report {
     /// The account of a fit by [`Search`](crate::motion::Search): `found`, with the `residuals` of each equation, and `model`,
     /// its coefficients polished, with their standard errors.
@@ -174,10 +180,7 @@ impl Report {
             let coefficients: Vec<f64> = model.coefficients(i).iter().map(|e| e.coefficient).collect();
             let standard_errors: Vec<f64> =
                 if kinematic { Vec::new() } else { errors.by_ref().take(fit.support.len()).collect() };
-            // Those of equations that are solved for together are not known.
-            let is_below = |(c, error): (&f64, &f64)| error.is_finite() && *error > c.abs();
-            let is_undetermined = coefficients.iter().zip(&standard_errors).any(is_below);
-            let doubt = (fit.reached_floor && is_undetermined).then_some(Doubt::Undetermined);
+            let doubt = fit.reached_floor.then(|| undetermined(&coefficients, &standard_errors)).flatten();
             EquationReport {
                 state: state.clone(),
                 residual: residuals[i].0,
@@ -220,12 +223,18 @@ impl Report {
             binomial(2 * order, order).sqrt() * levels[head] / dt.powi(order as i32)
         };
         let of_noise = |values: &Vec<f64>| if found.rounding.is_some() { Vec::new() } else { values.clone() };
+        // Where noise is left, terms are weighed against it.
+        let doubt = |i: usize| {
+            let exact =
+                found.rounding.as_ref().and_then(|_| undetermined(&found.fits[i].coefficients, &found.errors[i]));
+            found.doubts[i].or(exact)
+        };
         let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
             state: state.clone(),
             residual: of_a_step(&found.sigma, i),
             floor: of_a_step(found.rounding.as_ref().unwrap_or(&found.signal_noise), i),
-            reached_floor: found.doubts[i].is_none(),
-            doubt: found.doubts[i],
+            reached_floor: doubt(i).is_none(),
+            doubt: doubt(i),
             proved: false,
             n_known: found.n_known[i],
             parameters: inside(found, &fit.support),
