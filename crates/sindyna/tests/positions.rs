@@ -41,6 +41,18 @@ fn shaken(i: usize) -> f64 {
     2.0 * (x - x.floor()) - 1.0
 }
 
+/// Expects the terms of `truth` in an equation of `identify.json` and no others, off by no more than `most` of (standard error, truth).
+fn has_terms(equation: &serde_json::Value, truth: &[(&str, f64)], most: impl Fn(f64, f64) -> f64) {
+    let terms = equation["terms"].as_array().unwrap();
+    assert_eq!(terms.len(), truth.len(), "{equation}");
+    for &(term, truth) in truth {
+        let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{term}: {equation}"));
+        let error = found["standard_error"].as_f64().unwrap_or(0.0);
+        let off = (found["coefficient"].as_f64().unwrap() - truth).abs();
+        assert!(off < most(error, truth), "{term}: {equation}");
+    }
+}
+
 #[test]
 fn a_pendulum_is_found_in_its_angle_alone() {
     let temp = tempfile::tempdir().unwrap();
@@ -53,12 +65,9 @@ fn a_pendulum_is_found_in_its_angle_alone() {
         assert!(stdout.contains("states: q, q_dot (rate of q, not measured); inputs: u"), "{stdout}");
         assert!(stdout.contains("--unmeasured none turns this off"), "{stdout}");
         let account = json(&temp.path().join(&out).join("identify.json"));
-        let terms = account["equations"][1]["terms"].as_array().unwrap();
-        assert_eq!(terms.len(), 3, "{stdout}");
-        for (term, truth) in [("sin q", -9.81), ("q_dot", -0.3), ("u", 4.0)] {
-            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
-            assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < within, "{term}: {stdout}");
-        }
+        has_terms(&account["equations"][1], &[("sin q", -9.81), ("q_dot", -0.3), ("u", 4.0)], |_, truth| {
+            within * truth.abs()
+        });
         // Of the rate there is nothing to compare a prediction with.
         let predictions = account["held_out"]["predictions"].as_array().unwrap();
         let free = predictions.last().unwrap()["fit_percent"].as_array().unwrap();
@@ -175,12 +184,7 @@ fn inputs_that_act_between_rows_are_told() {
         assert_eq!(code, 0, "{stdout}{stderr}");
         let account = json(&temp.path().join(&out).join("identify.json"));
         assert!((account["input_delay"].as_f64().unwrap() - late).abs() < 0.1, "{stdout}");
-        let terms = account["equations"][0]["terms"].as_array().unwrap();
-        assert_eq!(terms.len(), 2, "{stdout}");
-        for (term, truth) in [("w", -1.3), ("u", 2.6)] {
-            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
-            assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < 0.02, "{term}: {stdout}");
-        }
+        has_terms(&account["equations"][0], &[("w", -1.3), ("u", 2.6)], |_, truth| 0.02 * truth.abs());
     }
 }
 
@@ -237,12 +241,9 @@ fn rates_that_were_computed_are_no_measurements() {
             assert!(stdout.contains(&format!("v is the {name} difference quotient of q")), "{stdout}");
             assert!(stdout.contains("v (rate of q, not measured)"), "{stdout}");
             let account = json(&temp.path().join(&out).join("identify.json"));
-            let terms = account["equations"][1]["terms"].as_array().unwrap();
-            assert_eq!(terms.len(), 3, "{stdout}");
-            for (term, truth) in [("sin q", -9.81), ("v", -0.3), ("u", 4.0)] {
-                let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
-                assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < within, "{term}: {stdout}");
-            }
+            has_terms(&account["equations"][1], &[("sin q", -9.81), ("v", -0.3), ("u", 4.0)], |_, truth| {
+                within * truth.abs()
+            });
             let predictions = account["held_out"]["predictions"].as_array().unwrap();
             let free = predictions.last().unwrap()["fit_percent"].as_array().unwrap();
             assert!(free.len() == 1 && free[0][0] == "q", "nothing is compared with quotients: {free:?}");
@@ -287,13 +288,8 @@ fn quotients_of_a_linear_system_are_not_those_of_a_simulator() {
         let (code, stdout, stderr) = parts(&sindyna(temp.path(), &[&args[..], driven].concat()));
         assert_eq!(code, 0, "{stdout}{stderr}");
         let account = json(&temp.path().join(&out).join("identify.json"));
-        let terms = account["equations"][1]["terms"].as_array().unwrap();
-        let truth = [("q", -4.0), ("v", -0.5), ("u", 1.5)];
-        for (term, truth) in truth.into_iter().take(if decay { 2 } else { 3 }) {
-            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
-            assert!((found["coefficient"].as_f64().unwrap() / truth - 1.0).abs() < 1e-4, "{term}: {stdout}");
-        }
-        assert_eq!(terms.len(), if decay { 2 } else { 3 }, "{stdout}");
+        let truth = &[("q", -4.0), ("v", -0.5), ("u", 1.5)][..if decay { 2 } else { 3 }];
+        has_terms(&account["equations"][1], truth, |_, truth| 1e-4 * truth.abs());
     }
 }
 
@@ -341,12 +337,6 @@ fn parts_of_rows_are_found_to_many_digits() {
         assert!(code == 0 || noise > 0.0 && stdout.contains("equations: ambiguous"), "{stdout}{stderr}");
         let account = json(&temp.path().join(&out).join("identify.json"));
         assert!((account["input_delay"].as_f64().unwrap() - 0.6).abs() < within, "{stdout}");
-        let terms = account["equations"][1]["terms"].as_array().unwrap();
-        assert_eq!(terms.len(), 3, "{stdout}");
-        for (term, truth) in [("q", -4.0), ("v", -0.5), ("u", 1.5)] {
-            let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{stdout}"));
-            let (value, error) = (found["coefficient"].as_f64().unwrap(), found["standard_error"].as_f64().unwrap());
-            assert!((value - truth).abs() < 4.0 * error + 1e-6, "{term}: {stdout}");
-        }
+        has_terms(&account["equations"][1], &[("q", -4.0), ("v", -0.5), ("u", 1.5)], |error, _| 4.0 * error + 1e-6);
     }
 }

@@ -9,7 +9,7 @@ use crate::data::{Segment, Smoother};
 use crate::library::Term;
 use crate::model::{Form, Model};
 use crate::motion::Stepping;
-use crate::shooting::{self, Bounds, Flow, PARTS, Work};
+use crate::shooting::{self, Bounds, Flow, Given, PARTS, Work};
 use crate::{CoordinateMode, Watch};
 
 /// Runge–Kutta steps per sampling interval: those of order eight, so that recordings without noise are followed to many digits.
@@ -47,20 +47,26 @@ impl Identifier {
     }
 }
 
-/// The equations of `model`, and their coefficients, which are free.
-fn free(model: &Model, rates: &[Option<usize>], n_controls: usize) -> (Flow, Vec<f64>) {
+/// The terms of `model`, and which of them stand in the equation of each state, with their coefficients; none in those of states with declared `rates`.
+pub(super) fn terms_of(model: &Model, rates: &[Option<usize>]) -> (Vec<Term>, Vec<Given>) {
     let exprs = model.shifted_terms();
-    let (mut terms, mut xi) = (Vec::new(), Vec::new());
-    let mut supports = vec![Vec::new(); rates.len()];
+    let (mut terms, mut given): (Vec<Term>, Vec<Given>) = (Vec::new(), vec![Given::new(); rates.len()]);
     for i in (0..rates.len()).filter(|&i| rates[i].is_none()) {
         for entry in model.coefficients(i) {
-            supports[i].push(terms.len());
-            xi.push(entry.coefficient);
+            given[i].push((terms.len(), entry.coefficient));
             let expr = exprs[entry.term].clone();
             terms.push(Term { expr, name: String::new(), complexity: 0, rate: entry.rate, shape: None });
         }
     }
-    let given = vec![Vec::new(); rates.len()];
+    (terms, given)
+}
+
+/// The equations of `model`, and their coefficients, which are free.
+fn free(model: &Model, rates: &[Option<usize>], n_controls: usize) -> (Flow, Vec<f64>) {
+    let (terms, rows) = terms_of(model, rates);
+    let supports: Vec<Vec<usize>> = rows.iter().map(|row| row.iter().map(|(term, _)| *term).collect()).collect();
+    let xi = rows.iter().flatten().map(|(_, coefficient)| *coefficient).collect();
+    let given = vec![Given::new(); rates.len()];
     let stepping = Stepping::Continuous { substeps: SUBSTEPS };
     (Flow::new(&terms, (&supports, &given, &[]), rates, n_controls, stepping), xi)
 }

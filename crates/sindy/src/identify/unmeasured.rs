@@ -4,13 +4,13 @@ use sindyna_core::{FitError, Scheme};
 
 use super::Identifier;
 use super::recording::Recording;
+use super::refitted::terms_of;
 use crate::CoordinateMode;
 use crate::coordinates::Coordinates;
 use crate::data::{LONGEST_CHAIN, Segment, Smoother};
-use crate::library::Term;
 use crate::model::{Form, Model};
 use crate::motion::Stepping;
-use crate::shooting::{self, Bounds, Flow, Given, Work};
+use crate::shooting::{self, Bounds, Flow, Work};
 
 impl Identifier {
     /// Numbers of the observed values that are NaN in all `recordings`: they were not measured.
@@ -98,15 +98,7 @@ const FOLLOWED: std::ops::Range<usize> = 0..3;
 
 /// The equations of `model`, all of whose coefficients are given.
 fn flow(model: &Model, rates: &[Option<usize>], n_controls: usize) -> Flow {
-    let exprs = model.shifted_terms();
-    let (mut terms, mut given): (Vec<Term>, Vec<Given>) = (Vec::new(), vec![Given::new(); rates.len()]);
-    for i in (0..rates.len()).filter(|&i| rates[i].is_none()) {
-        for entry in model.coefficients(i) {
-            given[i].push((terms.len(), entry.coefficient));
-            let expr = exprs[entry.term].clone();
-            terms.push(Term { expr, name: String::new(), complexity: 0, rate: entry.rate, shape: None });
-        }
-    }
+    let (terms, given) = terms_of(model, rates);
     let stepping = match model.form() {
         Form::SemiImplicit { substeps } => Stepping::SemiImplicit { substeps },
         Form::Continuous(Scheme::Euler) => Stepping::Euler,
