@@ -111,6 +111,11 @@ pub enum Note {
         /// By how much time \[s\].
         seconds: f64,
     },
+    /// Inputs act through a first-order lag, v' = (u − v)/τ.
+    Lagged {
+        /// The time constant τ \[s\].
+        seconds: f64,
+    },
     /// Inputs are linear between samples, instead of held.
     FirstOrderHold {
         /// Whether that was said.

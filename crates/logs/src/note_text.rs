@@ -83,6 +83,9 @@ impl fmt::Display for Note {
                     _ => Ok(()),
                 }
             }
+            Self::Lagged { seconds } => {
+                write!(f, "lag of the inputs: first order, time constant {} s", significant(*seconds, 6))
+            }
             Self::FirstOrderHold { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
             Self::Unmeasured { rate, of, .. } => {
                 write!(f, "{rate}, the rate of {of}, was not measured; it is estimated as a state of the equations")

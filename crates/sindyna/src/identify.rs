@@ -14,9 +14,11 @@ mod derivatives;
 mod differences;
 mod elsewhere;
 mod for_task;
+mod gradual;
 mod hypotheses;
+mod lag;
+mod likeliest;
 mod named;
-mod parts_of_rows;
 mod reading;
 mod readings;
 mod robot;
@@ -36,7 +38,7 @@ use crate::logs::Log;
 
 pub use as_read::recordings;
 pub(crate) use asked::Asked;
-pub use asked::Delay;
+pub use asked::{Delay, Lag};
 pub(crate) use elsewhere::elsewhere;
 pub use for_task::of_log;
 pub(crate) use for_task::{ForTask, for_task};
@@ -82,7 +84,7 @@ pub fn arrays(signals: &Signals, dt: f64, recordings: &[Recording]) -> Result<Fo
     Ok(Found::new(identifier.identify_recordings(recordings)?, identifier.spec()))
 }
 
-/// Identifies equations from a log. If they leave residuals that no term explains, unmeasured rates, delays of inputs and first-order hold are tried, and used if the data
+/// Identifies equations from a log. If they leave residuals that no term explains, unmeasured rates, delays and lags of inputs and first-order hold are tried, and used if the data
 /// support them.
 ///
 /// # Errors
@@ -92,6 +94,7 @@ pub fn log(log: &Log) -> Result<Found, Error> {
     let asked = Asked {
         unmeasured: &Unmeasured::Auto,
         delay: Delay::Auto,
+        lag: Lag::Auto,
         intersample: None,
         kept: &kept,
         identifier: &|spec| Ok(Identifier::new(spec)),

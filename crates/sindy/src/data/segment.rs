@@ -1,6 +1,7 @@
 //! Consecutive samples with nothing between them but the equations of motion.
 
-use ndarray::{Array2, s};
+use ndarray::{Array1, Array2, Axis, s};
+use sindyna_core::InterSample;
 
 use crate::motion::Run;
 
@@ -29,19 +30,17 @@ pub(crate) struct Segment {
 pub(crate) struct Ramp {
     /// By how much over each step (T, k).
     pub(crate) by: Array2<f64>,
-    /// The part of each step (0 to 1) after which they do so, at once; `None` if they do so linearly.
-    pub(crate) switch: Option<f64>,
+    /// In which way.
+    pub(crate) intersample: InterSample,
 }
 
 impl Ramp {
-    /// Part of the change that controls have, averaged over a step.
-    fn mean(&self) -> f64 {
-        self.switch.map_or(0.5, |part| 1.0 - part)
-    }
-
-    /// Part of it that they have after the part `over` of a step; where they jump, averaged.
-    pub(crate) fn after(&self, over: f64) -> f64 {
-        self.switch.map_or(over, |_| self.mean())
+    /// Part of the change that controls have after the part `over` of a step of `dt` \[s\]; where they jump, averaged over it.
+    pub(crate) fn after(&self, over: f64, dt: f64) -> f64 {
+        match self.intersample {
+            InterSample::Late(_) => self.intersample.mean_share(dt),
+            _ => self.intersample.share(over, dt),
+        }
     }
 }
 
@@ -74,12 +73,14 @@ impl Segment {
     pub(crate) fn with_linear_inputs(&self) -> Self {
         let last = self.len().saturating_sub(1);
         let by = &self.u.slice(s![1.., ..]) - &self.u.slice(s![..last, ..]);
-        Self { ramp: Some(Ramp { by, switch: None }), ..self.part(0, last) }
+        Self { ramp: Some(Ramp { by, intersample: InterSample::Foh }), ..self.part(0, last) }
     }
 
     /// Controls averaged over each step (T, k).
     pub(crate) fn mean_inputs(&self) -> Array2<f64> {
-        self.ramp.as_ref().map_or_else(|| self.u.clone(), |ramp| &self.u + &(ramp.mean() * &ramp.by))
+        let Some(Ramp { by, intersample }) = &self.ramp else { return self.u.clone() };
+        let shares: Array1<f64> = self.dt.iter().map(|dt| intersample.mean_share(*dt)).collect();
+        &self.u + &(by * &shares.insert_axis(Axis(1)))
     }
 
     /// Controls at the beginning of step `t`, and by how much they change over it: nothing if they are held.
@@ -87,9 +88,9 @@ impl Segment {
         (self.u.row(t).to_vec(), self.ramp.as_ref().map_or_else(Vec::new, |ramp| ramp.by.row(t).to_vec()))
     }
 
-    /// The part of each step after which controls change, at once; `None` if they change linearly, or not at all.
-    pub(crate) fn switch(&self) -> Option<f64> {
-        self.ramp.as_ref().and_then(|ramp| ramp.switch)
+    /// How controls change over each step.
+    pub(crate) fn intersample(&self) -> InterSample {
+        self.ramp.as_ref().map_or(InterSample::Zoh, |ramp| ramp.intersample)
     }
 
     /// Σ ln w² of the relative standard deviations w of all samples that were measured.

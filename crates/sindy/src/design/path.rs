@@ -69,7 +69,7 @@ fn hermite(segment: &Segment, t: usize, x: &Array2<f64>, x_dot: &Array2<f64>, ad
     let (u, ramp) = segment.input(t);
     z[n..].copy_from_slice(&u);
     for (s, weight) in LOBATTO {
-        let part = segment.ramp.as_ref().map_or(s, |ramp| ramp.after(s));
+        let part = segment.ramp.as_ref().map_or(s, |ramp| ramp.after(s, segment.dt[t]));
         z[n..].iter_mut().zip(u.iter().zip(&ramp)).for_each(|(slot, (u, ramp))| *slot = u + part * ramp);
         for i in 0..n {
             let (a, b) = (x[[t, i]], x[[t + 1, i]]);
@@ -116,7 +116,7 @@ impl Way {
         x_dot.clear();
         modes.clear();
         let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
-        let inputs = Inputs::of((&u, &ramp), segment.switch());
+        let inputs = Inputs::of((&u, &ramp), segment.intersample());
         flow.step((&now, inputs, segment.dt[t]), xi, next, None, scratch, &mut |stage| {
             weights.push(stage.weight);
             z.extend_from_slice(stage.z.as_flattened());

@@ -71,7 +71,7 @@ fn errors(model: &Model, segment: &Segment) -> Option<Vec<Array1<f64>>> {
     let of = |t: usize| {
         let u = segment.u.slice(s![t..=t, ..]);
         let end = segment.ramp.as_ref().map(|ramp| &u + &ramp.by.slice(s![t..=t, ..]));
-        let inputs = Inputs { start: u, end: end.as_ref().map(|end| end.view()), switch: segment.switch() };
+        let inputs = Inputs { start: u, end: end.as_ref().map(|end| end.view()), intersample: segment.intersample() };
         let next = model.simulate_at(&segment.x.row(t).to_vec(), inputs, &segment.dt[t..=t]).ok()?;
         Some((&segment.x.row(t + 1) - &next.row(1)).mapv(f64::abs))
     };

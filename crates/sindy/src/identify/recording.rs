@@ -105,7 +105,7 @@ impl Recording {
     pub fn inputs(&self, from: usize, to: usize) -> Inputs<'_> {
         let start = self.controls.slice(s![from..to, ..]);
         let end = (!self.intersample.is_held()).then(|| self.controls.slice(s![from + 1..=to, ..]));
-        Inputs { start, end, switch: self.intersample.switch() }
+        Inputs { start, end, intersample: self.intersample }
     }
 
     /// By how much controls change over each step (T, k), by nothing over the last one; `None` if they are held.
@@ -117,7 +117,7 @@ impl Recording {
         let last = self.controls.nrows().saturating_sub(1);
         by.slice_mut(s![..last, ..])
             .assign(&(&self.controls.slice(s![1.., ..]) - &self.controls.slice(s![..last, ..])));
-        Some(Ramp { by, switch: self.intersample.switch() })
+        Some(Ramp { by, intersample: self.intersample })
     }
 
     /// Its samples. The inputs of the last step are held.

@@ -71,7 +71,7 @@ impl Model {
         u: impl Into<Inputs<'a>>,
         dt: &[f64],
     ) -> Result<Array2<f64>, AnalysisError> {
-        let Inputs { start: u, end, switch } = u.into();
+        let Inputs { start: u, end, intersample } = u.into();
         if self.readings().is_some() {
             return Err(AnalysisError::Raw);
         }
@@ -91,8 +91,8 @@ impl Model {
             let own = (dt - self.dt()).abs() <= 1e-9 * self.dt();
             let ramp: Option<Vec<f64>> = end.map(|end| end.row(t).iter().zip(&u).map(|(end, u)| end - u).collect());
             let stepped = match (self.form(), ramp) {
-                (Form::Continuous(scheme), Some(ramp)) => match switch {
-                    None => self.ramped((scheme, dt), &now, (&u, &ramp), &mut rng, &mut next),
+                (Form::Continuous(scheme), Some(ramp)) => match intersample.switch() {
+                    None => self.ramped((scheme, dt), &now, (&u, &ramp, intersample), &mut rng, &mut next),
                     Some(part) => {
                         let after: Vec<f64> = u.iter().zip(&ramp).map(|(u, by)| u + by).collect();
                         let mut between = now.clone();

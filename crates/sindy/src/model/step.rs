@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use ndarray::{Array2, ArrayView1};
-use sindyna_core::{Diverged, Dynamics, Held, Jacobians, Rng, Scheme, Seed, VectorField};
+use sindyna_core::{Diverged, Dynamics, Held, InterSample, Jacobians, Rng, Scheme, Seed, VectorField};
 
 use super::frame::back;
 use super::right_side::STACK;
@@ -115,12 +115,12 @@ impl Model {
         (0..substeps).try_for_each(|_| self.rubbed(friction, dt / substeps as f64, next, u, &mut scratch))
     }
 
-    /// The same under inputs that change linearly by `ramp` (k) over the interval. Friction takes them as they are in the middle of each substep.
+    /// The same under inputs that change by `ramp` (k) over the interval. Friction takes them as they are in the middle of each substep.
     pub(super) fn ramped(
         &self,
         (scheme, dt): (Scheme, f64),
         z: &[f64],
-        (u, ramp): (&[f64], &[f64]),
+        (u, ramp, intersample): (&[f64], &[f64], InterSample),
         rng: &mut Rng,
         next: &mut [f64],
     ) -> Result<(), Diverged> {
@@ -128,14 +128,14 @@ impl Model {
             let mut scratch = self.scratch(friction);
             next.copy_from_slice(z);
             return (0..substeps).try_for_each(|at| {
-                let part = (at as f64 + 0.5) / substeps as f64;
+                let part = intersample.share((at as f64 + 0.5) / substeps as f64, dt);
                 let u: Vec<f64> = u.iter().zip(ramp).map(|(u, ramp)| u + part * ramp).collect();
                 self.rubbed(friction, dt / substeps as f64, next, &u, &mut scratch)
             });
         }
-        let changes = Ramped { model: self, rates: ramp.iter().map(|ramp| ramp / dt).collect() };
-        let mut both = vec![0.0; z.len() + u.len()];
-        Held::new(changes, scheme, dt).step(&[z, u].concat(), &[], rng, &mut both)?;
+        let changes = Ramped { model: self, u, ramp, intersample, dt };
+        let mut both = vec![0.0; z.len() + 1];
+        Held::new(changes, scheme, dt).step(&[z, &[0.0]].concat(), &[], rng, &mut both)?;
         next.copy_from_slice(&both[..z.len()]);
         Ok(())
     }
@@ -237,18 +237,22 @@ impl VectorField for Own<'_> {
     }
 }
 
-/// The same with inputs that change: its states are those of the model, and its inputs.
+/// The same with inputs that change: its states are those of the model, and the time since the step began.
 struct Ramped<'a> {
     model: &'a Model,
-    rates: Vec<f64>,
+    u: &'a [f64],
+    ramp: &'a [f64],
+    intersample: InterSample,
+    dt: f64,
 }
 
 impl VectorField for Ramped<'_> {
     fn eval(&self, z: &[f64], _: &[f64], z_dot: &mut [f64]) {
-        let (z, u) = z.split_at(z.len() - self.rates.len());
-        let (of_states, of_inputs) = z_dot.split_at_mut(z.len());
-        self.model.right_side(z, u, of_states);
-        of_inputs.copy_from_slice(&self.rates);
+        let (Some((time, z)), Some((of_time, of_states))) = (z.split_last(), z_dot.split_last_mut()) else { return };
+        let part = self.intersample.share(time / self.dt, self.dt);
+        let u: Vec<f64> = self.u.iter().zip(self.ramp).map(|(u, ramp)| u + part * ramp).collect();
+        self.model.right_side(z, &u, of_states);
+        *of_time = 1.0;
     }
 }
 

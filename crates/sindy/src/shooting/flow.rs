@@ -1,5 +1,7 @@
 //! Equations of given structure, and their rates with exact derivatives.
 
+use sindyna_core::InterSample;
+
 use super::lanes::add;
 use super::scratch::{Masses, Scratch};
 use super::switches::Switches;
@@ -243,6 +245,7 @@ impl Flow {
             ramp: Vec::new(),
             dt: [0.0; L],
             over: 0.0,
+            intersample: InterSample::Zoh,
             changed: None,
             registers: zeros(self.tape.n_registers()),
             f: zeros(n),

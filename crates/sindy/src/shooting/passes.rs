@@ -72,14 +72,14 @@ impl Flow {
             }
             let dt = std::array::from_fn(|l| segment.dt[at(l)]);
             let slopes = derivatives.then_some(&mut s[..]);
-            let inputs = Inputs { u: &u, ramp: &ramp, switch: segment.switch() };
+            let inputs = Inputs { u: &u, ramp: &ramp, intersample: segment.intersample() };
             let finite = self.step_side_by_side((&now, inputs, dt), xi, &mut next, slopes, &mut scratch, &mut |_| {});
             steps.iter().enumerate().all(|(l, &t)| {
                 let mut finite = finite[l];
                 if scratch.turns[l] {
                     // A step in which a sign turns has its own stages.
                     let (now, (u, ramp)) = (x.row(t).to_vec(), segment.input(t));
-                    let inputs = Inputs::of((&u, &ramp), segment.switch());
+                    let inputs = Inputs::of((&u, &ramp), segment.intersample());
                     let slopes = derivatives.then_some(&mut of_s[..]);
                     let step = (&now[..], inputs, segment.dt[t]);
                     finite = self.step(step, xi, &mut of_next, slopes, &mut alone, &mut |_| {});

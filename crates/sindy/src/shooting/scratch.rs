@@ -1,6 +1,7 @@
 //! Memory in which steps are made.
 
 use nalgebra::DMatrix;
+use sindyna_core::InterSample;
 
 use super::lanes::add;
 
@@ -13,7 +14,8 @@ pub(crate) struct Scratch<const L: usize = 1> {
     pub(super) ramp: Vec<[f64; L]>,
     pub(super) dt: [f64; L],
     pub(super) over: f64,
-    /// By how much of their change inputs have changed, where they do so at once; `None` where they change linearly.
+    pub(super) intersample: InterSample,
+    /// By how much of their change inputs have changed, where they do so at once.
     pub(super) changed: Option<f64>,
     /// (x; u), signs, parameters inside terms, and what is made of them.
     pub(super) registers: Vec<[f64; L]>,
@@ -36,7 +38,10 @@ impl<const L: usize> Scratch<L> {
     /// Writes the inputs, unless they are held, at the part `stage` of the next time h into their registers, which are those after the first n.
     pub(super) fn put_inputs(&mut self, n: usize, stage: f64, h: [f64; L]) {
         for (at, (u, ramp)) in self.u.iter().zip(&self.ramp).enumerate() {
-            let part = |l: usize| self.changed.unwrap_or(self.over + stage * h[l] / self.dt[l]);
+            let part = |l: usize| {
+                let over = || self.over + stage * h[l] / self.dt[l];
+                self.changed.unwrap_or_else(|| self.intersample.share(over(), self.dt[l]))
+            };
             self.registers[n + at] = std::array::from_fn(|l| u[l] + part(l) * ramp[l]);
         }
     }

@@ -1,5 +1,7 @@
 //! The map from one sample to the next, with its exact derivatives.
 
+use sindyna_core::InterSample;
+
 use super::flow::{Flow, Stage};
 use super::lanes::add;
 use super::scratch::Scratch;
@@ -19,20 +21,20 @@ pub(crate) struct Inputs<'a, const L: usize> {
     pub(crate) u: &'a [[f64; L]],
     /// By how much they change over it (k): nothing if they are held.
     pub(crate) ramp: &'a [[f64; L]],
-    /// The part of it after which they change, at once; `None` if they change linearly.
-    pub(crate) switch: Option<f64>,
+    /// In which way.
+    pub(crate) intersample: InterSample,
 }
 
 impl<'a> Inputs<'a, 1> {
     /// Those of one step, by values.
-    pub(crate) fn of((u, ramp): (&'a [f64], &'a [f64]), switch: Option<f64>) -> Self {
-        Self { u: u.as_chunks().0, ramp: ramp.as_chunks().0, switch }
+    pub(crate) fn of((u, ramp): (&'a [f64], &'a [f64]), intersample: InterSample) -> Self {
+        Self { u: u.as_chunks().0, ramp: ramp.as_chunks().0, intersample }
     }
 
     /// Inputs that are held.
     #[cfg(test)]
     pub(crate) fn held(u: &'a [f64]) -> Self {
-        Self::of((u, &[]), None)
+        Self::of((u, &[]), InterSample::Zoh)
     }
 }
 
@@ -85,7 +87,7 @@ impl Flow {
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
-                for (share, changed) in parts(inputs.switch) {
+                for (share, changed) in parts(inputs.intersample.switch()) {
                     self.go_on_from(next, changed, scratch);
                     self.begin(xi, scratch);
                     let substeps = substeps_of(substeps, share);
@@ -121,7 +123,7 @@ impl Flow {
             }
             Stepping::Continuous { substeps } | Stepping::Classical { substeps } => {
                 let (tableau, substeps) = self.scheme(substeps);
-                for (share, changed) in parts(inputs.switch) {
+                for (share, changed) in parts(inputs.intersample.switch()) {
                     self.go_on_from(next, changed, scratch);
                     self.begin_between_switches(scratch);
                     let substeps = substeps_of(substeps, share);
@@ -140,7 +142,7 @@ impl Flow {
     /// Where a step begins: at x, whose derivative by itself is one.
     fn start<const L: usize>(
         &self,
-        (x, Inputs { u, ramp, .. }, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
+        (x, Inputs { u, ramp, intersample }, dt): (&[[f64; L]], Inputs<'_, L>, [f64; L]),
         xi: &[f64],
         next: &mut [[f64; L]],
         s: Option<&mut [[f64; L]]>,
@@ -161,6 +163,7 @@ impl Flow {
         scratch.ramp.clear();
         scratch.ramp.extend_from_slice(ramp);
         (scratch.dt, scratch.over, scratch.turns) = (dt, 0.0, [false; L]);
+        scratch.intersample = intersample;
         self.fill_inside(&mut scratch.registers, xi);
     }
 

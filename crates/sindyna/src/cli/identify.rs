@@ -28,7 +28,7 @@ use crate::cli::failure::Failure;
 use crate::cli::interrupt::Interrupt;
 use crate::cli::pages;
 use crate::cli::progress::{Looking, Progress};
-use crate::identify::{Asked, Delay, Looked, Unmeasured, elsewhere, looked};
+use crate::identify::{Asked, Delay, Lag, Looked, Unmeasured, elsewhere, looked};
 
 /// Identify equations of motion from logged data
 ///
@@ -56,6 +56,10 @@ pub(crate) struct Args {
     /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
+    /// Lag of the inputs, behind an actuator of first order: its time constant in seconds [default: 0; estimated where the equations leave residuals that no term
+    /// explains]
+    #[arg(long, value_name = "S", value_parser = lag, default_value = "auto", hide_default_value = true, help_heading = "Log")]
+    lag: Lag,
     /// Behavior of the inputs between samples: `zoh` (zero-order hold, constant) or `foh` (first-order hold, linear) [default: zoh; foh where the equations
     /// leave residuals that no term explains and the data support it]
     #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
@@ -84,9 +88,10 @@ pub(crate) struct Args {
 }
 
 /// Options about equations, which are not looked for where a robot is given.
-const NOT_OF_ROBOTS: [&str; 14] = [
+const NOT_OF_ROBOTS: [&str; 15] = [
     "unmeasured",
     "delay",
+    "lag",
     "intersample",
     "strict",
     "library",
@@ -131,6 +136,14 @@ pub(super) fn delay(text: &str) -> Result<Delay, String> {
         ("auto", _) => Ok(Delay::Auto),
         (_, Ok(rows)) if rows.abs() <= MOST => Ok(Delay::Rows(rows)),
         _ => Err(format!("a delay is `auto` or a number of rows from −{MOST} to {MOST}")),
+    }
+}
+
+pub(super) fn lag(text: &str) -> Result<Lag, String> {
+    match (text, text.parse::<f64>()) {
+        ("auto", _) => Ok(Lag::Auto),
+        (_, Ok(tau)) if (0.0..f64::INFINITY).contains(&tau) => Ok(Lag::Seconds(tau)),
+        _ => Err("a lag is `auto` or a time constant in seconds, 0 for none".into()),
     }
 }
 
@@ -230,6 +243,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         let asked = Asked {
             unmeasured: &unmeasured,
             delay: args.delay,
+            lag: args.lag,
             intersample: args.intersample,
             kept: &|log| Ok(split(log, share).map_err(Trouble::Other)?.0),
             identifier: &|spec| identifier_of(spec).map_err(Trouble::Other),

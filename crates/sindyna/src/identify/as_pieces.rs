@@ -6,7 +6,7 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
-use super::parts_of_rows::{ROUGHLY, likeliest};
+use super::likeliest::{ROUGHLY, likeliest, near};
 use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
@@ -43,11 +43,13 @@ pub(super) fn between_rows<E: From<FitError>>(
 ) -> Result<Reading, E> {
     let beside = |reading: Reading| misfits(log, kept, found, (&[from, reading], margins), asked);
     let Some(pieces) = beside(from)?.map(|misfits| misfits[0].len()) else { return Ok(from) };
-    let score = |reading: Reading| {
+    let at = |rows: f64| Reading { rows, ..from };
+    let score = |rows: f64| {
         let logarithms = |misfits: Vec<Vec<f64>>| misfits[1].iter().map(|misfit| misfit.ln()).sum::<f64>();
-        Ok::<_, E>(beside(reading)?.map_or(f64::INFINITY, logarithms))
+        Ok::<_, E>(beside(at(rows))?.map_or(f64::INFINITY, logarithms))
     };
-    let (reading, _) = likeliest(from, ROUGHLY, pieces as f64, score)?;
+    let (rows, _) = likeliest((from.rows, ROUGHLY), near(from.rows), pieces as f64, score)?;
+    let reading = at(rows);
     let is_clear = |misfits: Vec<Vec<f64>>| clearly_least(&[&misfits[0], &misfits[1]]) == Some(1);
     Ok(if beside(reading)?.is_some_and(is_clear) { reading } else { from })
 }

@@ -16,10 +16,21 @@ pub enum Delay {
     Rows(f64),
 }
 
+/// Lag through which inputs act: that of an actuator of first order.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Lag {
+    /// None, unless equations leave residuals that no term explains, and the data support a lag.
+    #[default]
+    Auto,
+    /// A time constant \[s\]; 0 for none.
+    Seconds(f64),
+}
+
 /// What to identify, and with which options.
 pub(crate) struct Asked<'a, E> {
     pub(crate) unmeasured: &'a Unmeasured,
     pub(crate) delay: Delay,
+    pub(crate) lag: Lag,
     /// What inputs do between samples; `None`: they are held, unless equations leave residuals that no term explains, and the data support
     /// first-order hold.
     pub(crate) intersample: Option<InterSample>,

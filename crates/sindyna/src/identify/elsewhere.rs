@@ -6,6 +6,7 @@ use sindyna_sindy::Recording;
 use super::between::linear;
 use super::delay::delayed;
 use super::hypotheses::Looked;
+use super::lag::{SETTLED, lagged};
 use super::unmeasured::hidden;
 use crate::logs::{Log, Note, Samples};
 
@@ -19,8 +20,15 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         Note::Delayed { rows, .. } => Some(*rows),
         _ => None,
     });
+    let lag = looked.log.notes.iter().find_map(|note| match note {
+        Note::Lagged { seconds } => Some(*seconds),
+        _ => None,
+    });
     let is_linear = looked.log.data.intersample() == InterSample::Foh;
-    let other = if is_linear { linear(other, false) } else { other.clone() };
+    let mut other = if is_linear { linear(other, false) } else { other.clone() };
+    if let Some(tau) = lag {
+        other = lagged(&other, (tau, SETTLED))?;
+    }
     let Log { spec, data, times, .. } = late.map_or_else(|| Ok(other.clone()), |rows| delayed(&other, rows))?;
     let rates: Vec<(String, usize)> = looked.log.notes.iter().filter_map(|note| rate_of(note, &looked.log)).collect();
     if rates.is_empty() {

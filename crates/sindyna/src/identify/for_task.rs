@@ -8,7 +8,7 @@ use sindyna_sindy::{Identifier, Watch};
 use sindyna_training::problem::{LogSource, Problem, declared, on_log, read_logs};
 use sindyna_training::settings::TrainConfig;
 
-use super::asked::{Asked, Delay};
+use super::asked::{Asked, Delay, Lag};
 use super::hypotheses::{Looked, looked};
 use super::unmeasured::Unmeasured;
 use crate::Error;
@@ -19,6 +19,7 @@ pub(crate) struct ForTask<'a> {
     /// How cells and time stamps are read; columns are as the task declares.
     pub(crate) options: LogOptions,
     pub(crate) delay: Delay,
+    pub(crate) lag: Lag,
     /// What inputs do between samples, if that was said.
     pub(crate) intersample: Option<InterSample>,
     /// Makes an identifier for a system.
@@ -43,6 +44,7 @@ pub(crate) fn for_task<P: AsRef<Path>>(task_file: &Path, paths: &[P], how: &ForT
     let asked = Asked {
         unmeasured: &unmeasured,
         delay: how.delay,
+        lag: how.lag,
         intersample: how.intersample,
         kept: &|log: &Log| Ok(log.samples()),
         identifier: how.identifier,
@@ -75,6 +77,7 @@ pub fn of_log<P: AsRef<Path>>(
     let how = ForTask {
         options: LogOptions::default(),
         delay: Delay::Auto,
+        lag: Lag::Auto,
         intersample: None,
         identifier: &|spec| config.identification.identifier(spec),
         watch,

@@ -4,12 +4,13 @@ use sindyna_core::{FitError, InterSample, Spec};
 use sindyna_sindy::{Disturbances, Identified, Identifier};
 
 use super::as_read::{as_read, is_disturbed, is_spoilt};
-use super::asked::{Asked, Delay};
+use super::asked::{Asked, Delay, Lag};
 use super::between::linear;
 use super::changed::changed;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::differences::{besides, not_measured};
+use super::lag::{SETTLED, lagged};
 use super::named::with_angles_by_name;
 use super::reading::Reading;
 use super::readings::told_apart;
@@ -38,6 +39,10 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
     let log = match asked.delay {
         Delay::Rows(rows) if rows != 0.0 => delayed(&log, rows)?,
+        _ => log,
+    };
+    let log = match asked.lag {
+        Lag::Seconds(tau) if tau > 0.0 => lagged(&log, (tau, SETTLED))?,
         _ => log,
     };
     let quotients = not_measured(&log, asked)?;

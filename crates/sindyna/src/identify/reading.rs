@@ -4,6 +4,7 @@ use sindyna_core::{FitError, InterSample};
 
 use super::between::linear;
 use super::delay::{delayed, shifted};
+use super::lag::{SETTLED, delivered, lagged};
 use crate::logs::{Log, Samples};
 
 /// How a log may be read.
@@ -11,6 +12,10 @@ use crate::logs::{Log, Samples};
 pub(super) struct Reading {
     /// Rows by which inputs act later.
     pub(super) rows: f64,
+    /// Time constant \[s\] of the lag through which they act; 0 if there is none.
+    pub(super) lag: f64,
+    /// The part of the first inputs that is behind it where a trajectory begins: one where it had settled, none after rest.
+    pub(super) settled: f64,
     /// Whether they are linear between rows.
     pub(super) linear: bool,
     /// Whether the samples are those of a simulator.
@@ -19,7 +24,7 @@ pub(super) struct Reading {
 
 impl Reading {
     /// The log as it stands.
-    pub(super) const GIVEN: Self = Self { rows: 0.0, linear: false, simulated: false };
+    pub(super) const GIVEN: Self = Self { rows: 0.0, lag: 0.0, settled: SETTLED, linear: false, simulated: false };
 
     /// `log` as it is read so; `None` if that is as it stands.
     ///
@@ -27,10 +32,11 @@ impl Reading {
     /// [`FitError::Regression`] if no trajectory is longer than the delay.
     pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
         let linear = self.linear.then(|| linear(log, false));
+        let other = if self.lag > 0.0 { Some(lagged(log, (self.lag, self.settled))?) } else { linear };
         if self.rows == 0.0 {
-            return Ok(linear);
+            return Ok(other);
         }
-        delayed(linear.as_ref().unwrap_or(log), self.rows).map(Some)
+        delayed(other.as_ref().unwrap_or(log), self.rows).map(Some)
     }
 
     /// Rows by which inputs are moved, either way.
@@ -40,7 +46,9 @@ impl Reading {
 
     /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
     pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
+        let times = kept.times.as_deref();
         let linear = self.linear.then(|| kept.data.clone().with_intersample(InterSample::Foh));
-        shifted(linear.as_ref().unwrap_or(&kept.data), kept.times.as_deref(), self.rows, margins, most)
+        let other = if self.lag > 0.0 { Some(delivered(&kept.data, times, (self.lag, self.settled))?) } else { linear };
+        shifted(other.as_ref().unwrap_or(&kept.data), times, self.rows, margins, most)
     }
 }

@@ -6,9 +6,9 @@ use sindyna_sindy::{Disturbances, Identified};
 use super::ahead::clearly_least;
 use super::as_pieces::{self, least_missed};
 use super::as_read::is_disturbed;
-use super::asked::{Asked, Delay};
+use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
-use super::parts_of_rows::{FINELY, ROUGHLY, likeliest};
+use super::gradual::{between_rows, lagged, settled};
 use super::reading::Reading;
 use super::trial::{Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
@@ -34,10 +34,6 @@ const TRIED: [Reading; 5] = [
 
 /// Steps by which they are told apart, or four times as many where these are too few.
 pub(super) const STEPS: usize = 300;
-
-/// Times as many steps tell a part of a row, and searches with such a part, at most.
-const MORE: usize = 5;
-const ROUNDS: usize = 5;
 
 /// Difference of scores at odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
@@ -135,6 +131,12 @@ pub(super) fn told_apart<E: From<FitError>>(
                 return Ok(Some(whole(settled.reading)));
             }
         }
+        if asked.lag == Lag::Auto
+            && let Some(tried) = trial(reading).first(reading, STEPS)?
+            && let Some(lagged) = lagged(&trial(reading), STEPS, &tried)?
+        {
+            return Ok(Some(whole(lagged.reading)));
+        }
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
@@ -168,6 +170,13 @@ pub(super) fn told_apart<E: From<FitError>>(
             if explains {
                 break;
             }
+        }
+    }
+    if asked.lag == Lag::Auto && all.iter().all(|tried| !tried.explained) {
+        let late = |tried: &&Tried| !tried.reading.linear && !tried.reading.simulated && tried.reading.rows >= 0.0;
+        let latest = all.iter().filter(late).min_by(|a, b| a.score.total_cmp(&b.score));
+        if let Some(lagged) = latest.map(|tried| lagged(&trial, steps, tried)).transpose()?.flatten() {
+            return Ok(Some(Chosen { reading: lagged.reading, rates: Vec::new(), disturbed: false }));
         }
     }
     if !is_given {
@@ -205,46 +214,6 @@ fn until_spoilt<E>(
         found = of(steps)?;
     }
     Ok((steps, found))
-}
-
-/// What is found with inputs that act between rows, near the delay of what was `tried`; `None` if no such delay is clearly better.
-fn between_rows<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, tried: &Tried) -> Result<Option<Tried>, E> {
-    let reading = delayed_as(trial, steps, tried, ROUGHLY)?;
-    if reading == tried.reading { Ok(None) } else { settled(trial, steps, reading) }
-}
-
-/// What is found near the delay of `from`: the likeliest delay with the equations that are found there, and what is found with that, until equations explain all or the delay stays.
-fn settled<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, from: Reading) -> Result<Option<Tried>, E> {
-    let Some(mut best) = trial.first(from, steps)? else { return Ok(None) };
-    let mut by = FINELY;
-    for _ in 0..ROUNDS {
-        let finer = delayed_as(trial, MORE * steps, &best, by)?;
-        if finer == best.reading {
-            break;
-        }
-        by = (finer.rows - best.reading.rows).abs();
-        let Some(next) = trial.first(finer, steps)? else { break };
-        best = next;
-        if best.explained {
-            break;
-        }
-    }
-    Ok(Some(best))
-}
-
-/// How inputs act with equations as those that were `tried`, near the delay of these, which is changed by this part of a row at first; as there where no delay is clearly better.
-fn delayed_as<E: From<FitError>>(trial: &Trial<'_, E>, steps: usize, tried: &Tried, by: f64) -> Result<Reading, E> {
-    let mut given = f64::INFINITY;
-    let misfit = |reading: Reading| {
-        let misfit = trial.misfit(tried, reading, steps)?;
-        if reading == tried.reading {
-            given = misfit;
-        }
-        Ok::<_, E>(misfit)
-    };
-    let values = trial.log.spec.state_dim() * steps.min(trial.kept.data.n_steps());
-    let (reading, best) = likeliest(tried.reading, by, values as f64, misfit)?;
-    Ok(if best + TOLD_APART < given { reading } else { tried.reading })
 }
 
 /// The best of `count` readings, where one is told apart from those in `all`.

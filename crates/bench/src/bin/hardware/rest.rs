@@ -7,6 +7,7 @@ use anyhow::{Context as _, bail};
 use ndarray::{Array2, s};
 use serde::{Deserialize, Serialize};
 use sindyna_bench::study::Result;
+use sindyna_core::InterSample;
 use sindyna_sindy::{Inputs, Model};
 
 use super::identified::Run;
@@ -34,7 +35,9 @@ pub(crate) fn from_rest(run: &Run, path: &Path) -> Result<FromRest> {
     let start = u.slice(s![..rows - 1, ..]);
     let end = run.linear.then(|| u.slice(s![1.., ..]));
     let dt: Vec<f64> = time[..rows].windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let x = model.simulate_at(&log.slice(s![0, 1..=n]).to_vec(), Inputs { start, end, switch: None }, &dt).ok();
+    let x = model
+        .simulate_at(&log.slice(s![0, 1..=n]).to_vec(), Inputs { start, end, intersample: InterSample::Foh }, &dt)
+        .ok();
     let error = |span: &f64| {
         let x = x.as_ref()?;
         let rows = time[..rows].iter().take_while(|t| **t - time[0] <= *span).count();

@@ -23,6 +23,9 @@ pub(super) struct Record {
     /// Rows by which inputs act later than over the step after theirs, where they do; whatever uses the model must delay them so.
     #[serde(skip_serializing_if = "Option::is_none")]
     input_delay: Option<f64>,
+    /// Time constant \[s\] of the first-order lag through which inputs act, where they do; whatever uses the model must filter them so.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_lag: Option<f64>,
     /// What inputs do between rows, where they are not held.
     #[serde(skip_serializing_if = "Option::is_none")]
     intersample: Option<InterSample>,
@@ -83,6 +86,10 @@ impl Record {
             dt: spec.dt,
             input_delay: notes.iter().find_map(|note| match note {
                 Note::Delayed { rows, .. } => Some(*rows),
+                _ => None,
+            }),
+            input_lag: notes.iter().find_map(|note| match note {
+                Note::Lagged { seconds } => Some(*seconds),
                 _ => None,
             }),
             intersample: (notes.iter().any(|note| matches!(note, Note::FirstOrderHold { .. })))

@@ -8,11 +8,11 @@ use sindyna_training::problem::LogSource;
 use sindyna_training::settings::TrainConfig;
 
 use super::super::failure::Failure;
-use super::super::identify::{delay, intersample};
+use super::super::identify::{delay, intersample, lag};
 use super::super::interrupt::Interrupt;
 use super::super::progress::{Looking, Progress};
 use super::super::reading::TableOptions;
-use crate::identify::{Delay, ForTask, for_task};
+use crate::identify::{Delay, ForTask, Lag, for_task};
 
 /// Options that say how the log of `--data` is read; its columns are as the task file declares.
 #[derive(Debug, Default, PartialEq, clap::Args)]
@@ -23,6 +23,10 @@ pub(super) struct DataOptions {
     /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
+    /// Lag of the inputs in seconds, as of `sindyna identify`; training with a lag is not supported, 0 disables its detection [default: estimated where the equations leave residuals that no
+    /// term explains]
+    #[arg(long, value_name = "S", value_parser = lag, default_value = "auto", hide_default_value = true, help_heading = "Log")]
+    lag: Lag,
     /// Behavior of the inputs between samples, as of `sindyna identify`: `zoh` (held) or `foh` (linear)
     #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
     intersample: Option<InterSample>,
@@ -34,7 +38,7 @@ impl DataOptions {
         if has_log || *self == Self::default() {
             return Ok(());
         }
-        Err(Failure::new("--delay, --dt, --units and other options of a log require --data")
+        Err(Failure::new("--delay, --lag, --dt, --units and other options of a log require --data")
             .hint("leave them out, or name a log with --data"))
     }
 
@@ -51,6 +55,7 @@ impl DataOptions {
         let how = ForTask {
             options: self.table.options()?,
             delay: self.delay,
+            lag: self.lag,
             intersample: self.intersample,
             identifier: &|spec| config.identification.identifier(spec),
             watch: &Watch::going_on(&go_on).telling(&telling),
