@@ -68,7 +68,7 @@ mod tests {
             let between = v(0.0) + lag.share(over, dt) * (v(dt) - v(0.0));
             assert!((between - v(over * dt)).abs() < 1e-15, "{between}");
         }
-        assert!((v(0.0) + lag.mean_share(dt) * (v(dt) - v(0.0)) - mean).abs() < 1e-9);
+        assert!((v(0.0) + lag.mean_share(dt) * (v(dt) - v(0.0)) - mean).abs() < 1e-8);
         assert!(
             (InterSample::Lag(1e6).share(0.3, dt) - InterSample::Foh.share(0.3, dt)).abs() < 1e-7,
             "a slow one is linear"

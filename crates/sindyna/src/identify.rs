@@ -13,6 +13,7 @@ mod delay;
 mod derivatives;
 mod differences;
 mod elsewhere;
+mod explored;
 mod for_task;
 mod gradual;
 mod hypotheses;

@@ -4,6 +4,7 @@ use sindyna_core::FitError;
 
 use super::Identifier;
 use super::recording::Recording;
+use crate::Expr;
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
 use crate::library::Term;
@@ -15,9 +16,13 @@ use crate::{CoordinateMode, Watch};
 /// Runge–Kutta steps per sampling interval: those of order eight, so that recordings without noise are followed to many digits.
 const SUBSTEPS: usize = 16;
 
+/// Steps of simulators by which these are told from others.
+const SIMULATED: [Stepping; 3] =
+    [Stepping::Euler, Stepping::SemiImplicit { substeps: 1 }, Stepping::Classical { substeps: 1 }];
+
 impl Identifier {
     /// −2 ln L of `recordings` with the equations of `model`, whose coefficients are fitted to them, and the noise of each state at its likeliest; up to a constant, which is that
-    /// of all readings of the same samples. `None` if the equations cannot follow them, or are not continuous in time.
+    /// of all readings of the same samples. `None` if the equations cannot follow them, or are not continuous in time. With simulators, the least with steps of these.
     ///
     /// # Errors
     /// [`FitError`] if recordings do not have the spec's shape, or a state that was not measured is no rate of one that was.
@@ -33,17 +38,19 @@ impl Identifier {
         let segments: Vec<Segment> = recordings.iter().map(|r| r.known(&coordinates)).filter(|s| s.len() > 0).collect();
         let floor = self.smallest_errors(&coordinates, recordings);
         let signals = Smoother::new(&segments, &rates, &floor, watch.asks()).signals(&floor);
-        let (flow, xi) = free(model, &rates, self.spec.control_dim());
+        let steppings = if self.simulators { &SIMULATED[..] } else { &[Stepping::Continuous { substeps: SUBSTEPS }] };
         let noise = Bounds { floor: &floor, shape: &signals.sigma };
-        let (start, all) = ((&xi[..], &signals.x[..]), 0..PARTS.len());
-        let work = (&Work::default(), watch.asks());
-        let fit = shooting::fit(&flow, &segments, start, &signals.sigma, noise, all, work);
         let samples: usize = segments.iter().map(|s| s.x.nrows()).sum();
         let is_measured = |i: &usize| segments.first().is_some_and(|s| s.measures(*i));
-        Ok(fit.map(|fit| {
+        let of = |stepping: &Stepping| {
+            let (flow, xi) = free(model, &rates, self.spec.control_dim(), *stepping);
+            let work = (&Work::default(), watch.asks());
+            let start = (&xi[..], &signals.x[..]);
+            let fit = shooting::fit(&flow, &segments, start, &signals.sigma, noise, 0..PARTS.len(), work)?;
             let seen = |i: usize| fit.left[i].hypot(fit.drift[i]).max(fit.sigma[i]);
-            (0..rates.len()).filter(is_measured).map(|i| 2.0 * samples as f64 * seen(i).ln()).sum()
-        }))
+            Some((0..rates.len()).filter(is_measured).map(|i| 2.0 * samples as f64 * seen(i).ln()).sum())
+        };
+        Ok(steppings.iter().filter_map(of).min_by(f64::total_cmp))
     }
 }
 
@@ -61,12 +68,19 @@ pub(super) fn terms_of(model: &Model, rates: &[Option<usize>]) -> (Vec<Term>, Ve
     (terms, given)
 }
 
-/// The equations of `model`, and their coefficients, which are free.
-fn free(model: &Model, rates: &[Option<usize>], n_controls: usize) -> (Flow, Vec<f64>) {
-    let (terms, rows) = terms_of(model, rates);
+/// The equations of `model`, stepped in this way, and their coefficients, which are free. Inputs act on every equation: of those that were read in a wrong way a model may have found nothing.
+fn free(model: &Model, rates: &[Option<usize>], n_controls: usize, stepping: Stepping) -> (Flow, Vec<f64>) {
+    let (mut terms, mut rows) = terms_of(model, rates);
+    for input in (0..n_controls).map(|j| Expr::Variable(rates.len() + j)) {
+        for row in rows.iter_mut().zip(rates).filter_map(|(row, rate)| rate.is_none().then_some(row)) {
+            if !row.iter().any(|(term, _)| terms[*term].expr == input) {
+                row.push((terms.len(), 0.0));
+                terms.push(Term { expr: input.clone(), name: String::new(), complexity: 0, rate: None, shape: None });
+            }
+        }
+    }
     let supports: Vec<Vec<usize>> = rows.iter().map(|row| row.iter().map(|(term, _)| *term).collect()).collect();
     let xi = rows.iter().flatten().map(|(_, coefficient)| *coefficient).collect();
     let given = vec![Given::new(); rates.len()];
-    let stepping = Stepping::Continuous { substeps: SUBSTEPS };
     (Flow::new(&terms, (&supports, &given, &[]), rates, n_controls, stepping), xi)
 }

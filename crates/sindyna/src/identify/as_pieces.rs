@@ -6,7 +6,6 @@ use sindyna_sindy::Identified;
 use super::ahead::{clearly_least, median};
 use super::as_read::recordings_of;
 use super::asked::Asked;
-use super::likeliest::{ROUGHLY, likeliest, near};
 use super::reading::Reading;
 use crate::logs::{Log, Samples};
 
@@ -28,30 +27,6 @@ pub(super) fn least_missed<E: From<FitError>>(
     let as_good = |&i: &usize| best.is_some_and(|best| clearly_least(&[&misfits[i], &misfits[best]]) != Some(1));
     let least = (0..all.len()).filter(as_good).min_by(|&a, &b| all[a].shift().total_cmp(&all[b].shift()));
     Ok(least.map(|least| all[least]).filter(|reading| *reading != Reading::GIVEN))
-}
-
-/// The reading near `from`, whose inputs act between rows, of which equations like those `found` miss least, if they clearly miss less of it; `from` if there is none.
-///
-/// # Errors
-/// [`FitError::Interrupted`] if whoever watches said so.
-pub(super) fn between_rows<E: From<FitError>>(
-    log: &Log,
-    kept: &Samples,
-    found: &Identified,
-    (from, margins): (Reading, (usize, usize)),
-    asked: &Asked<'_, E>,
-) -> Result<Reading, E> {
-    let beside = |reading: Reading| misfits(log, kept, found, (&[from, reading], margins), asked);
-    let Some(pieces) = beside(from)?.map(|misfits| misfits[0].len()) else { return Ok(from) };
-    let at = |rows: f64| Reading { rows, ..from };
-    let score = |rows: f64| {
-        let logarithms = |misfits: Vec<Vec<f64>>| misfits[1].iter().map(|misfit| misfit.ln()).sum::<f64>();
-        Ok::<_, E>(beside(at(rows))?.map_or(f64::INFINITY, logarithms))
-    };
-    let (rows, _) = likeliest((from.rows, ROUGHLY), near(from.rows), pieces as f64, score)?;
-    let reading = at(rows);
-    let is_clear = |misfits: Vec<Vec<f64>>| clearly_least(&[&misfits[0], &misfits[1]]) == Some(1);
-    Ok(if beside(reading)?.is_some_and(is_clear) { reading } else { from })
 }
 
 /// What equations like those `found` miss of pieces of `log`, for each reading; `None` if they follow none.

@@ -4,11 +4,11 @@ use sindyna_core::FitError;
 use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::clearly_least;
-use super::as_pieces::{self, least_missed};
+use super::as_pieces::least_missed;
 use super::as_read::is_disturbed;
 use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
-use super::gradual::{between_rows, lagged, settled};
+use super::explored::{Explorer, Open, least};
 use super::reading::Reading;
 use super::trial::{Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
@@ -38,24 +38,19 @@ pub(super) const STEPS: usize = 300;
 /// Difference of scores at odds of twenty to one.
 pub(super) const TOLD_APART: f64 = 6.0;
 
-/// Rows of the longest delay that is always tried.
-const NEAR: f64 = 2.0;
-
-/// Readings of `log` besides that as it stands, in groups: longer delays, near those after which states follow inputs most; what is tried of every log with
-/// inputs, and other delays near those.
-fn tried(log: &Log) -> [Vec<Reading>; 2] {
+/// Readings of `log` besides that as it stands: what is tried of every log with inputs, and delays near those after which states follow inputs most.
+fn tried(log: &Log) -> Vec<Reading> {
     if log.spec.control_dim() == 0 {
-        return [Vec::new(), Vec::new()];
+        return Vec::new();
     }
-    let (mut far, mut near) = (Vec::new(), TRIED.to_vec());
+    let mut tried = TRIED.to_vec();
     for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
         let is_known = |reading: &Reading| !reading.linear && (reading.rows - rows).abs() < 0.5;
-        if ![&[Reading::GIVEN], &far[..], &near].concat().iter().any(is_known) {
-            let group = if rows > NEAR { &mut far } else { &mut near };
-            group.push(Reading { rows, ..Reading::GIVEN });
+        if !is_known(&Reading::GIVEN) && !tried.iter().any(is_known) {
+            tried.push(Reading { rows, ..Reading::GIVEN });
         }
     }
-    [far, near]
+    tried
 }
 
 /// Steps at the beginning and the end of a trajectory that are not used, since delays of some `readings` need them.
@@ -86,8 +81,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         let steps = kept.times.is_none() && matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto;
         late && linear && (!reading.simulated || steps)
     };
-    let groups = tried(log).map(|group| group.into_iter().filter(is_open).collect::<Vec<Reading>>());
-    let others = groups.concat();
+    let others: Vec<Reading> = tried(log).into_iter().filter(is_open).collect();
     if others.is_empty() {
         return Ok(None);
     }
@@ -97,99 +91,38 @@ pub(super) fn told_apart<E: From<FitError>>(
     let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
     let parts = asked.delay == Delay::Auto && kept.times.is_none();
     let with_parts = |(before, after)| if parts { (before + 1, after + 1) } else { (before, after) };
-    if let Some(first) = first.filter(|first| is_disturbed(first)) {
-        let held: Vec<Reading> = others.into_iter().filter(|reading| !reading.simulated).collect();
-        let best = least_missed(log, kept, first, (&held, margins(&held)), asked)?;
-        let reading = best.unwrap_or(Reading::GIVEN);
-        let trial = |reading| {
-            let (margins, disturbances) = (with_parts(margins(&[reading])), Disturbances::None);
-            Trial { log, kept, rates: &rates, asked, margins, disturbances }
-        };
-        let explains = |reading| {
-            let trial = trial(reading);
-            let (_, tried) = until_spoilt(kept, |steps| trial.first(reading, steps))?;
-            Ok::<_, E>(tried.is_some_and(|tried| tried.explained))
-        };
-        let whole = |reading| Chosen { reading, rates: Vec::new(), disturbed: false };
-        // Inputs that act when equations have them act may leave noise alone; so may those that act when states follow them, where the equations are wrong.
-        // As it stands nothing does.
-        if best.is_some() && explains(reading)? {
-            return Ok(best.map(whole));
-        }
-        let delays = log.delays();
-        let seen = |other: &&Reading| **other != reading && !other.linear && delays.contains(&other.rows);
-        for &other in held.iter().filter(seen) {
-            if explains(other)? {
-                return Ok(Some(whole(other)));
-            }
-        }
-        if parts {
-            let margins = with_parts(margins(&[reading]));
-            let between = as_pieces::between_rows(log, kept, first, (reading, margins), asked)?;
-            let settled = if between == reading { None } else { settled(&trial(reading), STEPS, between)? };
-            if let Some(settled) = settled.filter(|settled| settled.explained) {
-                return Ok(Some(whole(settled.reading)));
-            }
-        }
-        if asked.lag == Lag::Auto
-            && let Some(tried) = trial(reading).first(reading, STEPS)?
-            && let Some(lagged) = lagged(&trial(reading), STEPS, &tried)?
-        {
-            return Ok(Some(whole(lagged.reading)));
-        }
-        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
-    }
-    let (disturbances, margins) = (Disturbances::Possible, with_parts(margins(&others)));
-    let trial = Trial { log, kept, rates: &rates, asked, margins, disturbances };
+    let disturbed = first.filter(|first| is_disturbed(first));
+    let others: Vec<Reading> = others.into_iter().filter(|reading| disturbed.is_none() || !reading.simulated).collect();
+    let disturbances = if disturbed.is_some() { Disturbances::None } else { Disturbances::Possible };
+    let trial = Trial { log, kept, rates: &rates, asked, margins: with_parts(margins(&others)), disturbances };
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
-    for group in &groups {
-        // What leaves nothing to explain is compared with what is much like it, and with nothing else.
-        if all.iter().any(|tried| !tried.spoilt) {
-            break;
-        }
-        for &reading in group {
-            all.extend(trial.first(reading, steps)?);
-        }
+    let model = first.map(|first| &first.model);
+    let open = Open { readings: others.clone(), parts, lags: asked.lag == Lag::Auto };
+    Explorer::new(&trial, steps, model, open).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
+    if let Some(best) = least(&all).filter(|best| best.reading.lag > 0.0 && best.explained) {
+        return Ok(Some(Chosen { reading: best.reading, rates: Vec::new(), disturbed: false }));
     }
-    // Steps that are left out where inputs change say that they change elsewhere.
-    if parts && all.iter().all(|tried| tried.spoilt || tried.astray() > 0) {
-        let held = |tried: &&Tried| !tried.reading.linear && !tried.reading.simulated;
-        let least = |within: f64| {
-            let near = all.iter().filter(held).filter(|tried| tried.reading.rows.abs() <= within);
-            near.min_by(|a, b| a.score.total_cmp(&b.score)).cloned()
-        };
-        // Many terms may make up for a delay that is far off.
-        let (best, near) = (least(f64::INFINITY), least(NEAR));
-        let is_other = near.as_ref().map(|near| near.reading) != best.as_ref().map(|best| best.reading);
-        for tried in best.into_iter().chain(near.filter(|_| is_other)) {
-            let between = between_rows(&trial, steps, &tried)?;
-            let explains = between.as_ref().is_some_and(|between| between.explained);
-            all.extend(between);
-            if explains {
-                break;
-            }
+    // Those of other samples are not compared.
+    all.retain(|tried| tried.reading.lag == 0.0);
+    if let Some(first) = disturbed {
+        // As it stands nothing explains it.
+        if let Some(tried) = all.iter().rev().find(|tried| tried.reading != Reading::GIVEN && tried.explained) {
+            return Ok(Some(Chosen { reading: tried.reading, rates: Vec::new(), disturbed: false }));
         }
-    }
-    if asked.lag == Lag::Auto && all.iter().all(|tried| !tried.explained) {
-        let late = |tried: &&Tried| !tried.reading.linear && !tried.reading.simulated && tried.reading.rows >= 0.0;
-        let latest = all.iter().filter(late).min_by(|a, b| a.score.total_cmp(&b.score));
-        if let Some(lagged) = latest.map(|tried| lagged(&trial, steps, tried)).transpose()?.flatten() {
-            return Ok(Some(Chosen { reading: lagged.reading, rates: Vec::new(), disturbed: false }));
-        }
+        let best = least_missed(log, kept, first, (&others, margins(&others)), asked)?;
+        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     if !is_given {
-        let is_spoilt = all.iter().all(|tried| tried.spoilt);
-        let without = |reading: Reading| all.iter().find(|tried| tried.reading == reading).cloned();
-        let mut with = Vec::from_iter(trial.with_rates(Reading::GIVEN, steps, without(Reading::GIVEN))?);
-        for group in groups.iter().filter(|_| is_spoilt) {
-            if with.iter().any(|tried| !tried.spoilt) {
-                break;
-            }
-            for &reading in group {
-                with.extend(trial.with_rates(reading, steps, without(reading))?);
-            }
+        let search = |trial: &Trial<'_, E>, reading: Reading| {
+            let without = all.iter().find(|tried| tried.reading == reading).cloned();
+            trial.with_rates(reading, steps, without)
+        };
+        let mut with = Vec::from_iter(search(&trial, Reading::GIVEN)?);
+        if all.iter().all(|tried| tried.spoilt) {
+            let open = Open { readings: others.clone(), parts: false, lags: false };
+            Explorer::new(&trial, steps, None, open).explore(&mut with, search)?;
         }
         all.extend(with.into_iter().filter(|tried| !tried.rates.is_empty()));
     }

@@ -1,7 +1,7 @@
 //! What is found in the first samples of a log that is read in one way.
 
 use sindyna_core::{Certainty, FitError, Spec};
-use sindyna_sindy::{Disturbances, Identified, Identifier};
+use sindyna_sindy::{Disturbances, Identified, Identifier, Model};
 
 use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
@@ -82,15 +82,16 @@ impl<E: From<FitError>> Trial<'_, E> {
         })
     }
 
-    /// How far so many steps with `reading` miss the equations of `tried`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.
-    pub(super) fn misfit(&self, tried: &Tried, reading: Reading, steps: usize) -> Result<f64, E> {
+    /// How far so many steps with `reading` miss the equations `of`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.
+    pub(super) fn misfit(&self, of: Structure<'_>, reading: Reading, steps: usize) -> Result<f64, E> {
         let samples = reading.samples(self.kept, self.margins, steps)?;
-        let (spec, rates) = with_rates_in(&self.log.spec, &tried.rates)?;
+        let (spec, rates) = with_rates_in(&self.log.spec, of.rates)?;
         let recordings = match &rates[..] {
             [] => recordings_of(&samples),
             rates => hidden(&samples.data, samples.times.as_deref(), &self.log.spec, rates),
         };
-        let misfit = (self.asked.identifier)(&spec)?.misfit(&tried.found.model, &recordings, self.asked.watch)?;
+        let identifier = (self.asked.identifier)(&spec)?.with_simulators(reading.simulated);
+        let misfit = identifier.misfit(of.model, &recordings, self.asked.watch)?;
         if self.asked.watch.go_on() { Ok(misfit.unwrap_or(f64::INFINITY)) } else { Err(FitError::Interrupted.into()) }
     }
 
@@ -116,6 +117,14 @@ fn tried(
         rates: rates.into_iter().map(|(rate, of)| (rate, identifier.spec().state[of].name.clone())).collect(),
         found,
     })
+}
+
+/// Equations whose coefficients are free.
+#[derive(Clone, Copy)]
+pub(super) struct Structure<'a> {
+    pub(super) model: &'a Model,
+    /// Rates that were not measured, as (name, state).
+    pub(super) rates: &'a [(String, String)],
 }
 
 /// What was found with one reading.

@@ -1,0 +1,169 @@
+//! Readings of a log tried in the order in which equations found so far speak for them.
+
+use sindyna_core::FitError;
+use sindyna_sindy::Model;
+
+use super::gradual::{between_rows, lagged, searched, started};
+use super::lag::forgotten;
+use super::reading::Reading;
+use super::readings::TOLD_APART;
+use super::trial::{Structure, Trial, Tried};
+
+/// Readings that are tried, at most.
+const MOST: usize = 12;
+
+/// Times as many steps tell a delay of a part of a row, or a lag, that was tried.
+const MORE: usize = 5;
+
+/// What may be tried.
+pub(super) struct Open {
+    pub(super) readings: Vec<Reading>,
+    /// Whether delays of parts of rows may be, and lags.
+    pub(super) parts: bool,
+    pub(super) lags: bool,
+}
+
+/// What was tried with the least score.
+pub(super) fn least(all: &[Tried]) -> Option<&Tried> {
+    all.iter().min_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// How readings are explored.
+pub(super) struct Explorer<'a, E> {
+    /// How whole readings are searched, in so many steps.
+    trial: &'a Trial<'a, E>,
+    steps: usize,
+    /// The same behind the steps in which a lag forgets.
+    behind: Trial<'a, E>,
+    /// Equations found in the whole log as it stands.
+    first: Option<&'a Model>,
+    open: Open,
+}
+
+impl<'a, E: From<FitError>> Explorer<'a, E> {
+    /// That of the readings in `open` with so many steps as `trial` takes them; `first` are equations that were found in the whole log as it stands.
+    pub(super) fn new(trial: &'a Trial<'a, E>, steps: usize, first: Option<&'a Model>, open: Open) -> Self {
+        let (before, after) = trial.margins;
+        let latest = open.readings.iter().map(|reading| reading.rows).fold(1.0, f64::max);
+        let more = if open.lags { forgotten(&trial.kept.data, latest * trial.log.spec.dt) } else { 0 };
+        let behind = Trial { margins: (before + more, after), ..*trial };
+        Self { trial, steps, behind, first, open }
+    }
+
+    /// Adds to `all` what is found with one reading after the other, as long as equations found so far speak for another one: fitted again they miss less of the log that is read so than as it was read yet.
+    pub(super) fn explore(
+        mut self,
+        all: &mut Vec<Tried>,
+        search: impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
+    ) -> Result<(), E> {
+        let mut is_searched = false;
+        for _ in 0..MOST {
+            let next = match self.most_promising(all)? {
+                Some(next) => next,
+                None => {
+                    let lagged = least(all).filter(|best| best.reading.lag > 0.0 && !best.explained && !is_searched);
+                    let Some(from) = lagged.map(|lagged| lagged.reading) else { break };
+                    is_searched = true;
+                    // Wrong terms make up for a wrong lag, and keep it: others are searched with terms of their own.
+                    all.extend(self.near_lag(from, &search)?);
+                    continue;
+                }
+            };
+            self.open.readings.retain(|reading| *reading != next);
+            let trial = if next.lag > 0.0 { &self.behind } else { self.trial };
+            all.extend(search(trial, next)?);
+        }
+        Ok(())
+    }
+
+    /// The reading for which equations speak most, of those that were not tried; `None` if they speak for none.
+    fn most_promising(&self, all: &[Tried]) -> Result<Option<Reading>, E> {
+        if all.is_empty() && self.first.is_none() {
+            // Nothing is found of the log as it stands.
+            return Ok(self.open.readings.first().copied());
+        }
+        for (of, steps, gradually) in self.structures(all) {
+            let promises = self.promises(of, steps, all, gradually)?;
+            let most = promises.into_iter().filter(|of| of.1 > TOLD_APART).max_by(|a, b| a.1.total_cmp(&b.1));
+            match most.map(|most| most.0) {
+                // What was delivered before matters where little else is left.
+                Some(reading) if all.iter().any(|tried| tried.reading.lag > 0.0) && reading.lag > 0.0 => {
+                    return started(self.trial, steps, of, reading).map(Some);
+                }
+                Some(reading) => return Ok(Some(reading)),
+                None => {}
+            }
+        }
+        Ok(None)
+    }
+
+    /// Equations that may speak for readings, in so many steps, and whether for such as change gradually: the best ones, and unless these explain all those found in the whole log as it stands, and the last ones.
+    fn structures<'b>(&self, all: &'b [Tried]) -> Vec<(Structure<'b>, usize, bool)>
+    where
+        'a: 'b,
+    {
+        let is_gradual = |reading: Reading| reading.lag > 0.0 || reading.rows.fract() != 0.0;
+        let of = |tried: &'b Tried| {
+            let steps = if is_gradual(tried.reading) { MORE * self.steps } else { self.steps };
+            let open = tried.spoilt || tried.astray() > 0 || is_gradual(tried.reading);
+            (Structure { model: &tried.found.model, rates: &tried.rates }, steps, open)
+        };
+        let best = least(all);
+        if let Some(explained) = best.filter(|best| best.explained) {
+            return vec![of(explained)];
+        }
+        let first = self.first.map(|model| (Structure { model, rates: &[] }, self.steps, true));
+        let last = all.last().filter(|last| best.is_some_and(|best| best.reading != last.reading));
+        let is_given = best.is_none_or(|best| best.reading == Reading::GIVEN);
+        let best = best.map(of);
+        let (one, other) = if is_given { (first, best) } else { (best, first) };
+        one.into_iter().chain(other).chain(last.map(of)).collect()
+    }
+
+    /// How much less than with any reading in `all` the equations `of` miss with others.
+    fn promises(
+        &self,
+        of: Structure<'_>,
+        steps: usize,
+        all: &[Tried],
+        gradually: bool,
+    ) -> Result<Vec<(Reading, f64)>, E> {
+        let misfit = |reading: Reading| Ok::<_, E>((reading, self.behind.misfit(of, reading, steps)?));
+        let given = std::iter::once(Reading::GIVEN).chain(all.iter().map(|tried| tried.reading));
+        let known = given.map(misfit).collect::<Result<Vec<_>, E>>()?;
+        let mut others = self.open.readings.iter().copied().map(misfit).collect::<Result<Vec<_>, E>>()?;
+        let least = |a: &&(Reading, f64), b: &&(Reading, f64)| a.1.total_cmp(&b.1);
+        let held = |of: &&(Reading, f64)| !of.0.linear && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite();
+        let from = known.iter().chain(&others).filter(held).min_by(least).map(|from| from.0);
+        if let Some(from) = from.filter(|_| gradually) {
+            if self.open.parts && from.lag == 0.0 {
+                others.push(between_rows(&self.behind, steps, of, from)?);
+            }
+            if self.open.lags {
+                others.push(lagged(&self.behind, steps, of, from)?);
+            }
+        }
+        let known = known.iter().map(|of| of.1).fold(f64::INFINITY, f64::min);
+        Ok(others.into_iter().map(|(reading, misfit)| (reading, known - misfit)).collect())
+    }
+
+    /// What is found with lags near that of `from`, until one explains all.
+    fn near_lag(
+        &self,
+        from: Reading,
+        search: &impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
+    ) -> Result<Option<Tried>, E> {
+        let mut explained: Option<Tried> = None;
+        searched(&self.behind, self.steps, from, |lag| {
+            if explained.is_some() {
+                // What explains all ends the search.
+                return Ok(f64::INFINITY);
+            }
+            let other = search(&self.behind, Reading { lag, ..from })?;
+            let score = other.as_ref().map_or(f64::INFINITY, |other| other.score);
+            explained = other.filter(|other| other.explained);
+            Ok(score)
+        })?;
+        Ok(explained)
+    }
+}
