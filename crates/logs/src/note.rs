@@ -111,7 +111,7 @@ pub enum Note {
         /// By how much time \[s\].
         seconds: f64,
     },
-    /// Inputs act through a first-order lag, v' = (u − v)/τ.
+    /// Inputs act through a first-order lag, v' = (u − v)/τ; they are given as v, behind it.
     Lagged {
         /// The time constant τ \[s\].
         seconds: f64,

@@ -119,6 +119,12 @@ fn a_model_whose_inputs_act_late_is_not_trained_in() {
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--task-file", "spring.toml", "--model", "late"]));
     assert!(code == 2 && stderr.contains("the inputs of late have a delay of 2 rows (0.1 s)"), "{stderr}");
     assert!(stderr.contains("shift the column of the inputs"), "{stderr}");
+    let columns =
+        ["identify", "spring.csv", "--states", "x,v", "--inputs", "F", "--lag", "0.1", "--quiet", "--out", "slow"];
+    parts(&sindyna(temp.path(), &columns));
+    let (code, _, stderr) = parts(&sindyna(temp.path(), &["train", "--task-file", "spring.toml", "--model", "slow"]));
+    assert!(code == 2 && stderr.contains("the inputs of slow have a lag of first order (0.1 s)"), "{stderr}");
+    assert!(stderr.contains("log what the actuator delivers"), "{stderr}");
 }
 
 /// The log of the spring with other rows and columns: `keep` says which rows, `change` makes a row (t, x, v, F) another.

@@ -121,6 +121,14 @@ pub enum Error {
         /// The same in seconds.
         seconds: f64,
     },
+    /// Inputs of a log that act through a lag.
+    #[error("the inputs of {log} have a lag of first order ({} s): training with a lag is not supported, and a controller trained without it would fail on the system", significant(*seconds, 6))]
+    Lagged {
+        /// The log, or the directory of its identification.
+        log: String,
+        /// Its time constant in seconds.
+        seconds: f64,
+    },
     /// A program that is no system as the task file declares it.
     #[error("the program `{command}`: {why}")]
     Pipe {

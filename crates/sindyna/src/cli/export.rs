@@ -232,6 +232,9 @@ fn identified(directory: &Path) -> Option<Origin> {
         source +=
             &format!(" Delay of the inputs in control intervals (negative: earlier): {rows}; u must be shifted by it.");
     }
+    if let Some(tau) = document["input_lag"].as_f64() {
+        source += &format!(" Lag of the inputs: first order, time constant {tau} s; u is what the actuator delivers.");
+    }
     Some((source, channels.filter_map(unit).collect()))
 }
 

@@ -128,6 +128,9 @@ fn of_ours(error: &Error) -> Option<String> {
         Error::Delayed { .. } => {
             "if only the log has this delay, shift the column of the inputs; `--delay 0` turns its detection off".into()
         }
+        Error::Lagged { .. } => {
+            "if only the log has this lag, log what the actuator delivers; `--lag 0` turns its detection off".into()
+        }
         Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
         Error::NoLog => "leave --model out: the run is evaluated on its own system".into(),

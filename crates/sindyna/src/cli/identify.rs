@@ -111,9 +111,9 @@ const HELP: &str = "\
 what may help: --inputs COLUMNS for commands that are read as states, --limits STATE=LOW:HIGH where a state
                saturates, --term FORMULA for a term that is missing, such as v*w*abs(w) or, with numbers that are
                known, sqrt(p - 101.3), --unmeasured RATE=OF for an unmeasured rate, --delay ROWS for inputs that act
-               late, --intersample foh for inputs that are linear between rows, --angles for angles, or none,
-               --target discrete for a map from row to row, a log in which states and inputs move more;
-               `sindyna inspect` shows it
+               late, --lag S for an actuator that follows its input slowly, --intersample foh for inputs that are
+               linear between rows, --angles for angles, or none, --target discrete for a map from row to row, a
+               log in which states and inputs move more; `sindyna inspect` shows it
 ";
 
 const EXAMPLE: &str = "\

@@ -5,8 +5,7 @@ use sindyna_sindy::{Form, Identified};
 
 use super::as_read::as_read;
 use super::asked::Asked;
-use super::readings::STEPS;
-use super::trial::EFFORT;
+use super::trial::{EFFORT, STEPS};
 use super::unmeasured::Unmeasured;
 use crate::logs::{Difference, Log, Quotient, Samples};
 

@@ -6,8 +6,7 @@ use sindyna_sindy::Model;
 use super::gradual::{between_rows, lagged, searched, started};
 use super::lag::forgotten;
 use super::reading::Reading;
-use super::readings::TOLD_APART;
-use super::trial::{Structure, Trial, Tried};
+use super::trial::{Structure, TOLD_APART, Trial, Tried};
 
 /// Readings that are tried, at most.
 const MOST: usize = 12;
@@ -120,7 +119,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         one.into_iter().chain(other).chain(last.map(of)).collect()
     }
 
-    /// How much less than with any reading in `all` the equations `of` miss with others.
+    /// How much less than with the best reading in `all` the equations `of` miss with others that were not tried.
     fn promises(
         &self,
         of: Structure<'_>,
@@ -132,9 +131,9 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let given = std::iter::once(Reading::GIVEN).chain(all.iter().map(|tried| tried.reading));
         let known = given.map(misfit).collect::<Result<Vec<_>, E>>()?;
         let mut others = self.open.readings.iter().copied().map(misfit).collect::<Result<Vec<_>, E>>()?;
-        let least = |a: &&(Reading, f64), b: &&(Reading, f64)| a.1.total_cmp(&b.1);
+        let most = |a: &&(Reading, f64), b: &&(Reading, f64)| a.1.total_cmp(&b.1);
         let held = |of: &&(Reading, f64)| !of.0.linear && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite();
-        let from = known.iter().chain(&others).filter(held).min_by(least).map(|from| from.0);
+        let from = known.iter().chain(&others).filter(held).min_by(most).map(|from| from.0);
         if let Some(from) = from.filter(|_| gradually) {
             if self.open.parts && from.lag == 0.0 {
                 others.push(between_rows(&self.behind, steps, of, from)?);
@@ -143,8 +142,11 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
                 others.push(lagged(&self.behind, steps, of, from)?);
             }
         }
-        let known = known.iter().map(|of| of.1).fold(f64::INFINITY, f64::min);
-        Ok(others.into_iter().map(|(reading, misfit)| (reading, known - misfit)).collect())
+        // What was tried may not have kept what was promised.
+        let best = least(all).map_or(Reading::GIVEN, |best| best.reading);
+        let known = known.iter().find(|of| of.0 == best).map_or(f64::INFINITY, |of| of.1);
+        let is_new = |of: &(Reading, f64)| all.iter().all(|tried| tried.reading != of.0);
+        Ok(others.into_iter().filter(is_new).map(|(reading, misfit)| (reading, known - misfit)).collect())
     }
 
     /// What is found with lags near that of `from`, until one explains all.

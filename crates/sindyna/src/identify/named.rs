@@ -6,8 +6,7 @@ use sindyna_sindy::Disturbances;
 use super::ahead::clearly_least;
 use super::asked::Asked;
 use super::reading::Reading;
-use super::readings::{STEPS, TOLD_APART};
-use super::trial::{Trial, Tried};
+use super::trial::{STEPS, TOLD_APART, Trial, Tried};
 use super::unmeasured::Unmeasured;
 use crate::logs::Log;
 

@@ -10,7 +10,7 @@ use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
 use super::explored::{Explorer, Open, least};
 use super::reading::Reading;
-use super::trial::{Trial, Tried};
+use super::trial::{STEPS, TOLD_APART, Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
 use crate::logs::{Log, Samples};
 
@@ -31,12 +31,6 @@ const TRIED: [Reading; 5] = [
     Reading { rows: 2.0, ..Reading::GIVEN },
     Reading { simulated: true, ..Reading::GIVEN },
 ];
-
-/// Steps by which they are told apart, or four times as many where these are too few.
-pub(super) const STEPS: usize = 300;
-
-/// Difference of scores at odds of twenty to one.
-pub(super) const TOLD_APART: f64 = 6.0;
 
 /// Readings of `log` besides that as it stands: what is tried of every log with inputs, and delays near those after which states follow inputs most.
 fn tried(log: &Log) -> Vec<Reading> {
@@ -86,7 +80,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         return Ok(None);
     }
     (asked.say)(
-        "no term explains the residuals: trying other readings of the log (delays of the inputs, first-order hold)",
+        "no term explains the residuals: trying other readings of the log (delays and lags of the inputs, first-order hold)",
     );
     let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
     let parts = asked.delay == Delay::Auto && kept.times.is_none();

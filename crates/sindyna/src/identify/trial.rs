@@ -13,6 +13,12 @@ use crate::logs::{Log, Samples};
 /// Part of the usual effort for each reading.
 pub(super) const EFFORT: f64 = 0.1;
 
+/// Steps by which readings are told apart, or four times as many where these are too few.
+pub(super) const STEPS: usize = 300;
+
+/// Difference of scores at odds of twenty to one.
+pub(super) const TOLD_APART: f64 = 6.0;
+
 /// Steps after those used that are predicted, at most.
 const AHEAD: usize = 900;
 

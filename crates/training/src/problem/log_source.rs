@@ -49,13 +49,16 @@ struct Known {
     /// Rows by which inputs act late.
     #[serde(default)]
     input_delay: f64,
+    /// Time constant \[s\] of the lag through which they act.
+    #[serde(default)]
+    input_lag: f64,
 }
 
 impl LogSource {
     /// What `sindyna identify` left in `directory`.
     ///
     /// # Errors
-    /// [`Error::NotIdentified`] if it left nothing there, [`Error::Delayed`] if inputs act late.
+    /// [`Error::NotIdentified`] if it left nothing there, [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
     pub fn of_model(directory: &Path) -> Result<Self, Error> {
         let refused = |why: String| Error::NotIdentified { path: directory.to_owned(), why };
         let path = directory.join("config.toml");
@@ -63,7 +66,9 @@ impl LogSource {
             std::fs::read_to_string(&path).map_err(|e| refused(format!("cannot read {}: {e}", path.display())))?;
         let known: Known = toml::from_str(&text)
             .map_err(|e| refused(format!("{} is not that of an identification: {e}", path.display())))?;
-        not_late(&directory.display().to_string(), known.input_delay, known.dt)?;
+        let name = directory.display().to_string();
+        not_late(&name, known.input_delay, known.dt)?;
+        without_lag(&name, known.input_lag)?;
         let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
         if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
             return Err(refused(format!("{}: no such file or directory", missing.display())));
@@ -75,11 +80,13 @@ impl LogSource {
     /// The `log` called `name` as it was read in the end, and what was found in it.
     ///
     /// # Errors
-    /// [`Error::Delayed`] if inputs act late.
+    /// [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
     pub fn found(name: &str, log: &Log, identified: &Identified) -> Result<Self, Error> {
         for note in &log.notes {
-            if let Note::Delayed { rows, .. } = note {
-                not_late(name, *rows, log.spec.dt)?;
+            match note {
+                Note::Delayed { rows, .. } => not_late(name, *rows, log.spec.dt)?,
+                Note::Lagged { seconds } => without_lag(name, *seconds)?,
+                _ => {}
             }
         }
         let text = log_csv(&log.spec, &log.data, log.times.as_deref())?;
@@ -195,6 +202,14 @@ pub(super) fn columns(spec: &Spec, options: LogOptions) -> LogOptions {
 fn not_late(log: &str, rows: f64, dt: f64) -> Result<(), Error> {
     if rows > 0.0 {
         return Err(Error::Delayed { log: log.to_owned(), rows, seconds: rows * dt });
+    }
+    Ok(())
+}
+
+/// Refuses inputs of `log` that act through a lag with this time constant \[s\].
+fn without_lag(log: &str, seconds: f64) -> Result<(), Error> {
+    if seconds > 0.0 {
+        return Err(Error::Lagged { log: log.to_owned(), seconds });
     }
     Ok(())
 }

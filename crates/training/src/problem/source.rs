@@ -43,7 +43,7 @@ pub fn of_file(path: &Path) -> Result<Arc<dyn Problem>, Error> {
 /// The problem that the task file at `path` describes, on what `sindyna identify` left in `directory`: a log, and equations found in it.
 ///
 /// # Errors
-/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Delayed`] if inputs act late.
+/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
 pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error> {
     on_log(path, &LogSource::of_model(directory)?)
 }

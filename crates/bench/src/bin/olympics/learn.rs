@@ -66,7 +66,19 @@ pub(crate) fn learn(program: &Path, robot: Robot, seed: u64) -> Result<Learned> 
     fs::write(&file, log(robot, seed)?)?;
     let start = Instant::now();
     let done = Command::new(program)
-        .args(["identify", "--no-report", "--quiet", "--strict", "--angles", "q1,q2", "--delay", "0", "--out"])
+        .args([
+            "identify",
+            "--no-report",
+            "--quiet",
+            "--strict",
+            "--angles",
+            "q1,q2",
+            "--delay",
+            "0",
+            "--lag",
+            "0",
+            "--out",
+        ])
         .args([&out, &file])
         .stdin(Stdio::null())
         .output()?;

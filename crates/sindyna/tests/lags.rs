@@ -1,0 +1,143 @@
+//! Logs of systems whose actuators follow their inputs slowly: the lag is found with the equations.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use common::{json, parts, sindyna};
+
+/// Numbers between −1 and 1 that look like chance.
+fn shaken(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.547;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// How an input acts.
+struct Actuator {
+    /// Time constant \[s\], and rows of a delay before it.
+    tau: f64,
+    rows: usize,
+    /// What it delivers at first.
+    first: f64,
+}
+
+/// Rows `t,q,v,u` of q' = v, v' = `rate`(q, v, a), a' = (u − a)/τ every 0.05 s under steps of u; noise of so much is added to q and v.
+fn log(rate: impl Fn(f64, f64, f64) -> f64, actuator: &Actuator, count: usize, noise: f64) -> String {
+    const PARTS: usize = 50;
+    let Actuator { tau, rows, first } = *actuator;
+    let (mut x, mut text) = ([0.3, 0.0, first], "t,q,v,u\n".to_owned());
+    let at = |row: usize| ((row / 7 * 7919 + 3) % 23) as f64 / 11.0 - 1.0;
+    for i in 0..count {
+        let (q, v) = (x[0] + noise * shaken(2 * i), x[1] + noise * shaken(2 * i + 1));
+        writeln!(text, "{},{q},{v},{}", 0.05 * i as f64, at(i)).unwrap();
+        let (u, h) = (at(i.saturating_sub(rows)), 0.05 / PARTS as f64);
+        let f = |x: [f64; 3]| [x[1], rate(x[0], x[1], x[2]), (u - x[2]) / tau];
+        let ahead = |by: f64, k: [f64; 3], x: [f64; 3]| std::array::from_fn(|i| x[i] + by * h * k[i]);
+        for _ in 0..PARTS {
+            let k1 = f(x);
+            let k2 = f(ahead(0.5, k1, x));
+            let k3 = f(ahead(0.5, k2, x));
+            let k4 = f(ahead(1.0, k3, x));
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+    }
+    text
+}
+
+fn spring(q: f64, v: f64, a: f64) -> f64 {
+    -6.0 * q - 0.8 * v + 2.0 * a
+}
+
+fn pendulum(q: f64, v: f64, a: f64) -> f64 {
+    -7.0 * q.sin() - 0.4 * v + 3.0 * a
+}
+
+/// Expects the terms of `truth` in an equation of `identify.json` and no others, off by no more than `most` of (standard error).
+fn has_terms(equation: &serde_json::Value, truth: &[(&str, f64)], most: impl Fn(f64) -> f64) {
+    let terms = equation["terms"].as_array().unwrap();
+    assert_eq!(terms.len(), truth.len(), "{equation}");
+    for &(term, truth) in truth {
+        let found = terms.iter().find(|t| t["term"] == term).unwrap_or_else(|| panic!("{term}: {equation}"));
+        let error = found["standard_error"].as_f64().unwrap_or(0.0);
+        assert!((found["coefficient"].as_f64().unwrap() - truth).abs() < most(error), "{term}: {equation}");
+    }
+}
+
+/// What `identify` finds in `text`, as (whether it says that it is adequate or ambiguous, `identify.json`, what it printed).
+fn identified(at: &Path, name: &str, text: String, more: &[&str]) -> (bool, serde_json::Value, String) {
+    let file = format!("{name}.csv");
+    fs::write(at.join(&file), text).unwrap();
+    let args = [&["identify", &file, "--strict", "--no-report", "--out", name], more].concat();
+    let (code, stdout, stderr) = parts(&sindyna(at, &args));
+    let stands = code == 0 || stdout.contains("equations: ambiguous");
+    (stands, json(&at.join(name).join("identify.json")), format!("{stdout}{stderr}"))
+}
+
+#[test]
+fn the_time_constant_is_found_with_the_equations() {
+    let temp = tempfile::tempdir().unwrap();
+    let rest = |tau: f64| Actuator { tau, rows: 0, first: 0.0 };
+    let of_spring = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
+    let of_pendulum = [("sin q", -7.0), ("v", -0.4), ("u", 3.0)];
+    for (name, text, truth, tau, within) in [
+        ("exact", log(spring, &rest(0.13), 400, 0.0), &of_spring, 0.13, 1e-7),
+        ("noisy", log(spring, &rest(0.13), 400, 0.003), &of_spring, 0.13, 0.01),
+        ("turning", log(pendulum, &rest(0.3), 500, 0.003), &of_pendulum, 0.3, 0.01),
+    ] {
+        let (stands, account, told) = identified(temp.path(), name, text, &[]);
+        assert!(stands, "{told}");
+        let found = account["input_lag"].as_f64().unwrap_or_else(|| panic!("{name}: {told}"));
+        assert!((found - tau).abs() < within * tau, "{name}: {told}");
+        assert!(told.contains("lag of the inputs: first order") && told.contains("--lag 0 turns this off"), "{told}");
+        has_terms(&account["equations"][1], truth, |error| 4.0 * error + 1e-6);
+    }
+}
+
+/// What was delivered before the log is not zero, nor what the first row says; a delay comes before the lag.
+#[test]
+fn a_log_may_begin_anywhere_and_inputs_be_delayed_too() {
+    let temp = tempfile::tempdir().unwrap();
+    let truth = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
+    for (name, actuator, noise) in [
+        ("begun", Actuator { tau: 0.2, rows: 0, first: 0.9 }, 0.0),
+        ("late", Actuator { tau: 0.16, rows: 2, first: 0.0 }, 0.003),
+    ] {
+        let (stands, account, told) = identified(temp.path(), name, log(spring, &actuator, 500, noise), &[]);
+        assert!(stands, "{told}");
+        let found = account["input_lag"].as_f64().unwrap_or_else(|| panic!("{name}: {told}"));
+        assert!((found - actuator.tau).abs() < 0.02 * actuator.tau, "{name}: {told}");
+        assert_eq!(account["input_delay"].as_f64().unwrap_or(0.0), actuator.rows as f64, "{told}");
+        has_terms(&account["equations"][1], &truth, |error| 4.0 * error + 1e-6);
+    }
+}
+
+#[test]
+fn a_lag_is_declared_for_other_logs_and_refused_in_training() {
+    let temp = tempfile::tempdir().unwrap();
+    let rest = Actuator { tau: 0.13, rows: 0, first: 0.0 };
+    let text = |count: usize| log(spring, &rest, count, 0.003);
+    fs::write(temp.path().join("other.csv"), log(spring, &Actuator { first: 0.5, ..rest }, 300, 0.003)).unwrap();
+    let more = ["--lag", "0.13", "--holdout", "other.csv"];
+    let (stands, account, told) = identified(temp.path(), "given", text(400), &more);
+    assert!(stands && account["input_lag"] == 0.13, "{told}");
+    // The rows in which another start is forgotten are not predicted.
+    let predictions = account["held_out"]["predictions"].as_array().unwrap();
+    for state in predictions.iter().flat_map(|of| of["states"].as_array().unwrap()) {
+        assert!(state["fit_percent"].as_f64().unwrap() > 97.0, "{state}{told}");
+    }
+    let args = ["export", "given", "--to", "python", "--out", "model.py"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let program = fs::read_to_string(temp.path().join("model.py")).unwrap();
+    assert!(program.contains("Lag of the inputs: first order, time constant 0.13 s"), "{program}");
+    let (off, account, told) = identified(temp.path(), "off", text(400), &["--lag", "0"]);
+    assert!(account["input_lag"].is_null() && !told.contains("lag of the inputs: first"), "{off} {told}");
+    for lag in ["slow", "-1", "nan", "inf"] {
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "given.csv", "--lag", lag]));
+        assert!(code == 2 && stderr.contains("a lag is"), "{stderr}");
+    }
+}
