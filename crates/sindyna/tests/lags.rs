@@ -116,7 +116,7 @@ fn a_log_may_begin_anywhere_and_inputs_be_delayed_too() {
 }
 
 #[test]
-fn a_lag_is_declared_for_other_logs_and_refused_in_training() {
+fn a_lag_is_declared_for_other_logs_and_told_in_exports() {
     let temp = tempfile::tempdir().unwrap();
     let rest = Actuator { tau: 0.13, rows: 0, first: 0.0 };
     let text = |count: usize| log(spring, &rest, count, 0.003);
@@ -126,8 +126,8 @@ fn a_lag_is_declared_for_other_logs_and_refused_in_training() {
     assert!(stands && account["input_lag"] == 0.13, "{told}");
     // The rows in which another start is forgotten are not predicted.
     let predictions = account["held_out"]["predictions"].as_array().unwrap();
-    for state in predictions.iter().flat_map(|of| of["states"].as_array().unwrap()) {
-        assert!(state["fit_percent"].as_f64().unwrap() > 97.0, "{state}{told}");
+    for fit in predictions.iter().flat_map(|of| of["fit_percent"].as_array().unwrap()) {
+        assert!(fit[1].as_f64().unwrap() > 97.0, "{fit}{told}");
     }
     let args = ["export", "given", "--to", "python", "--out", "model.py"];
     let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
