@@ -94,7 +94,7 @@ impl Identifier {
         let mut all = Vec::new();
         for turns_in_space in [false, true] {
             let tried = if turns_in_space { spatial().collect() } else { Lagrangian::arrangements(joints) };
-            let found = proposals((joints, &tried), (&few, &signals.sigma), floor, stepping, watch);
+            let found = proposals((joints, &tried), (&few, &signals.sigma), floor, stepping, (self.effort, watch));
             let best = found.first().filter(|_| self.library == LibraryChoice::Auto && watch.go_on());
             if let Some(adequate) = best.and_then(is_adequate) {
                 return Ok(adequate);

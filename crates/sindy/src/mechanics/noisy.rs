@@ -7,10 +7,11 @@ use crate::data::Segment;
 use crate::library::{Joints, Lagrangian};
 use crate::motion::Stepping;
 
-/// Sets of parameters of each arrangement and unit, those that are tried, arrangements whose parameters are all fitted, and those of which some are left out.
+/// Sets of parameters of each arrangement and unit, those that are tried, arrangements whose parameters are all fitted (with the whole effort, and at least), and those of which some are left out.
 const SETS: usize = 2;
 const TRIED: usize = 60;
 const FITTED: usize = 6;
+const FEWEST: usize = 2;
 const TOLD: usize = 2;
 
 /// Rounds of Gauss–Newton, of few parameters and of all.
@@ -31,13 +32,13 @@ pub(crate) struct Proposal {
 /// Those of the `lagrangians` of `joints` that predict `segments` best, the likeliest first. Errors of samples are `floor` (n) at least.
 ///
 /// Of the arrangements whose momenta balance best, along the samples or the smoothed `signals`, all parameters are fitted to windows of samples, each from a start of its own; those that are not
-/// missed are left out.
+/// missed are left out. With the part `effort` (0 to 1) of all that is done fewer are fitted.
 pub(crate) fn proposals(
     (joints, lagrangians): (&Joints, &[Lagrangian]),
     (segments, sigma): (&[Segment], &[f64]),
     floor: &[f64],
     stepping: Stepping,
-    watch: &Watch<'_>,
+    (effort, watch): (f64, &Watch<'_>),
 ) -> Vec<Proposal> {
     let stepping = if stepping.is_continuous() { Stepping::Continuous { substeps: SUBSTEPS } } else { stepping };
     let stride = stride(joints, segments);
@@ -69,8 +70,9 @@ pub(crate) fn proposals(
         let all = data.with_others(&few, &data.lagrangian.others(set.chosen[0]), ALL)?;
         Some((all.misfit + data.price(all.chosen.len()), *of, all))
     };
+    let part = |of: usize| ((effort * of as f64).ceil() as usize).max(FEWEST);
     let mut fitted: Vec<(f64, usize, Fitted)> =
-        balanced.iter().take(TRIED).filter(|_| watch.go_on()).filter_map(fit).take(FITTED).collect();
+        balanced.iter().take(part(TRIED)).filter(|_| watch.go_on()).filter_map(fit).take(part(FITTED)).collect();
     fitted.sort_by(|(one, ..), (other, ..)| one.total_cmp(other));
     fitted.dedup_by(|(_, one, _), (_, other, _)| one == other);
     fitted.truncate(TOLD);

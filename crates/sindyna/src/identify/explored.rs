@@ -75,6 +75,11 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         Ok(())
     }
 
+    /// Whether the equations found in the whole log speak for another reading than that as it stands.
+    pub(super) fn is_promising(&self) -> Result<bool, E> {
+        Ok(self.most_promising(&[])?.is_some())
+    }
+
     /// The reading for which equations speak most, of those that were not tried; `None` if they speak for none.
     fn most_promising(&self, all: &[Tried]) -> Result<Option<Reading>, E> {
         if all.is_empty() && self.first.is_none() {

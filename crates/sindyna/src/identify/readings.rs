@@ -5,7 +5,7 @@ use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::clearly_least;
 use super::as_pieces::least_missed;
-use super::as_read::is_disturbed;
+use super::as_read::{is_disturbed, is_explained};
 use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
 use super::explored::{Explorer, Open, least};
@@ -22,6 +22,9 @@ pub(super) struct Chosen {
     /// Whether equations of pieces speak for it, and it leaves more than noise of a part too.
     pub(super) disturbed: bool,
 }
+
+/// Steps with which equations of the whole log speak for other readings, at most.
+const ALL_STEPS: usize = 1200;
 
 /// What is tried of every log with inputs, besides longer delays.
 const TRIED: [Reading; 5] = [
@@ -89,12 +92,16 @@ pub(super) fn told_apart<E: From<FitError>>(
     let others: Vec<Reading> = others.into_iter().filter(|reading| disturbed.is_none() || !reading.simulated).collect();
     let disturbances = if disturbed.is_some() { Disturbances::None } else { Disturbances::Possible };
     let trial = Trial { log, kept, rates: &rates, asked, margins: with_parts(margins(&others)), disturbances };
+    let model = first.map(|first| &first.model);
+    let open = || Open { readings: others.clone(), parts, lags: asked.lag == Lag::Auto };
+    // Equations that leave noise alone, in a search that was not finished, may have terms that make up for another reading: it would leave less of them.
+    if first.is_some_and(is_explained) && !Explorer::new(&trial, ALL_STEPS, model, open()).is_promising()? {
+        return Ok(None);
+    }
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
-    let model = first.map(|first| &first.model);
-    let open = Open { readings: others.clone(), parts, lags: asked.lag == Lag::Auto };
-    Explorer::new(&trial, steps, model, open).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
+    Explorer::new(&trial, steps, model, open()).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
     if let Some(best) = least(&all).filter(|best| best.reading.lag > 0.0 && best.explained) {
         return Ok(Some(Chosen { reading: best.reading, rates: Vec::new(), disturbed: false }));
     }
