@@ -79,21 +79,24 @@ pub(super) fn told_apart<E: From<FitError>>(
         late && linear && (!reading.simulated || steps)
     };
     let others: Vec<Reading> = tried(log).into_iter().filter(is_open).collect();
-    if others.is_empty() {
+    let lags = asked.lag == Lag::Auto && log.spec.control_dim() > 0;
+    if others.is_empty() && !lags {
         return Ok(None);
     }
     (asked.say)(
         "no term explains the residuals: trying other readings of the log (delays and lags of the inputs, first-order hold)",
     );
-    let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
     let parts = asked.delay == Delay::Auto && kept.times.is_none();
     let with_parts = |(before, after)| if parts { (before + 1, after + 1) } else { (before, after) };
     let disturbed = first.filter(|first| is_disturbed(first));
     let others: Vec<Reading> = others.into_iter().filter(|reading| disturbed.is_none() || !reading.simulated).collect();
     let disturbances = if disturbed.is_some() { Disturbances::None } else { Disturbances::Possible };
     let trial = Trial { log, kept, rates: &rates, asked, margins: with_parts(margins(&others)), disturbances };
-    let model = first.map(|first| &first.model);
-    let open = || Open { readings: others.clone(), parts, lags: asked.lag == Lag::Auto };
+    // Equations of pieces follow no more than these.
+    let model = first.filter(|first| !is_disturbed(first)).map(|first| &first.model);
+    // What acts gradually late is seldom told in long logs of machines, and equations with friction are slow to follow.
+    let gradually = disturbed.is_none() || kept.data.n_steps() <= ALL_STEPS;
+    let open = || Open { readings: others.clone(), parts: parts && gradually, lags: lags && gradually };
     // Equations that leave noise alone, in a search that was not finished, may have terms that make up for another reading: it would leave less of them.
     if first.is_some_and(is_explained) && !Explorer::new(&trial, ALL_STEPS, model, open()).is_promising()? {
         return Ok(None);
@@ -115,17 +118,9 @@ pub(super) fn told_apart<E: From<FitError>>(
         let best = least_missed(log, kept, first, (&others, margins(&others)), asked)?;
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
-    if !is_given {
-        let search = |trial: &Trial<'_, E>, reading: Reading| {
-            let without = all.iter().find(|tried| tried.reading == reading).cloned();
-            trial.with_rates(reading, steps, without)
-        };
-        let mut with = Vec::from_iter(search(&trial, Reading::GIVEN)?);
-        if all.iter().all(|tried| tried.spoilt) {
-            let open = Open { readings: others.clone(), parts: false, lags: false };
-            Explorer::new(&trial, steps, None, open).explore(&mut with, search)?;
-        }
-        all.extend(with.into_iter().filter(|tried| !tried.rates.is_empty()));
+    if !matches!(asked.unmeasured, Unmeasured::Given(_)) {
+        let with = with_rates(&trial, steps, &others, &all)?;
+        all.extend(with);
     }
     // Whatever a longer search may find.
     let seen = |best: &Tried| if best.explained { best.rates.clone() } else { Vec::new() };
@@ -134,6 +129,26 @@ pub(super) fn told_apart<E: From<FitError>>(
         rates: seen(best),
         disturbed: false,
     }))
+}
+
+/// What is found with rates that were not measured, where all that was found without them leaves more than noise with the `others`, too.
+fn with_rates<E: From<FitError>>(
+    trial: &Trial<'_, E>,
+    steps: usize,
+    others: &[Reading],
+    all: &[Tried],
+) -> Result<Vec<Tried>, E> {
+    let search = |trial: &Trial<'_, E>, reading: Reading| {
+        let without = all.iter().find(|tried| tried.reading == reading).cloned();
+        trial.with_rates(reading, steps, without)
+    };
+    let mut with = Vec::from_iter(search(trial, Reading::GIVEN)?);
+    if all.iter().all(|tried| tried.spoilt) {
+        let open = Open { readings: others.to_vec(), parts: false, lags: false };
+        Explorer::new(trial, steps, None, open).explore(&mut with, search)?;
+    }
+    with.retain(|tried| !tried.rates.is_empty());
+    Ok(with)
 }
 
 /// What is found in so many of the first steps of `kept` that it leaves more than noise, or in all.
