@@ -136,6 +136,11 @@ fn a_lag_is_declared_for_other_logs_and_told_in_exports() {
     assert!(program.contains("Lag of the inputs: first order, time constant 0.13 s"), "{program}");
     let (off, account, told) = identified(temp.path(), "off", text(400), &["--lag", "0"]);
     assert!(account["input_lag"].is_null() && !told.contains("lag of the inputs: first"), "{off} {told}");
+    for other in [["--intersample", "foh"], ["--delay", "0.5"]] {
+        let args = [&["identify", "given.csv", "--lag", "0.13"][..], &other].concat();
+        let (code, _, stderr) = parts(&sindyna(temp.path(), &args));
+        assert!(code != 0 && stderr.contains("a lag requires inputs that are held"), "{stderr}");
+    }
     for lag in ["slow", "-1", "nan", "inf"] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "given.csv", "--lag", lag]));
         assert!(code == 2 && stderr.contains("a lag is"), "{stderr}");

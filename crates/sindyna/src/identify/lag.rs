@@ -18,8 +18,12 @@ const SPENT: f64 = 0.25;
 /// its first steps are not used.
 ///
 /// # Errors
-/// [`FitError::Regression`] if nothing is left of the log.
+/// [`FitError::Regression`] if inputs are not held, or nothing is left of the log.
 pub(super) fn lagged(log: &Log, (tau, settled): (f64, f64)) -> Result<Log, FitError> {
+    if !log.data.intersample().is_held() {
+        let reason = "a lag requires inputs that are held, after a delay of whole rows";
+        return Err(FitError::Regression { reason: reason.into() });
+    }
     let delivered = delivered(&log.data, log.times.as_deref(), (tau, settled))?;
     let first = forgotten(&log.data, tau);
     let Samples { data, times, .. } = shifted(&delivered, log.times.as_deref(), 0.0, (first, 0), usize::MAX)?;

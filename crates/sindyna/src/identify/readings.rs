@@ -79,7 +79,7 @@ pub(super) fn told_apart<E: From<FitError>>(
         late && linear && (!reading.simulated || steps)
     };
     let others: Vec<Reading> = tried(log).into_iter().filter(is_open).collect();
-    let lags = asked.lag == Lag::Auto && log.spec.control_dim() > 0;
+    let lags = asked.lag == Lag::Auto && log.spec.control_dim() > 0 && kept.data.intersample().is_held();
     if others.is_empty() && !lags {
         return Ok(None);
     }
