@@ -3,7 +3,7 @@
 use sindyna_core::{Dataset, FitError, Rollout};
 use sindyna_sindy::{Doubt, EquationReport, Identified, Identifier, Recording, Watch};
 
-use crate::logs::Samples;
+use crate::logs::{Log, Samples};
 
 /// The trajectories of `data`, whose samples were taken at `times` since the start of each \[s\].
 #[must_use]
@@ -37,6 +37,11 @@ pub(super) fn is_explained(found: &Identified) -> bool {
 pub(super) fn is_spoilt(found: &Identified) -> bool {
     let ended_early = |equation: &EquationReport| equation.doubt == Some(Doubt::Unfinished);
     !is_explained(found) || found.report.equations.iter().any(ended_early)
+}
+
+/// Whether they leave nothing that another reading of their log may explain: noise alone, and where inputs act no steps left out as outliers, among which those after changes of inputs are where inputs act late.
+pub(super) fn is_settled(found: &Identified, log: &Log) -> bool {
+    !is_spoilt(found) && (found.report.rows_astray == 0 || log.spec.control_dim() == 0)
 }
 
 /// Whether they are those of pieces of a disturbed system.

@@ -1,7 +1,6 @@
 //! Readings of a log tried in the order in which equations found so far speak for them.
 
 use sindyna_core::FitError;
-use sindyna_sindy::Model;
 
 use super::gradual::{between_rows, lagged, searched, started};
 use super::lag::forgotten;
@@ -35,13 +34,13 @@ pub(super) struct Explorer<'a, E> {
     /// The same behind the steps in which a lag forgets.
     behind: Trial<'a, E>,
     /// Equations found in the whole log as it stands.
-    first: Option<&'a Model>,
+    first: Option<Structure<'a>>,
     open: Open,
 }
 
 impl<'a, E: From<FitError>> Explorer<'a, E> {
     /// That of the readings in `open` with so many steps as `trial` takes them; `first` are equations that were found in the whole log as it stands.
-    pub(super) fn new(trial: &'a Trial<'a, E>, steps: usize, first: Option<&'a Model>, open: Open) -> Self {
+    pub(super) fn new(trial: &'a Trial<'a, E>, steps: usize, first: Option<Structure<'a>>, open: Open) -> Self {
         let (before, after) = trial.margins;
         let latest = open.readings.iter().map(|reading| reading.rows).fold(1.0, f64::max);
         let more = if open.lags { forgotten(&trial.kept.data, latest * trial.log.spec.dt) } else { 0 };
@@ -116,7 +115,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         if let Some(explained) = best.filter(|best| best.explained) {
             return vec![of(explained)];
         }
-        let first = self.first.map(|model| (Structure { model, rates: &[] }, self.steps, true));
+        let first = self.first.map(|first| (first, self.steps, true));
         let last = all.last().filter(|last| best.is_some_and(|best| best.reading != last.reading));
         let is_given = best.is_none_or(|best| best.reading == Reading::GIVEN);
         let best = best.map(of);

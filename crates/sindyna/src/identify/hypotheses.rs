@@ -3,7 +3,7 @@
 use sindyna_core::{FitError, InterSample, Spec};
 use sindyna_sindy::{Disturbances, Identified, Identifier};
 
-use super::as_read::{as_read, is_disturbed, is_spoilt};
+use super::as_read::{as_read, is_disturbed, is_settled, is_spoilt};
 use super::asked::{Asked, Delay, Lag};
 use super::between::linear;
 use super::changed::changed;
@@ -13,7 +13,7 @@ use super::differences::{besides, not_measured};
 use super::lag::{SETTLED, lagged};
 use super::named::with_angles_by_name;
 use super::reading::Reading;
-use super::readings::told_apart;
+use super::readings::{Chosen, told_apart};
 use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
 
@@ -66,7 +66,6 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
         }
         log.notes.push(Note::DerivativesUnexplained);
     }
-    let acts = |kept: &Samples, log: &Log| kept.times.is_none() && log.spec.control_dim() > 0;
     let is_given = matches!(asked.unmeasured, Unmeasured::Given(_));
     // Steps of a simulator look like inputs that act earlier or later: those are told apart, where they are tried.
     let as_given = if is_given {
@@ -80,7 +79,7 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
     } else {
         None
     };
-    if let Some(rates) = as_given.as_ref().filter(|rates| !is_spoilt(&rates.found)) {
+    if let Some(rates) = as_given.as_ref().filter(|rates| is_settled(&rates.found, &log)) {
         return Ok(rates.clone().into());
     }
     // Nothing is found of some logs until they are read otherwise.
@@ -88,18 +87,20 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
         Err(nothing @ FitError::Regression { .. }) => (None, Some(nothing)),
         first => (first?, None),
     };
-    if let Some(found) = first.as_ref().filter(|first| !is_spoilt(first)) {
+    if let Some(found) = first.as_ref().filter(|first| is_settled(first, &log)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
-    let (log, kept, identifier, first) = match with_angles(&log, first.as_ref(), asked)? {
-        Some((turned, _, identifier, found)) if !is_spoilt(&found) => {
+    let is_spoilt_or_none = first.as_ref().is_none_or(is_spoilt);
+    let turned = if is_spoilt_or_none { with_angles(&log, first.as_ref(), asked)? } else { None };
+    let (log, kept, identifier, first) = match turned {
+        Some((turned, _, identifier, found)) if is_settled(&found, &turned) => {
             return Ok(Looked { found, identifier, log: turned });
         }
         Some((turned, kept, identifier, found)) => (turned, kept, identifier, Some(found)),
         None => (log, kept, identifier, first),
     };
     // Of a system that changed no reading leaves noise alone.
-    if let Some(found) = &first
+    if let Some(found) = first.as_ref().filter(|first| is_spoilt(first))
         && let Some(warning) = changed(&log, &kept, found, asked)?
     {
         let mut found = found.clone();
@@ -107,14 +108,37 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
         return Ok(Looked { found, identifier, log });
     }
     // Steps of a simulator look like inputs that act earlier or later: they are told apart together.
-    let chosen = told_apart(&log, &kept, first.as_ref(), asked)?;
-    let is_as_given = match &chosen {
-        Some(chosen) => chosen.reading == Reading::GIVEN,
-        None => !acts(&kept, &log),
-    };
-    if let Some(rates) = as_given.filter(|_| is_as_given) {
+    let given = as_given.as_ref().map(|rates| &rates.found).filter(|found| !is_spoilt(found));
+    let chosen = told_apart(&log, &kept, (first.as_ref(), given), asked)?;
+    let is_other = chosen.as_ref().is_some_and(|chosen| chosen.reading != Reading::GIVEN);
+    let is_as_given = !is_other && (chosen.is_some() || given.is_some() || !acts(&kept, &log));
+    if let Some(rates) = as_given.clone().filter(|_| is_as_given) {
         return Ok(rates.into());
     }
+    let explained = match &first {
+        _ if given.is_some() => as_given.map(Looked::from),
+        Some(first) if !is_spoilt(first) => {
+            Some(Looked { found: first.clone(), identifier: identifier.clone(), log: log.clone() })
+        }
+        _ => None,
+    };
+    let other = as_chosen((log, kept, identifier), (first, nothing), chosen, asked);
+    let Some(explained) = explained else { return other };
+    if !asked.watch.go_on() {
+        return other;
+    }
+    let left_out = |looked: &Looked| looked.found.report.rows_astray;
+    let explains_more = |other: &Looked| !is_spoilt(&other.found) && left_out(other) < left_out(&explained);
+    Ok(other.ok().filter(explains_more).unwrap_or(explained))
+}
+
+/// Equations of a log in the reading that was `chosen`, or as it stands, where `first` was found in it so, or `nothing` but that error; with rates that were not measured where this leaves a doubt.
+fn as_chosen<E: From<FitError>>(
+    (log, kept, identifier): (Log, Samples, Identifier),
+    (first, nothing): (Option<Identified>, Option<FitError>),
+    chosen: Option<Chosen>,
+    asked: &Asked<'_, E>,
+) -> Result<Looked, E> {
     let otherwise = match chosen.as_ref().map(|chosen| chosen.reading.of(&log)).transpose()?.flatten() {
         Some(log) => {
             let kept = (asked.kept)(&log)?;
@@ -153,6 +177,11 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
         (None, Some(found)) => Ok(Looked { found, identifier, log }),
         (None, None) => Err(FitError::Regression { reason: "no rate was named".into() }.into()),
     }
+}
+
+/// Whether inputs of `log` may act earlier or later.
+fn acts(kept: &Samples, log: &Log) -> bool {
+    kept.times.is_none() && log.spec.control_dim() > 0
 }
 
 /// A log with angles, what is kept of it, its identifier, and what was found.

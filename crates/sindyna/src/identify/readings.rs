@@ -10,7 +10,7 @@ use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
 use super::explored::{Explorer, Open, least};
 use super::reading::Reading;
-use super::trial::{STEPS, TOLD_APART, Trial, Tried};
+use super::trial::{STEPS, Structure, TOLD_APART, Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
 use crate::logs::{Log, Samples};
 
@@ -64,7 +64,7 @@ fn margins(readings: &[Reading]) -> (usize, usize) {
 pub(super) fn told_apart<E: From<FitError>>(
     log: &Log,
     kept: &Samples,
-    first: Option<&Identified>,
+    (first, given): (Option<&Identified>, Option<&Identified>),
     asked: &Asked<'_, E>,
 ) -> Result<Option<Chosen>, E> {
     let rates = match first {
@@ -83,9 +83,6 @@ pub(super) fn told_apart<E: From<FitError>>(
     if others.is_empty() && !lags {
         return Ok(None);
     }
-    (asked.say)(
-        "no term explains the residuals: trying other readings of the log (delays and lags of the inputs, first-order hold)",
-    );
     let parts = asked.delay == Delay::Auto && kept.times.is_none();
     let with_parts = |(before, after)| if parts { (before + 1, after + 1) } else { (before, after) };
     let disturbed = first.filter(|first| is_disturbed(first));
@@ -93,18 +90,28 @@ pub(super) fn told_apart<E: From<FitError>>(
     let disturbances = if disturbed.is_some() { Disturbances::None } else { Disturbances::Possible };
     let trial = Trial { log, kept, rates: &rates, asked, margins: with_parts(margins(&others)), disturbances };
     // Equations of pieces follow no more than these.
-    let model = first.filter(|first| !is_disturbed(first)).map(|first| &first.model);
+    let pairs = if let Unmeasured::Given(pairs) = asked.unmeasured { &pairs[..] } else { &[] };
+    let as_given = given.map(|found| Structure { model: &found.model, rates: pairs });
+    let as_read = first.filter(|first| !is_disturbed(first));
+    let structure = as_given.or(as_read.map(|found| Structure { model: &found.model, rates: &[] }));
     // What acts gradually late is seldom told in long logs of machines, and equations with friction are slow to follow.
     let gradually = disturbed.is_none() || kept.data.n_steps() <= ALL_STEPS;
     let open = || Open { readings: others.clone(), parts: parts && gradually, lags: lags && gradually };
     // Equations that leave noise alone, in a search that was not finished, may have terms that make up for another reading: it would leave less of them.
-    if first.is_some_and(is_explained) && !Explorer::new(&trial, ALL_STEPS, model, open()).is_promising()? {
+    let explained = given.or(first.filter(|first| is_explained(first)));
+    if explained.is_some() && !Explorer::new(&trial, ALL_STEPS, structure, open()).is_promising()? {
         return Ok(None);
     }
+    let why = if explained.is_some() {
+        "another reading may leave less to explain"
+    } else {
+        "no term explains the residuals"
+    };
+    (asked.say)(&format!("{why}: trying other readings of the log (delays and lags of the inputs, first-order hold)"));
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
-    Explorer::new(&trial, steps, model, open()).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
+    Explorer::new(&trial, steps, structure, open()).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
     if let Some(best) = least(&all).filter(|best| best.reading.lag > 0.0 && best.explained) {
         return Ok(Some(Chosen { reading: best.reading, rates: Vec::new(), disturbed: false }));
     }
@@ -158,7 +165,7 @@ fn until_spoilt<E>(
 ) -> Result<(usize, Option<Tried>), E> {
     let mut steps = STEPS;
     let mut found = of(steps)?;
-    while steps < kept.data.n_steps() && found.as_ref().is_some_and(|found| !found.spoilt) {
+    while steps < kept.data.n_steps() && found.as_ref().is_some_and(Tried::is_settled) {
         steps *= 4;
         found = of(steps)?;
     }

@@ -155,6 +155,11 @@ impl Tried {
         self.found.certainty()
     }
 
+    /// Whether it leaves nothing that another reading may explain.
+    pub(super) fn is_settled(&self) -> bool {
+        !self.spoilt && self.astray() == 0
+    }
+
     /// Steps left out.
     pub(super) fn astray(&self) -> usize {
         self.found.report.rows_astray
