@@ -7,10 +7,10 @@ use sindyna_core::{Dataset, FitError, Rollout, number::significant};
 
 use super::Identifier;
 use super::NoiseChoice;
-use super::ends;
 use super::in_motion::stays;
 use super::models::Models;
 use super::noisy::{Joined, Noisy};
+use super::outliers;
 use super::recording::{Recording, dataset};
 use super::report::{Counts, Identified, Report};
 use super::unmeasured::begun;
@@ -299,7 +299,7 @@ impl Identifier {
         let mut report = Report::estimated(&self.names(), counts, &found, dt);
         report.warnings.extend(notes);
         if found.astray > 0 {
-            report.warnings.extend(ends::met(&self.names(), &model, segments, floor));
+            report.warnings.extend(outliers::told(&self.names(), &model, segments, floor));
         }
         let models = Some(Models::new(found.posterior, space.clone(), found.stepping, dt, &model));
         Ok(Identified { model, report, models })

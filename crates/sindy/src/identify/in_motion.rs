@@ -6,8 +6,8 @@ use ndarray::{Array2, Axis, concatenate, s};
 use sindyna_core::{Channel, Dataset, FitError};
 
 use super::Identifier;
-use super::ends;
 use super::noisy::{Joined, Noisy};
+use super::outliers;
 use super::report::{Counts, Identified, Noise, Report};
 use crate::coordinates::Coordinates;
 use crate::data::{Segment, Smoother};
@@ -145,7 +145,7 @@ impl Identifier {
             (&model, &errors),
         );
         if strays > 0 {
-            report.warnings.extend(ends::met(&self.names(), &model, &segments, &floor));
+            report.warnings.extend(outliers::told(&self.names(), &model, &segments, &floor));
         }
         Ok(warned(Identified { model, report, models: None }))
     }

@@ -1,5 +1,6 @@
 //! From recorded rollouts to equations of motion.
 
+mod after_changes;
 mod choices;
 mod compare;
 mod constraints;
@@ -15,6 +16,7 @@ mod known;
 mod misfits;
 mod models;
 mod noisy;
+mod outliers;
 mod recording;
 mod refitted;
 mod region;

@@ -21,9 +21,10 @@ pub(super) struct Open {
     pub(super) lags: bool,
 }
 
-/// What was tried with the least score.
-pub(super) fn least(all: &[Tried]) -> Option<&Tried> {
-    all.iter().min_by(|a, b| a.score.total_cmp(&b.score))
+/// What was tried with the least score per step: lags are tried on fewer of them.
+fn least(all: &[Tried]) -> Option<&Tried> {
+    let per_step = |tried: &Tried| tried.score / tried.steps().max(1) as f64;
+    all.iter().min_by(|a, b| per_step(a).total_cmp(&per_step(b)))
 }
 
 /// How readings are explored.
@@ -50,9 +51,9 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
 
     /// Adds to `all` what is found with one reading after the other, as long as equations found so far speak for another one: fitted again they miss less of the log that is read so than as it was read yet.
     pub(super) fn explore(
-        mut self,
+        &mut self,
         all: &mut Vec<Tried>,
-        search: impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
+        search: &impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
     ) -> Result<(), E> {
         let mut is_searched = false;
         for _ in 0..MOST {
@@ -63,7 +64,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
                     let Some(from) = lagged.map(|lagged| lagged.reading) else { break };
                     is_searched = true;
                     // Wrong terms make up for a wrong lag, and keep it: others are searched with terms of their own.
-                    all.extend(self.near_lag(from, &search)?);
+                    all.extend(self.near_lag(from, search)?);
                     continue;
                 }
             };
@@ -77,6 +78,25 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
     /// Whether the equations found in the whole log speak for another reading than that as it stands.
     pub(super) fn is_promising(&self) -> Result<bool, E> {
         Ok(self.most_promising(&[])?.is_some())
+    }
+
+    /// The lag, of those tried in `all`, that explains everything, unless what explains it without one does so too on the same steps.
+    pub(super) fn lagged(
+        &self,
+        all: &[Tried],
+        search: &impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
+    ) -> Result<Option<Reading>, E> {
+        let explain = |lags: bool| {
+            let explains = |tried: &&Tried| tried.explained && (tried.reading.lag > 0.0) == lags;
+            all.iter().filter(explains).min_by(|a, b| a.score.total_cmp(&b.score))
+        };
+        let Some(lagged) = explain(true) else { return Ok(None) };
+        let again = explain(false).map(|other| search(&self.behind, other.reading)).transpose()?.flatten();
+        let is_as_good = |other: &Tried| {
+            let is_likely = other.score < lagged.score + TOLD_APART;
+            other.explained && (other.astray() < lagged.astray() || (other.astray() == lagged.astray() && is_likely))
+        };
+        Ok(if again.as_ref().is_some_and(is_as_good) { None } else { Some(lagged.reading) })
     }
 
     /// The reading for which equations speak most, of those that were not tried; `None` if they speak for none.

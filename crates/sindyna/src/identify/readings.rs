@@ -8,7 +8,7 @@ use super::as_pieces::least_missed;
 use super::as_read::{is_disturbed, is_explained};
 use super::asked::{Asked, Delay, Lag};
 use super::between::is_set;
-use super::explored::{Explorer, Open, least};
+use super::explored::{Explorer, Open};
 use super::reading::Reading;
 use super::trial::{STEPS, Structure, TOLD_APART, Trial, Tried};
 use super::unmeasured::{Unmeasured, lone};
@@ -111,9 +111,11 @@ pub(super) fn told_apart<E: From<FitError>>(
     // As in all samples, the log as it stands must leave what no term explains: few samples may not show it.
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
-    Explorer::new(&trial, steps, structure, open()).explore(&mut all, |trial, reading| trial.first(reading, steps))?;
-    if let Some(best) = least(&all).filter(|best| best.reading.lag > 0.0 && best.explained) {
-        return Ok(Some(Chosen { reading: best.reading, rates: Vec::new(), disturbed: false }));
+    let search = |trial: &Trial<'_, E>, reading: Reading| trial.first(reading, steps);
+    let mut explorer = Explorer::new(&trial, steps, structure, open());
+    explorer.explore(&mut all, &search)?;
+    if let Some(reading) = explorer.lagged(&all, &search)? {
+        return Ok(Some(Chosen { reading, rates: Vec::new(), disturbed: false }));
     }
     // Those of other samples are not compared.
     all.retain(|tried| tried.reading.lag == 0.0);
@@ -152,7 +154,7 @@ fn with_rates<E: From<FitError>>(
     let mut with = Vec::from_iter(search(trial, Reading::GIVEN)?);
     if all.iter().all(|tried| tried.spoilt) {
         let open = Open { readings: others.to_vec(), parts: false, lags: false };
-        Explorer::new(trial, steps, None, open).explore(&mut with, search)?;
+        Explorer::new(trial, steps, None, open).explore(&mut with, &search)?;
     }
     with.retain(|tried| !tried.rates.is_empty());
     Ok(with)

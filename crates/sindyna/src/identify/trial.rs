@@ -160,6 +160,11 @@ impl Tried {
         !self.spoilt && self.astray() == 0
     }
 
+    /// Steps of which its score tells.
+    pub(super) fn steps(&self) -> usize {
+        self.found.report.rows + self.astray()
+    }
+
     /// Steps left out.
     pub(super) fn astray(&self) -> usize {
         self.found.report.rows_astray
