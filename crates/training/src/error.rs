@@ -111,16 +111,6 @@ pub enum Error {
         /// Why not.
         why: String,
     },
-    /// Inputs of a log that act late.
-    #[error("the inputs of {log} have a delay of {rows} rows ({} s): training with a delay is not supported, and a controller trained without it would fail on the system", significant(*seconds, 6))]
-    Delayed {
-        /// The log, or the directory of its identification.
-        log: String,
-        /// Rows.
-        rows: f64,
-        /// The same in seconds.
-        seconds: f64,
-    },
     /// Inputs of a log that act through a lag.
     #[error("the inputs of {log} have a lag of first order ({} s): training with a lag is not supported, and a controller trained without it would fail on the system", significant(*seconds, 6))]
     Lagged {

@@ -89,6 +89,7 @@ pub fn of(
             coverage,
         },
         from_log: problem.log().is_some(),
+        input_delay: Some(problem.delay()).filter(|delay| *delay > 0.0),
         interrupted: learned.interrupted,
     }
 }

@@ -13,7 +13,8 @@ use crate::Error;
 use crate::evaluation::evaluation;
 use crate::in_model::in_model;
 use crate::plan::Plan;
-use crate::problem::{Played, Problem, Replayed, named};
+use crate::predicting::Predicting;
+use crate::problem::{Late, Played, Problem, Replayed, named};
 use crate::settings::TrainConfig;
 use crate::summary;
 
@@ -41,7 +42,7 @@ pub struct Trained {
     pub model: Option<Model>,
     /// The same with their standard errors and doubts.
     pub identified: Option<Identified>,
-    /// The policy; `None` if training produced none.
+    /// The policy; `None` if training produced none. Where inputs act late it predicts the state in which they will, and has a memory of those that have not acted yet ([`Policy::begin`]).
     pub policy: Option<Arc<dyn TrainedPolicy>>,
     action_dim: usize,
 }
@@ -80,7 +81,7 @@ impl Training {
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
         let mut config = TrainConfig::defaults(&*problem.task());
         if let Some((log, dt)) = problem.log().zip(problem.sampling_interval()) {
-            config.on_log(log, dt, problem.spec().precision);
+            config.on_log(log, (dt, problem.delay()), problem.spec().precision);
         }
         Self { problem, config, recorded: None, evaluated: true }
     }
@@ -180,11 +181,19 @@ impl Training {
         let policy = learned.policy.as_ref().map(|policy| &**policy as &dyn Policy);
         let in_model = in_model(problem, &learned, policy, (&|_, _| {}, &stopped));
         learned.interrupted |= in_model.is_none();
+        let model = learned.model.as_ref().map(|fitted| fitted.0.model.clone());
+        let late = Late::of(problem.delay(), problem.spec().dt);
+        let policy = match (learned.policy.clone(), &model, late) {
+            (Some(policy), Some(model), Some(late)) => {
+                Some(Arc::new(Predicting::new(policy, problem, model.clone(), late)?) as Arc<dyn TrainedPolicy>)
+            }
+            (policy, ..) => policy,
+        };
         Ok(Trained {
             summary: summary::of(config, made_by, problem, &learned, evaluated, in_model),
-            model: learned.model.as_ref().map(|fitted| fitted.0.model.clone()),
+            model,
             identified: learned.model.as_ref().map(|fitted| fitted.0.clone()),
-            policy: learned.policy,
+            policy,
             data: learned.data,
             action_dim: problem.spec().action_space.action_dim(),
         })
@@ -215,7 +224,7 @@ impl Trained {
         self.summary.identification.as_ref().map_or(&[], |identification| &identification.equations)
     }
 
-    /// The best action of the policy for an observation; `None` without a policy.
+    /// The best action of the policy for an observation, the first of an episode where it has a memory; `None` without a policy.
     #[must_use]
     pub fn act(&self, observation: &[f64]) -> Option<Vec<f64>> {
         let mut action = vec![0.0; self.action_dim];

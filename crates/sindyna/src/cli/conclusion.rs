@@ -76,6 +76,12 @@ impl Conclusion<'_> {
                 text += "not confirmed by a real episode; --imagined-rollouts auto and a larger --max-real-steps allow one\n";
             }
         }
+        if let Some(delay) = self.summary.input_delay {
+            text += &format!(
+                "delay of the inputs: {} s; the policy acts on the state predicted for that time. Returns in the model are without the delay, `sindyna evaluate RUN --model DIR` includes it\n",
+                significant(delay, 6)
+            );
+        }
         if let Some(collect) = &training.collect {
             text += &wanted(collect);
         }

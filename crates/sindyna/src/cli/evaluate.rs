@@ -10,9 +10,9 @@ use sindyna_record::ModelRecord;
 use sindyna_record::run::{Evaluation, Summary};
 use sindyna_rl::SavedPolicy;
 use sindyna_sindy::Model;
-use sindyna_training::problem::{Problem, Source, on_twin};
+use sindyna_training::problem::{Late, Problem, Source, on_twin};
 use sindyna_training::settings::{TrainConfig, check_episodes};
-use sindyna_training::{evaluation, planner};
+use sindyna_training::{Predicting, evaluation, planner};
 
 use super::answer::{Answer, Verdict};
 use super::common::Common;
@@ -116,7 +116,13 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         )));
     }
     fits(&policy, problem.spec())?;
-    evaluated((args, &interrupt), &config, &*problem, &policy)
+    match late(&config, &*problem) {
+        None => evaluated((args, &interrupt), &config, &*problem, &policy),
+        Some(late) => {
+            let policy = Predicting::new(policy, &*problem, model(&read)?, late)?;
+            evaluated((args, &interrupt), &config, &*problem, &policy)
+        }
+    }
 }
 
 /// The planner of a run, in the equations that it found.
@@ -133,17 +139,30 @@ fn planned(
         ))
         .hint("--model DIR evaluates it on equations of other logs"));
     }
-    let text = |name: &str| read(name).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-    let model = Model::from_json(&text("model.json")?).context("model.json is no model")?;
-    let summary = Summary::from_json(&text("summary.json")?).context("summary.json is not that of a run")?;
+    let model = model(read)?;
+    let summary = Summary::from_json(&String::from_utf8_lossy(&read("summary.json")?))
+        .context("summary.json is not that of a run")?;
     let name = &summary.training.algorithm;
     let identified = ModelRecord::read(&args.run)?;
     let noise = identified.map(|identified| identified.account.noise_of(&problem.spec().state));
-    let Some(planner) = planner(problem, name, model, &noise.unwrap_or_default())? else {
+    let Some(planner) = planner(problem, name, model.clone(), &noise.unwrap_or_default())? else {
         return Err(Failure::new(format!("{} has no planner: its algorithm is `{name}`", args.run.display()))
             .hint("run it again with `sindyna train --config RUN/config.toml`"));
     };
-    evaluated((args, interrupt), config, problem, &planner)
+    match late(config, problem) {
+        None => evaluated((args, interrupt), config, problem, &planner),
+        Some(late) => evaluated((args, interrupt), config, problem, &Predicting::new(planner, problem, model, late)?),
+    }
+}
+
+/// The equations of a run.
+fn model(read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>) -> Result<Model, Failure> {
+    Ok(Model::from_json(&String::from_utf8_lossy(&read("model.json")?)).context("model.json is no model")?)
+}
+
+/// How late the controls of a run act, as it knows.
+fn late(config: &TrainConfig, problem: &dyn Problem) -> Option<Late> {
+    Late::of(config.data.as_ref()?.delay, problem.spec().dt)
 }
 
 fn evaluated(

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use anyhow::Context as _;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use serde_json::{Value, json};
+use sindyna_core::number::significant;
 use sindyna_core::{Channel, Task};
 use sindyna_export::{Contents, Interface, Language, PRODUCER, Program};
 use sindyna_record::Own;
@@ -241,7 +242,13 @@ fn identified(directory: &Path) -> Option<Origin> {
 /// From the configuration that `sindyna train` left.
 fn trained(directory: &Path) -> Option<Origin> {
     let config = config(directory)?;
-    let source = format!("Found in {} (seed {}).", config.task, config.seed);
+    let mut source = format!("Found in {} (seed {}).", config.task, config.seed);
+    if let Some(delay) = config.data.as_ref().map(|data| data.delay).filter(|delay| *delay > 0.0) {
+        source += &format!(
+            " Inputs act {} s late: the policy takes the observation predicted for that time, by `step` with the inputs that have not acted yet.",
+            significant(delay, 6)
+        );
+    }
     let Some(system) = sindyna_envs::find(&config.task).filter(|_| config.task_file.is_none()) else {
         return Some((source, Vec::new()));
     };

@@ -21,6 +21,8 @@ pub struct LogSource {
     models: Kept,
     /// Sampling interval \[s\]; of samples that are not evenly spaced the median.
     dt: f64,
+    /// Time after which inputs begin to act \[s\].
+    delay: f64,
     /// How finely the states were recorded.
     precision: Precision,
 }
@@ -58,7 +60,7 @@ impl LogSource {
     /// What `sindyna identify` left in `directory`.
     ///
     /// # Errors
-    /// [`Error::NotIdentified`] if it left nothing there, [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
+    /// [`Error::NotIdentified`] if it left nothing there, [`Error::Lagged`] if inputs act through a lag.
     pub fn of_model(directory: &Path) -> Result<Self, Error> {
         let refused = |why: String| Error::NotIdentified { path: directory.to_owned(), why };
         let path = directory.join("config.toml");
@@ -67,24 +69,26 @@ impl LogSource {
         let known: Known = toml::from_str(&text)
             .map_err(|e| refused(format!("{} is not that of an identification: {e}", path.display())))?;
         let name = directory.display().to_string();
-        not_late(&name, known.input_delay, known.dt)?;
         without_lag(&name, known.input_lag)?;
         let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
         if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
             return Err(refused(format!("{}: no such file or directory", missing.display())));
         }
         let (log, models) = (Kept::File(log), Kept::File(models));
-        Ok(Self { log, models, dt: known.dt, precision: known.precision.into() })
+        let delay = (known.input_delay * known.dt).max(0.0);
+        Ok(Self { log, models, dt: known.dt, delay, precision: known.precision.into() })
     }
 
     /// The `log` called `name` as it was read in the end, and what was found in it.
     ///
     /// # Errors
-    /// [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
+    /// [`Error::Lagged`] if inputs act through a lag.
     pub fn found(name: &str, log: &Log, identified: &Identified) -> Result<Self, Error> {
+        let mut delay = 0.0;
         for note in &log.notes {
             match note {
-                Note::Delayed { rows, .. } => not_late(name, *rows, log.spec.dt)?,
+                // Inputs that were logged late act at once.
+                Note::Delayed { seconds, .. } => delay = seconds.max(0.0),
                 Note::Lagged { seconds } => without_lag(name, *seconds)?,
                 _ => {}
             }
@@ -94,6 +98,7 @@ impl LogSource {
             log: Kept::Here(name.into(), text.into()),
             models: Kept::Here(name.into(), identified_bytes(identified).into()),
             dt: log.spec.dt,
+            delay,
             precision: log.spec.precision,
         })
     }
@@ -102,7 +107,7 @@ impl LogSource {
     pub(super) fn of_record(data: &DataConfig, directory: &Path) -> Self {
         let file = |name: &String| Kept::File(directory.join(name));
         let (log, models) = (file(&data.log), file(&data.models));
-        Self { log, models, dt: data.dt, precision: data.precision.into() }
+        Self { log, models, dt: data.dt, delay: data.delay, precision: data.precision.into() }
     }
 
     /// Whether this build can read what was identified in the log: that of another build it cannot.
@@ -120,6 +125,11 @@ impl LogSource {
     /// Sampling interval \[s\]; of samples that are not evenly spaced the median.
     pub(crate) fn dt(&self) -> f64 {
         self.dt
+    }
+
+    /// Time after which inputs begin to act \[s\].
+    pub(super) fn delay(&self) -> f64 {
+        self.delay
     }
 
     /// How finely the states were recorded.
@@ -196,14 +206,6 @@ pub(super) fn columns(spec: &Spec, options: LogOptions) -> LogOptions {
         limits: bounds.filter(|(_, low, high)| low.is_finite() || high.is_finite()).collect(),
         ..options
     }
-}
-
-/// Refuses inputs of `log` that act `rows` late.
-fn not_late(log: &str, rows: f64, dt: f64) -> Result<(), Error> {
-    if rows > 0.0 {
-        return Err(Error::Delayed { log: log.to_owned(), rows, seconds: rows * dt });
-    }
-    Ok(())
 }
 
 /// Refuses inputs of `log` that act through a lag with this time constant \[s\].

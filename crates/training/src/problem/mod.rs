@@ -4,6 +4,7 @@
 
 mod condition;
 mod formula_task;
+mod late;
 mod log_source;
 mod mujoco;
 mod native;
@@ -19,6 +20,7 @@ mod turning;
 
 pub use crate::settings::{RECORDED_LOG, RECORDED_MODELS};
 pub use formula_task::{FormulaTask, Names};
+pub use late::Late;
 pub use log_source::LogSource;
 pub use own::{OwnSystem, Plant, PlantError, ode, stepped};
 pub use pipe::PipeSource;

@@ -83,6 +83,18 @@ impl OwnSystem {
         Self { task, sensors, make: Box::new(make), copies: usize::MAX, solved_at: None }
     }
 
+    /// `task`, whose states `sensors` show, on a plant that `make` makes anew for each environment.
+    pub(super) fn driven<P: Plant + 'static>(
+        task: Arc<dyn Task>,
+        sensors: Sensors,
+        make: impl Fn() -> P + Send + Sync + 'static,
+    ) -> Self {
+        let make = move |task: &Arc<dyn Task>, sensors: &Sensors| -> Result<Box<dyn Environment>, Error> {
+            Ok(Box::new(Connected::new(make(), task.clone(), sensors.clone())))
+        };
+        Self { task, sensors, make: Box::new(make), copies: usize::MAX, solved_at: None }
+    }
+
     /// Solved from this mean return on.
     #[must_use]
     pub fn solved_at(self, mean_return: f64) -> Self {

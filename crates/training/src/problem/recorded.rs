@@ -4,12 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ndarray::{Axis, s};
+use sindyna_core::number::significant;
 use sindyna_core::{Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogError, LogOptions, Note};
-use sindyna_sindy::{Identified, Model};
+use sindyna_sindy::{Form, Identified, Model};
 
 use super::log_source::{Contents, LogSource, columns};
-use super::{Played, Problem};
+use super::{Late, Played, Problem};
 use crate::Error;
 use crate::task_file::TaskFile;
 
@@ -24,6 +25,8 @@ pub(super) struct Recorded {
     identified: Identified,
     /// Sampling interval of the log \[s\].
     dt: f64,
+    /// Time after which its inputs begin to act \[s\].
+    delay: f64,
     /// The log and what was identified in it, as files.
     files: [(&'static str, Vec<u8>); 2],
 }
@@ -53,12 +56,22 @@ impl Recorded {
             ))
         })?;
         let data = Arc::new(data);
-        Ok(Self { task, data, identified, dt: of_log, files })
+        let delay = source.delay();
+        if Late::of(delay, own).is_some_and(|late| late.is_within())
+            && !matches!(identified.model.form(), Form::Continuous(_))
+        {
+            return Err(refused(format!(
+                "its `dt` is {own} s, its inputs act {} s late, and the equations are not continuous in time: they say nothing of parts of intervals",
+                significant(delay, 6)
+            )));
+        }
+        Ok(Self { task, data, identified, dt: of_log, delay, files })
     }
 
-    /// The task, and the equations.
-    pub(super) fn into_parts(self) -> (TaskFile, Model) {
-        (self.task, self.identified.model)
+    /// The task, the equations, and how late inputs act.
+    pub(super) fn into_parts(self) -> (TaskFile, Model, Option<Late>) {
+        let late = Late::of(self.delay, self.task.spec().dt);
+        (self.task, self.identified.model, late)
     }
 }
 
@@ -204,6 +217,10 @@ impl Problem for Recorded {
 
     fn sampling_interval(&self) -> Option<f64> {
         Some(self.dt)
+    }
+
+    fn delay(&self) -> f64 {
+        self.delay
     }
 
     fn identified(&self) -> Option<&Identified> {

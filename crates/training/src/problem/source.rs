@@ -8,6 +8,7 @@ use sindyna_envs::System;
 use sindyna_sindy::Expr;
 
 use super::Problem;
+use super::late::LatePlant;
 use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
@@ -43,7 +44,7 @@ pub fn of_file(path: &Path) -> Result<Arc<dyn Problem>, Error> {
 /// The problem that the task file at `path` describes, on what `sindyna identify` left in `directory`: a log, and equations found in it.
 ///
 /// # Errors
-/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Delayed`] or [`Error::Lagged`] if inputs act late.
+/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Lagged`] if inputs act through a lag.
 pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error> {
     on_log(path, &LogSource::of_model(directory)?)
 }
@@ -156,9 +157,13 @@ impl Source {
 /// [`Error::NoLog`] if the run is not one on a log, and as [`of_model`].
 pub fn on_twin(source: &Source, directory: &Path, noise: f64) -> Result<Arc<dyn Problem>, Error> {
     let Source::Log(path, own) = source else { return Err(Error::NoLog) };
-    let (task, model) = Recorded::load(path, &LogSource::of_model(directory)?, own)?.into_parts();
+    let (task, model, late) = Recorded::load(path, &LogSource::of_model(directory)?, own)?.into_parts();
     let task = task.with_noise(noise);
-    let twin = OwnSystem::shown_by(task.task(), task.sensors(), Arc::new(model));
+    let (of, sensors, model) = (task.task(), task.sensors(), Arc::new(model));
+    let twin = match late {
+        Some(late) => OwnSystem::driven(of, sensors, move || LatePlant::new(model.clone(), late.clone())),
+        None => OwnSystem::shown_by(of, sensors, model),
+    };
     Ok(Arc::new(match task.protocol().solved_at {
         Some(mean_return) => twin.solved_at(mean_return),
         None => twin,

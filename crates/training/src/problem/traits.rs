@@ -52,6 +52,11 @@ pub trait Problem: Send + Sync {
         self.log().map(Dataset::dt)
     }
 
+    /// Time \[s\] after which controls begin to act.
+    fn delay(&self) -> f64 {
+        0.0
+    }
+
     /// What was identified from [`Self::log`] before.
     fn identified(&self) -> Option<&Identified> {
         None

@@ -73,8 +73,15 @@ pub struct DataConfig {
     pub models: String,
     /// Sampling interval \[s\].
     pub dt: f64,
+    /// Time after which inputs begin to act \[s\].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub delay: f64,
     /// How finely the states were recorded.
     pub precision: PrecisionName,
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 fn recorded_models() -> String {
@@ -205,12 +212,13 @@ impl TrainConfig {
         }
     }
 
-    /// Makes these the settings of a run on `log`, made of samples every `dt` \[s\]: all of it at once, and no system to ask again.
-    pub fn on_log(&mut self, log: &Dataset, dt: f64, precision: Precision) {
+    /// Makes these the settings of a run on `log`, made of samples every `dt` \[s\], whose inputs act after `delay` \[s\]: all of it at once, and no system to ask again.
+    pub fn on_log(&mut self, log: &Dataset, (dt, delay): (f64, f64), precision: Precision) {
         self.data = Some(DataConfig {
             log: RECORDED_LOG.into(),
             models: RECORDED_MODELS.into(),
             dt,
+            delay,
             precision: precision.into(),
         });
         (self.warmup.rollouts, self.warmup.rollout_len) = (1, log.n_steps());

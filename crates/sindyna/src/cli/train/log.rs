@@ -19,7 +19,7 @@ use crate::identify::{Delay, ForTask, Lag, for_task};
 pub(super) struct DataOptions {
     #[command(flatten)]
     table: TableOptions,
-    /// Delay of the inputs in rows, as of `sindyna identify`; training with delayed inputs is not supported, 0 disables their detection [default: estimated where the equations leave residuals that no
+    /// Delay of the inputs in rows, as of `sindyna identify`; the policy acts on the state predicted for the time when its input acts; 0 disables the detection [default: estimated where the equations leave residuals that no
     /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,

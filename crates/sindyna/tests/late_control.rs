@@ -1,0 +1,114 @@
+//! Controllers for systems whose inputs act late, trained in equations of a log and judged on those of another.
+
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use common::{json, parts, sindyna};
+
+/// Numbers between −1 and 1 that look like chance.
+fn shaken(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.547;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// Rows `t,x,v,F` of x″ = −10 x − 0.4 x′ + 2 F every 0.05 s, whose input acts so many `rows` late; `first` is the first of its random numbers.
+fn log(rows: f64, first: usize) -> String {
+    const PARTS: usize = 40;
+    let at = |row: f64| if row < 0.0 { 0.0 } else { shaken(first + (row + 1e-9) as usize / 5) };
+    let (mut x, mut text) = ([0.4, 0.0], "t,x,v,F\n".to_owned());
+    for i in 0..600 {
+        let (q, v) = (x[0] + 5e-4 * shaken(first + 1000 + 2 * i), x[1] + 5e-4 * shaken(first + 1001 + 2 * i));
+        writeln!(text, "{:.2},{q},{v},{}", 0.05 * i as f64, at(i as f64)).unwrap();
+        for part in 0..PARTS {
+            let (u, h) = (at(i as f64 + part as f64 / PARTS as f64 - rows), 0.05 / PARTS as f64);
+            let f = |x: [f64; 2]| [x[1], -10.0 * x[0] - 0.4 * x[1] + 2.0 * u];
+            let ahead = |by: f64, k: [f64; 2]| [x[0] + by * h * k[0], x[1] + by * h * k[1]];
+            let k1 = f(x);
+            let k2 = f(ahead(0.5, k1));
+            let k3 = f(ahead(0.5, k2));
+            let k4 = f(ahead(1.0, k3));
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+    }
+    text
+}
+
+/// Bring the mass to 0.3 m and hold it there.
+const TASK: &str = r#"
+name = "spring"
+max_steps = 100
+[[state]]
+name = "x"
+start = [-0.5, 0.5]
+[[state]]
+name = "v"
+start = [0.0, 0.0]
+rate_of = "x"
+[[control]]
+name = "F"
+low = -1.0
+high = 1.0
+[task]
+reward = "-((next_x - 0.3)^2 + 0.02*next_v^2)"
+"#;
+
+/// What is printed by `sindyna` with `args`.
+fn told(at: &Path, args: &[&str]) -> String {
+    let (code, stdout, stderr) = parts(&sindyna(at, args));
+    assert_eq!(code, 0, "{args:?}: {stdout}{stderr}");
+    stdout
+}
+
+/// Leaves in `at` what is identified in the log called `name`.
+fn identified(at: &Path, name: &str, text: String) {
+    let file = format!("{name}.csv");
+    fs::write(at.join(&file), text).unwrap();
+    told(at, &["identify", &file, "--states", "x,v", "--inputs", "F", "--no-report", "--out", name]);
+}
+
+/// Mean return of the `run` on the equations of the log called `twin`.
+fn mean_return(at: &Path, run: &str, twin: &str) -> f64 {
+    let text = told(at, &["evaluate", run, "--model", twin, "--episodes", "20", "--json"]);
+    let document: serde_json::Value = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}: {text}"));
+    document["result"]["evaluation"]["mean_return"].as_f64().unwrap_or_else(|| panic!("{text}"))
+}
+
+#[test]
+fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
+    let temp = tempfile::tempdir().unwrap();
+    let at = temp.path();
+    fs::write(at.join("task.toml"), TASK).unwrap();
+    for (name, rows, first) in
+        [("now", 0.0, 0), ("late", 6.0, 5000), ("twin", 6.0, 9000), ("part", 2.6, 13_000), ("twin of part", 2.6, 17_000)]
+    {
+        identified(at, name, log(rows, first));
+    }
+    let trained = |of: &str, run: &str, controller: &str| {
+        let args = ["train", "--task-file", "task.toml", "--model", of, "--controller", controller, "--no-report"];
+        told(at, &[&args[..], &["--out", run]].concat())
+    };
+    trained("now", "unaware", "lqr");
+    let best = mean_return(at, "unaware", "now");
+    // Without a prediction the delay costs nearly as much as all else.
+    assert!(mean_return(at, "unaware", "twin") < 1.8 * best, "{best}");
+    for (of, twin, controller) in
+        [("late", "twin", "lqr"), ("late", "twin", "ilqr"), ("part", "twin of part", "lqr"), ("late", "twin", "sac")]
+    {
+        let run = format!("{of} {controller}");
+        let text = trained(of, &run, controller);
+        assert!(text.contains("the policy acts on the state predicted for that time"), "{text}");
+        let delay = json(&at.join(&run).join("summary.json"))["input_delay"].as_f64().unwrap();
+        assert!((delay - if of == "late" { 0.3 } else { 0.13 }).abs() < 1e-3, "{delay}");
+        // Of the delay itself nothing can be had back.
+        let earned = mean_return(at, &run, twin);
+        let most = if controller == "sac" { 1.6 } else { 1.4 };
+        assert!(earned > most * best, "{run}: {earned} of {best}");
+    }
+    let program = told(at, &["export", "late sac", "--to", "c", "--out", "-"]);
+    assert!(program.contains("Inputs act 0.3 s late"), "{program}");
+}
