@@ -16,18 +16,21 @@ fn shaken(i: usize) -> f64 {
     2.0 * (x - x.floor()) - 1.0
 }
 
-/// Rows `t,x,v,F` of x″ = −10 x − 0.4 x′ + 2 F every 0.05 s, whose input acts so many `rows` late; `first` is the first of its random numbers.
-fn log(rows: f64, first: usize) -> String {
+/// Rows `t,x,v,F` of x″ = −10 x − 0.4 x′ + 2 a every 0.05 s, where a follows F so many `rows` late and with the time constant `tau` \[s\]; `first` is the first of its random numbers.
+fn log((rows, tau): (f64, f64), first: usize) -> String {
     const PARTS: usize = 40;
     let at = |row: f64| if row < 0.0 { 0.0 } else { shaken(first + (row + 1e-9) as usize / 5) };
-    let (mut x, mut text) = ([0.4, 0.0], "t,x,v,F\n".to_owned());
+    let (mut x, mut text) = ([0.4, 0.0, 0.0], "t,x,v,F\n".to_owned());
     for i in 0..600 {
         let (q, v) = (x[0] + 5e-4 * shaken(first + 1000 + 2 * i), x[1] + 5e-4 * shaken(first + 1001 + 2 * i));
         writeln!(text, "{:.2},{q},{v},{}", 0.05 * i as f64, at(i as f64)).unwrap();
         for part in 0..PARTS {
             let (u, h) = (at(i as f64 + part as f64 / PARTS as f64 - rows), 0.05 / PARTS as f64);
-            let f = |x: [f64; 2]| [x[1], -10.0 * x[0] - 0.4 * x[1] + 2.0 * u];
-            let ahead = |by: f64, k: [f64; 2]| [x[0] + by * h * k[0], x[1] + by * h * k[1]];
+            let f = |x: [f64; 3]| {
+                let (a, follows) = if tau > 0.0 { (x[2], (u - x[2]) / tau) } else { (u, 0.0) };
+                [x[1], -10.0 * x[0] - 0.4 * x[1] + 2.0 * a, follows]
+            };
+            let ahead = |by: f64, k: [f64; 3]| std::array::from_fn(|i| x[i] + by * h * k[i]);
             let k1 = f(x);
             let k2 = f(ahead(0.5, k1));
             let k3 = f(ahead(0.5, k2));
@@ -71,6 +74,12 @@ fn identified(at: &Path, name: &str, text: String) {
     told(at, &["identify", &file, "--states", "x,v", "--inputs", "F", "--no-report", "--out", name]);
 }
 
+/// What is printed when a controller is trained in what was identified in the log called `of`.
+fn trained(at: &Path, of: &str, run: &str, controller: &str) -> String {
+    let args = ["train", "--task-file", "task.toml", "--model", of, "--controller", controller, "--no-report"];
+    told(at, &[&args[..], &["--out", run]].concat())
+}
+
 /// Mean return of the `run` on the equations of the log called `twin`.
 fn mean_return(at: &Path, run: &str, twin: &str) -> f64 {
     let text = told(at, &["evaluate", run, "--model", twin, "--episodes", "20", "--json"]);
@@ -83,15 +92,16 @@ fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
     let temp = tempfile::tempdir().unwrap();
     let at = temp.path();
     fs::write(at.join("task.toml"), TASK).unwrap();
-    for (name, rows, first) in
-        [("now", 0.0, 0), ("late", 6.0, 5000), ("twin", 6.0, 9000), ("part", 2.6, 13_000), ("twin of part", 2.6, 17_000)]
-    {
-        identified(at, name, log(rows, first));
+    for (name, rows, first) in [
+        ("now", 0.0, 0),
+        ("late", 6.0, 5000),
+        ("twin", 6.0, 9000),
+        ("part", 2.6, 13_000),
+        ("twin of part", 2.6, 17_000),
+    ] {
+        identified(at, name, log((rows, 0.0), first));
     }
-    let trained = |of: &str, run: &str, controller: &str| {
-        let args = ["train", "--task-file", "task.toml", "--model", of, "--controller", controller, "--no-report"];
-        told(at, &[&args[..], &["--out", run]].concat())
-    };
+    let trained = |of: &str, run: &str, controller: &str| trained(at, of, run, controller);
     trained("now", "unaware", "lqr");
     let best = mean_return(at, "unaware", "now");
     // Without a prediction the delay costs nearly as much as all else.
@@ -111,4 +121,32 @@ fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
     }
     let program = told(at, &["export", "late sac", "--to", "c", "--out", "-"]);
     assert!(program.contains("Inputs act 0.3 s late"), "{program}");
+}
+
+#[test]
+fn a_policy_knows_what_its_actuators_deliver() {
+    let temp = tempfile::tempdir().unwrap();
+    let at = temp.path();
+    fs::write(at.join("task.toml"), TASK).unwrap();
+    for (name, late, first) in [
+        ("now", (0.0, 0.0), 0),
+        ("slow", (0.0, 0.3), 21_000),
+        ("twin", (0.0, 0.3), 25_000),
+        ("slow and late", (2.0, 0.2), 29_000),
+        ("other twin", (2.0, 0.2), 33_000),
+    ] {
+        identified(at, name, log(late, first));
+    }
+    trained(at, "now", "unaware", "ilqr");
+    let best = mean_return(at, "unaware", "now");
+    for (of, twin, tau) in [("slow", "twin", 0.3), ("slow and late", "other twin", 0.2)] {
+        let run = format!("{of} run");
+        let text = trained(at, of, &run, "ilqr");
+        // Of what the lag takes away some is had back.
+        let (unaware, aware) = (mean_return(at, "unaware", twin), mean_return(at, &run, twin));
+        assert!(unaware < 1.6 * best && aware > 0.8 * unaware, "{best}: {unaware}, {aware}");
+        assert!(text.contains("dF_delivered/dt"), "{text}");
+        let lag = json(&at.join(&run).join("summary.json"))["input_lag"].as_f64().unwrap();
+        assert!((lag - tau).abs() < 1e-3, "{lag}");
+    }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use sindyna_control::ControlError;
-use sindyna_core::{EnvError, FitError, number::significant};
+use sindyna_core::{EnvError, FitError};
 use sindyna_dyna::DynaError;
 use sindyna_logs::LogError;
 use sindyna_mujoco::MujocoError;
@@ -110,14 +110,6 @@ pub enum Error {
         path: PathBuf,
         /// Why not.
         why: String,
-    },
-    /// Inputs of a log that act through a lag.
-    #[error("the inputs of {log} have a lag of first order ({} s): training with a lag is not supported, and a controller trained without it would fail on the system", significant(*seconds, 6))]
-    Lagged {
-        /// The log, or the directory of its identification.
-        log: String,
-        /// Its time constant in seconds.
-        seconds: f64,
     },
     /// A program that is no system as the task file declares it.
     #[error("the program `{command}`: {why}")]

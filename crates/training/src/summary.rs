@@ -89,6 +89,7 @@ pub fn of(
             coverage,
         },
         from_log: problem.log().is_some(),
+        input_lag: Some(problem.lag()).filter(|lag| *lag > 0.0),
         input_delay: Some(problem.delay()).filter(|delay| *delay > 0.0),
         interrupted: learned.interrupted,
     }

@@ -81,7 +81,7 @@ impl Training {
     pub fn shared(problem: Arc<dyn Problem>) -> Self {
         let mut config = TrainConfig::defaults(&*problem.task());
         if let Some((log, dt)) = problem.log().zip(problem.sampling_interval()) {
-            config.on_log(log, (dt, problem.delay()), problem.spec().precision);
+            config.on_log(log, (dt, problem.delay(), problem.lag()), problem.spec().precision);
         }
         Self { problem, config, recorded: None, evaluated: true }
     }
@@ -182,12 +182,13 @@ impl Training {
         let in_model = in_model(problem, &learned, policy, (&|_, _| {}, &stopped));
         learned.interrupted |= in_model.is_none();
         let model = learned.model.as_ref().map(|fitted| fitted.0.model.clone());
-        let late = Late::of(problem.delay(), problem.spec().dt);
-        let policy = match (learned.policy.clone(), &model, late) {
-            (Some(policy), Some(model), Some(late)) => {
-                Some(Arc::new(Predicting::new(policy, problem, model.clone(), late)?) as Arc<dyn TrainedPolicy>)
+        let (late, lag) = (Late::of(problem.delay(), problem.spec().dt), problem.lag() > 0.0);
+        let policy = match (learned.policy.clone(), &model) {
+            (Some(policy), Some(model)) if lag || !late.is_now() => {
+                let predicting = Predicting::new(policy, problem, model.clone(), (late, lag))?;
+                Some(Arc::new(predicting) as Arc<dyn TrainedPolicy>)
             }
-            (policy, ..) => policy,
+            (policy, _) => policy,
         };
         Ok(Trained {
             summary: summary::of(config, made_by, problem, &learned, evaluated, in_model),

@@ -38,6 +38,9 @@ pub struct Summary {
     /// Time after which the inputs begin to act [s], where they act late; the policy then acts on the state predicted for that time, and returns in the model are without the delay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_delay: Option<f64>,
+    /// Time constant of the lag through which the inputs act [s], where they do; what actuators deliver is then part of the state.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub input_lag: Option<f64>,
     /// Stopped by Ctrl-C before it was done.
     pub interrupted: bool,
 }

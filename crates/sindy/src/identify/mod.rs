@@ -1,5 +1,6 @@
 //! From recorded rollouts to equations of motion.
 
+mod actuators;
 mod after_changes;
 mod choices;
 mod compare;

@@ -21,14 +21,24 @@ pub struct Models {
     space: Space,
     stepping: Stepping,
     dt: f64,
+    /// What inputs act through, if anything.
+    actuators: Option<Actuators>,
     /// The likeliest model.
     #[serde(with = "as_text")]
     best: Model,
 }
 
+/// Actuators: their time constant \[s\], and the names of what they deliver (k).
+type Actuators = (f64, Vec<String>);
+
 impl Models {
     pub(super) fn new(posterior: Posterior, space: Space, stepping: Stepping, dt: f64, best: &Model) -> Self {
-        Self { posterior, space, stepping, dt, best: best.clone() }
+        Self { posterior, space, stepping, dt, actuators: None, best: best.clone() }
+    }
+
+    /// The same of inputs that act through `actuators`; the likeliest one is `best`.
+    pub(super) fn with_actuators(self, actuators: Actuators, best: &Model) -> Self {
+        Self { actuators: Some(actuators), best: best.clone(), ..self }
     }
 
     /// The same over control intervals of `dt` \[s\]; `None` where only what one interval leads to is known.
@@ -41,6 +51,10 @@ impl Models {
         let model = self.posterior.draw(rng).and_then(|(terms, equations)| {
             let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
             let model = of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()?;
+            let model = match &self.actuators {
+                Some((tau, names)) => model.with_actuators(*tau, names).ok()?,
+                None => model,
+            };
             model.over_intervals(self.best.dt())
         });
         Arc::new(model.unwrap_or_else(|| self.best.clone()))

@@ -1,5 +1,6 @@
 //! The learned equations of motion: immutable, compiled, without any data.
 
+mod actuators;
 mod analysis;
 mod document;
 mod equations;

@@ -82,6 +82,12 @@ impl Conclusion<'_> {
                 significant(delay, 6)
             );
         }
+        if let Some(lag) = self.summary.input_lag {
+            text += &format!(
+                "lag of the inputs: first order, {} s; what actuators deliver is part of the state, and computed from the actions\n",
+                significant(lag, 6)
+            );
+        }
         if let Some(collect) = &training.collect {
             text += &wanted(collect);
         }

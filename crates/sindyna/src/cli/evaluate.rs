@@ -160,9 +160,11 @@ fn model(read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>) -> Result<Model, Failu
     Ok(Model::from_json(&String::from_utf8_lossy(&read("model.json")?)).context("model.json is no model")?)
 }
 
-/// How late the controls of a run act, as it knows.
-fn late(config: &TrainConfig, problem: &dyn Problem) -> Option<Late> {
-    Late::of(config.data.as_ref()?.delay, problem.spec().dt)
+/// How late the controls of a run act, and whether through a lag, as it knows; `None` where they act at once.
+fn late(config: &TrainConfig, problem: &dyn Problem) -> Option<(Late, bool)> {
+    let data = config.data.as_ref()?;
+    let (late, lag) = (Late::of(data.delay, problem.spec().dt), data.lag > 0.0);
+    (lag || !late.is_now()).then_some((late, lag))
 }
 
 fn evaluated(

@@ -249,6 +249,12 @@ fn trained(directory: &Path) -> Option<Origin> {
             significant(delay, 6)
         );
     }
+    if let Some(lag) = config.data.as_ref().map(|data| data.lag).filter(|lag| *lag > 0.0) {
+        source += &format!(
+            " Inputs act through a lag of first order, {} s: what actuators deliver are the last states; no sensor shows them, `step` computes them from the inputs.",
+            significant(lag, 6)
+        );
+    }
     let Some(system) = sindyna_envs::find(&config.task).filter(|_| config.task_file.is_none()) else {
         return Some((source, Vec::new()));
     };

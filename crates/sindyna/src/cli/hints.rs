@@ -125,9 +125,6 @@ fn of_ours(error: &Error) -> Option<String> {
         Error::NotIdentified { .. } => {
             "--model takes an output directory of `sindyna identify` of this version; `train --config` with the config.toml of a run identifies the equations in its log again".into()
         }
-        Error::Lagged { .. } => {
-            "if only the log has this lag, log what the actuator delivers; `--lag 0` turns its detection off".into()
-        }
         Error::Pipe { .. } => "docs/pipe.md describes the protocol".into(),
         Error::NoPipe => "name it again with --pipe COMMAND".into(),
         Error::NoLog => "leave --model out: the run is evaluated on its own system".into(),

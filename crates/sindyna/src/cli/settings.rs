@@ -173,7 +173,7 @@ impl Settings {
                 if let Source::Log(..) = &source {
                     let problem = source.problem(simulator, 0.0)?;
                     if let Some((log, dt)) = problem.log().zip(problem.sampling_interval()) {
-                        config.on_log(log, (dt, problem.delay()), spec.precision);
+                        config.on_log(log, (dt, problem.delay(), problem.lag()), spec.precision);
                     }
                 }
                 config

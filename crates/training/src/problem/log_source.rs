@@ -23,6 +23,8 @@ pub struct LogSource {
     dt: f64,
     /// Time after which inputs begin to act \[s\].
     delay: f64,
+    /// Time constant of the lag through which they act \[s\]; 0 for none.
+    lag: f64,
     /// How finely the states were recorded.
     precision: Precision,
 }
@@ -60,7 +62,7 @@ impl LogSource {
     /// What `sindyna identify` left in `directory`.
     ///
     /// # Errors
-    /// [`Error::NotIdentified`] if it left nothing there, [`Error::Lagged`] if inputs act through a lag.
+    /// [`Error::NotIdentified`] if it left nothing there.
     pub fn of_model(directory: &Path) -> Result<Self, Error> {
         let refused = |why: String| Error::NotIdentified { path: directory.to_owned(), why };
         let path = directory.join("config.toml");
@@ -68,28 +70,26 @@ impl LogSource {
             std::fs::read_to_string(&path).map_err(|e| refused(format!("cannot read {}: {e}", path.display())))?;
         let known: Known = toml::from_str(&text)
             .map_err(|e| refused(format!("{} is not that of an identification: {e}", path.display())))?;
-        let name = directory.display().to_string();
-        without_lag(&name, known.input_lag)?;
         let (log, models) = (directory.join(RECORDED_LOG), directory.join(RECORDED_MODELS));
         if let Some(missing) = [&log, &models].into_iter().find(|path| !path.is_file()) {
             return Err(refused(format!("{}: no such file or directory", missing.display())));
         }
         let (log, models) = (Kept::File(log), Kept::File(models));
         let delay = (known.input_delay * known.dt).max(0.0);
-        Ok(Self { log, models, dt: known.dt, delay, precision: known.precision.into() })
+        Ok(Self { log, models, dt: known.dt, delay, lag: known.input_lag, precision: known.precision.into() })
     }
 
     /// The `log` called `name` as it was read in the end, and what was found in it.
     ///
     /// # Errors
-    /// [`Error::Lagged`] if inputs act through a lag.
+    /// [`Error`] if the log cannot be written down.
     pub fn found(name: &str, log: &Log, identified: &Identified) -> Result<Self, Error> {
-        let mut delay = 0.0;
+        let (mut delay, mut lag) = (0.0, 0.0);
         for note in &log.notes {
             match note {
                 // Inputs that were logged late act at once.
                 Note::Delayed { seconds, .. } => delay = seconds.max(0.0),
-                Note::Lagged { seconds } => without_lag(name, *seconds)?,
+                Note::Lagged { seconds } => lag = *seconds,
                 _ => {}
             }
         }
@@ -99,6 +99,7 @@ impl LogSource {
             models: Kept::Here(name.into(), identified_bytes(identified).into()),
             dt: log.spec.dt,
             delay,
+            lag,
             precision: log.spec.precision,
         })
     }
@@ -107,7 +108,7 @@ impl LogSource {
     pub(super) fn of_record(data: &DataConfig, directory: &Path) -> Self {
         let file = |name: &String| Kept::File(directory.join(name));
         let (log, models) = (file(&data.log), file(&data.models));
-        Self { log, models, dt: data.dt, delay: data.delay, precision: data.precision.into() }
+        Self { log, models, dt: data.dt, delay: data.delay, lag: data.lag, precision: data.precision.into() }
     }
 
     /// Whether this build can read what was identified in the log: that of another build it cannot.
@@ -130,6 +131,11 @@ impl LogSource {
     /// Time after which inputs begin to act \[s\].
     pub(super) fn delay(&self) -> f64 {
         self.delay
+    }
+
+    /// Time constant of the lag through which they act \[s\]; 0 for none.
+    pub(super) fn lag(&self) -> f64 {
+        self.lag
     }
 
     /// How finely the states were recorded.
@@ -206,14 +212,6 @@ pub(super) fn columns(spec: &Spec, options: LogOptions) -> LogOptions {
         limits: bounds.filter(|(_, low, high)| low.is_finite() || high.is_finite()).collect(),
         ..options
     }
-}
-
-/// Refuses inputs of `log` that act through a lag with this time constant \[s\].
-fn without_lag(log: &str, seconds: f64) -> Result<(), Error> {
-    if seconds > 0.0 {
-        return Err(Error::Lagged { log: log.to_owned(), seconds });
-    }
-    Ok(())
 }
 
 /// Refuses models of other states or inputs than the task declares.

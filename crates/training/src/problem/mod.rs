@@ -2,6 +2,7 @@
 //!
 //! [`named`] gives those that come along, [`OwnSystem`] one's own. All of them are a [`Problem`].
 
+mod actuators;
 mod condition;
 mod formula_task;
 mod late;

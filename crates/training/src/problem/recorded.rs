@@ -5,10 +5,12 @@ use std::sync::Arc;
 
 use ndarray::{Axis, s};
 use sindyna_core::number::significant;
-use sindyna_core::{Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
+use sindyna_core::{Channel, Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogError, LogOptions, Note};
-use sindyna_sindy::{Form, Identified, Model};
+use sindyna_sindy::{Form, Identified};
 
+use super::actuators::{self, commanded};
+use super::late::LatePlant;
 use super::log_source::{Contents, LogSource, columns};
 use super::{Late, Played, Problem};
 use crate::Error;
@@ -27,60 +29,101 @@ pub(super) struct Recorded {
     dt: f64,
     /// Time after which its inputs begin to act \[s\].
     delay: f64,
+    /// Time constant of the lag through which they act \[s\]; 0 for none.
+    lag: f64,
     /// The log and what was identified in it, as files.
     files: [(&'static str, Vec<u8>); 2],
 }
 
 impl Recorded {
-    /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task. States are angles as [`of`] tells of `own`.
-    pub(super) fn load(path: &Path, source: &LogSource, own: &LogSource) -> Result<Self, Error> {
-        let task = of(path, own, source.dt())?;
-        let name = task.spec().name.clone();
-        let refused = |why: String| Error::System { name: name.clone(), why };
+    /// The task file at `path` on what `source` has. Columns of the log are called as the states and controls of the task.
+    pub(super) fn load(path: &Path, source: &LogSource) -> Result<Self, Error> {
+        let Read { task, log, times, identified, files } = Read::of(path, source, source)?;
         let (own, of_log) = (task.spec().dt, source.dt());
-        let times = (own / of_log).round().max(1.0);
-        let task = task.with_precision(source.precision());
-        let Contents { log, identified, files } = source.read(task.spec(), own / times)?;
-        if own < of_log * (1.0 - SHORTER) || (own / (times * log.spec.dt) - 1.0).abs() > 1e-6 {
-            return Err(refused(format!(
-                "its `dt` is {own} s, which is no multiple of the sampling interval of the log, {of_log} s"
-            )));
-        }
-        let data = seen(&log, times as usize, task.spec(), &*task.task(), &task.sensors())?;
+        let refused = |why: String| Error::System { name: task.spec().name.clone(), why };
+        let broken = |e: sindyna_core::DatasetError| refused(format!("the log cannot be used: {e}"));
+        let log = if source.lag() > 0.0 { commanded(&log, source.lag()).map_err(broken)? } else { log };
+        let data = seen(&log, times, task.spec(), &*task.task(), &task.sensors())?;
         if data.n_steps() == 0 {
             return Err(refused(format!("its `dt` is {own} s, and no trajectory of the log is as long")));
         }
-        let identified = identified.over_intervals(own).ok_or_else(|| {
-            refused(format!(
-                "its `dt` is {own} s, and the equations say nothing but what follows after the sampling interval of the log, {of_log} s"
-            ))
-        })?;
         let data = Arc::new(data);
-        let delay = source.delay();
-        if Late::of(delay, own).is_some_and(|late| late.is_within())
-            && !matches!(identified.model.form(), Form::Continuous(_))
-        {
-            return Err(refused(format!(
-                "its `dt` is {own} s, its inputs act {} s late, and the equations are not continuous in time: they say nothing of parts of intervals",
-                significant(delay, 6)
-            )));
-        }
-        Ok(Self { task, data, identified, dt: of_log, delay, files })
-    }
-
-    /// The task, the equations, and how late inputs act.
-    pub(super) fn into_parts(self) -> (TaskFile, Model, Option<Late>) {
-        let late = Late::of(self.delay, self.task.spec().dt);
-        (self.task, self.identified.model, late)
+        Ok(Self { task, data, identified, dt: of_log, delay: source.delay(), lag: source.lag(), files })
     }
 }
 
+/// A task, and what is known of its system.
+struct Read {
+    task: TaskFile,
+    /// The log as it was identified, so many steps of which are a control interval.
+    log: Dataset,
+    times: usize,
+    identified: Identified,
+    files: [(&'static str, Vec<u8>); 2],
+}
+
+impl Read {
+    /// The task file at `path` for a policy that knows `own`, on what `source` has.
+    fn of(path: &Path, source: &LogSource, own: &LogSource) -> Result<Self, Error> {
+        let task = of(path, own, source.dt())?;
+        let name = task.spec().name.clone();
+        let refused = |why: String| Error::System { name: name.clone(), why };
+        let (interval, of_log) = (task.spec().dt, source.dt());
+        let times = (interval / of_log).round().max(1.0);
+        let task = task.with_precision(source.precision());
+        // No column shows what actuators deliver.
+        let measured = Spec { state: measured(&task, own).to_vec(), ..task.spec().clone() };
+        let Contents { log, identified, files } = source.read(&measured, interval / times)?;
+        if interval < of_log * (1.0 - SHORTER) || (interval / (times * log.spec.dt) - 1.0).abs() > 1e-6 {
+            return Err(refused(format!(
+                "its `dt` is {interval} s, which is no multiple of the sampling interval of the log, {of_log} s"
+            )));
+        }
+        let says_nothing = |why: &str| refused(format!("its `dt` is {interval} s, and the equations {why}"));
+        let is_continuous = matches!(identified.model.form(), Form::Continuous(_));
+        if Late::of(source.delay(), interval).is_within() && !is_continuous {
+            return Err(says_nothing(&format!(
+                "are not continuous in time: of inputs that act {} s late they say nothing",
+                significant(source.delay(), 6)
+            )));
+        }
+        let identified = if source.lag() > 0.0 {
+            let lagged = identified.with_actuators(source.lag(), &actuators::names(&measured));
+            lagged
+                .ok_or_else(|| says_nothing("are not stepped by Runge–Kutta: of inputs with a lag they say nothing"))?
+        } else {
+            identified
+        };
+        let identified = identified.over_intervals(interval).ok_or_else(|| {
+            says_nothing(&format!("say nothing but what follows after the sampling interval of the log, {of_log} s"))
+        })?;
+        Ok(Self { task, log: log.data, times: times as usize, identified, files })
+    }
+}
+
+/// The states of `task`, for a policy that knows `own`, that were measured.
+fn measured<'a>(task: &'a TaskFile, own: &LogSource) -> &'a [Channel] {
+    let actuators = if own.lag() > 0.0 { task.spec().control_dim() } else { 0 };
+    &task.spec().state[..task.spec().state_dim() - actuators]
+}
+
+/// The task file at `path` for a policy that knows `own`, and the system that moves as what was identified from other logs, `source`.
+pub(super) fn on_twin(path: &Path, source: &LogSource, own: &LogSource) -> Result<(TaskFile, LatePlant), Error> {
+    let Read { task, identified, .. } = Read::of(path, source, own)?;
+    let late = Late::of(source.delay(), task.spec().dt);
+    let plant = LatePlant::new(Arc::new(identified.model), late, task.spec().state_dim());
+    Ok((task, plant))
+}
+
 /// What the file at `path` declares of a task on what `source` has, with control intervals of `dt` \[s\] if it tells none. States of which it does not say what they are and by whole turns of which the equations found in the
-/// log are not changed are angles.
+/// log are not changed are angles; what actuators deliver are the last ones.
 pub(super) fn of(path: &Path, source: &LogSource, dt: f64) -> Result<TaskFile, Error> {
     let file = without_simulator(path, Some(dt))?;
     let angles = source.angles_among(file.open())?;
-    Ok(file.with_angles(&angles)?.with_precision(source.precision()))
+    let actuators = if source.lag() > 0.0 { actuators::names(file.spec()) } else { Vec::new() };
+    let file =
+        if actuators.is_empty() { file.with_angles(&angles)? } else { file.with_actuators(&angles, &actuators)? };
+    Ok(file.with_precision(source.precision()))
 }
 
 /// What the task file at `path` declares, whatever its system is; `dt` \[s\] is the control interval where it tells none.
@@ -161,13 +204,13 @@ fn without_simulator(path: &Path, dt: Option<f64>) -> Result<TaskFile, Error> {
 
 /// The data of `log` as `sensors` show its states after each `times` of its steps, with the mean of the controls over these and the rewards of `task`. Its controls may be larger than the
 /// task allows: equations hold for them as well.
-fn seen(log: &Log, times: usize, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Dataset, Error> {
+fn seen(log: &Dataset, times: usize, spec: &Spec, task: &dyn Task, sensors: &Sensors) -> Result<Dataset, Error> {
     let refused = |why: String| Error::System { name: spec.name.clone(), why };
     let (sensors, mut rng) = (sensors.without_noise(), Seed::new(0).stream("a log", 0));
     let (m, k) = (spec.observation_dim(), spec.control_dim());
     let mut data = Dataset::new(m, k, k, spec.dt);
     let mut observation = vec![0.0; m];
-    for rollout in log.data.rollouts() {
+    for rollout in log.rollouts() {
         let states: Vec<Vec<f64>> =
             rollout.observations.rows().into_iter().step_by(times).map(|row| row.to_vec()).collect();
         for (i, state) in states.iter().enumerate() {
@@ -221,6 +264,10 @@ impl Problem for Recorded {
 
     fn delay(&self) -> f64 {
         self.delay
+    }
+
+    fn lag(&self) -> f64 {
+        self.lag
     }
 
     fn identified(&self) -> Option<&Identified> {

@@ -8,7 +8,6 @@ use sindyna_envs::System;
 use sindyna_sindy::Expr;
 
 use super::Problem;
-use super::late::LatePlant;
 use super::log_source::LogSource;
 use super::mujoco::OnMujoco;
 use super::native::Native;
@@ -44,7 +43,7 @@ pub fn of_file(path: &Path) -> Result<Arc<dyn Problem>, Error> {
 /// The problem that the task file at `path` describes, on what `sindyna identify` left in `directory`: a log, and equations found in it.
 ///
 /// # Errors
-/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there, [`Error::Lagged`] if inputs act through a lag.
+/// [`Error::TaskFile`] if it describes none, [`Error::NotIdentified`] if nothing was left there.
 pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error> {
     on_log(path, &LogSource::of_model(directory)?)
 }
@@ -54,7 +53,7 @@ pub fn of_model(path: &Path, directory: &Path) -> Result<Arc<dyn Problem>, Error
 /// # Errors
 /// [`Error::TaskFile`] if it describes none, [`Error::System`] if it is one of another system.
 pub fn on_log(path: &Path, source: &LogSource) -> Result<Arc<dyn Problem>, Error> {
-    Ok(Arc::new(Recorded::load(path, source, source)?))
+    Ok(Arc::new(Recorded::load(path, source)?))
 }
 
 /// The system that comes along under `name`.
@@ -127,7 +126,7 @@ impl Source {
             (Self::Named(name), SimulatorName::Mujoco) => {
                 Ok(Arc::new(OnMujoco::new(Native::new(system(name)?.with_noise(noise)))?))
             }
-            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source, source)?)),
+            (Self::Log(path, source), SimulatorName::None) => Ok(Arc::new(Recorded::load(path, source)?)),
             (Self::Pipe(path, Some(source)), SimulatorName::Pipe) => Ok(Arc::new(Piped::open(path, source, noise)?)),
             (Self::Pipe(_, None), SimulatorName::Pipe) => Err(Error::NoPipe),
             (Self::Named(_) | Self::Log(..) | Self::Pipe(..), other) => {
@@ -157,13 +156,9 @@ impl Source {
 /// [`Error::NoLog`] if the run is not one on a log, and as [`of_model`].
 pub fn on_twin(source: &Source, directory: &Path, noise: f64) -> Result<Arc<dyn Problem>, Error> {
     let Source::Log(path, own) = source else { return Err(Error::NoLog) };
-    let (task, model, late) = Recorded::load(path, &LogSource::of_model(directory)?, own)?.into_parts();
+    let (task, plant) = recorded::on_twin(path, &LogSource::of_model(directory)?, own)?;
     let task = task.with_noise(noise);
-    let (of, sensors, model) = (task.task(), task.sensors(), Arc::new(model));
-    let twin = match late {
-        Some(late) => OwnSystem::driven(of, sensors, move || LatePlant::new(model.clone(), late.clone())),
-        None => OwnSystem::shown_by(of, sensors, model),
-    };
+    let twin = OwnSystem::driven(task.task(), task.sensors(), move || plant.clone());
     Ok(Arc::new(match task.protocol().solved_at {
         Some(mean_return) => twin.solved_at(mean_return),
         None => twin,

@@ -57,6 +57,11 @@ pub trait Problem: Send + Sync {
         0.0
     }
 
+    /// Time constant \[s\] of the lag through which controls act; 0 for none. What actuators deliver are the last states, one for each control, which follow from the controls: no sensor shows them.
+    fn lag(&self) -> f64 {
+        0.0
+    }
+
     /// What was identified from [`Self::log`] before.
     fn identified(&self) -> Option<&Identified> {
         None

@@ -76,6 +76,9 @@ pub struct DataConfig {
     /// Time after which inputs begin to act \[s\].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub delay: f64,
+    /// Time constant of the lag through which they act \[s\]; 0 for none.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub lag: f64,
     /// How finely the states were recorded.
     pub precision: PrecisionName,
 }
@@ -212,13 +215,14 @@ impl TrainConfig {
         }
     }
 
-    /// Makes these the settings of a run on `log`, made of samples every `dt` \[s\], whose inputs act after `delay` \[s\]: all of it at once, and no system to ask again.
-    pub fn on_log(&mut self, log: &Dataset, (dt, delay): (f64, f64), precision: Precision) {
+    /// Makes these the settings of a run on `log`, made of samples every `dt` \[s\], whose inputs act after `delay` \[s\] and through a lag with the time constant `lag` \[s\]: all of it at once, and no system to ask again.
+    pub fn on_log(&mut self, log: &Dataset, (dt, delay, lag): (f64, f64, f64), precision: Precision) {
         self.data = Some(DataConfig {
             log: RECORDED_LOG.into(),
             models: RECORDED_MODELS.into(),
             dt,
             delay,
+            lag,
             precision: precision.into(),
         });
         (self.warmup.rollouts, self.warmup.rollout_len) = (1, log.n_steps());

@@ -103,6 +103,26 @@ pub(super) struct Formulas {
     pub(super) start_if: Option<String>,
 }
 
+impl Document {
+    /// The same with what actuators of the controls deliver as last states, with the `names` (k) and at rest at first; none for none.
+    pub(super) fn with_actuators(mut self, names: &[String]) -> Self {
+        for (name, control) in names.iter().zip(&self.control) {
+            self.state.push(State {
+                name: name.clone(),
+                unit: control.unit.clone(),
+                scale: control.low.abs().max(control.high.abs()),
+                start: Some(StartValue::Range([0.0, 0.0])),
+                bounds: None,
+                kind: Some(StateKind::Plain),
+                rate_of: None,
+                still: false,
+            });
+            self.observation.iter_mut().for_each(|observation| observation.push(name.clone()));
+        }
+        self
+    }
+}
+
 fn one() -> f64 {
     1.0
 }

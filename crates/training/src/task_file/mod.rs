@@ -82,7 +82,7 @@ impl TaskFile {
     }
 
     fn read(path: &Path, text: String, dt: Option<f64>) -> anyhow::Result<Self> {
-        Self::read_with(path, text, dt, &[])
+        Self::read_with(path, text, dt, (&[], &[]))
     }
 
     /// The same where the states `angles`, of which it is not said what they are, are angles.
@@ -91,16 +91,27 @@ impl TaskFile {
             return Ok(self);
         }
         let dt = Some(self.task.spec.dt);
-        Self::read_with(&self.path, self.text, dt, angles).map_err(|e| wrong(&self.path, e))
+        Self::read_with(&self.path, self.text, dt, (angles, &[])).map_err(|e| wrong(&self.path, e))
     }
 
-    fn read_with(path: &Path, text: String, dt: Option<f64>, angles: &[usize]) -> anyhow::Result<Self> {
+    /// The same where the states `angles` are angles, as in [`Self::with_angles`], and what actuators of its controls deliver are its last states, with the names (k) and at rest at first.
+    pub(crate) fn with_actuators(self, angles: &[usize], names: &[String]) -> Result<Self, Error> {
+        let dt = Some(self.task.spec.dt);
+        Self::read_with(&self.path, self.text, dt, (angles, names)).map_err(|e| wrong(&self.path, e))
+    }
+
+    fn read_with(
+        path: &Path,
+        text: String,
+        dt: Option<f64>,
+        (angles, actuators): (&[usize], &[String]),
+    ) -> anyhow::Result<Self> {
         let mut document: Document = toml::from_str(&text)?;
         let declares_kinds = document.state.iter().any(|state| state.kind.is_some());
         angles.iter().for_each(|i| document.state[*i].kind = Some(StateKind::Angle));
         let may_turn = |s: &State| s.kind.is_none() && s.rate_of.is_none() && s.bounds.is_none();
         let open = (0..document.state.len()).filter(|i| may_turn(&document.state[*i])).collect();
-        let document = document.with_drawn();
+        let document = document.with_drawn().with_actuators(actuators);
         document.check()?;
         let (simulator, task, document) = Simulator::of(document, path, dt)?;
         let formulas = document.observed(&task.spec.state)?.formulas;

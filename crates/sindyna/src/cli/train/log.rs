@@ -23,7 +23,7 @@ pub(super) struct DataOptions {
     /// term explains]
     #[arg(long, value_name = "ROWS", value_parser = delay, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     delay: Delay,
-    /// Lag of the inputs in seconds, as of `sindyna identify`; training with a lag is not supported, 0 disables its detection [default: estimated where the equations leave residuals that no
+    /// Lag of the inputs in seconds, as of `sindyna identify`; what actuators deliver is then part of the state; 0 disables the detection [default: estimated where the equations leave residuals that no
     /// term explains]
     #[arg(long, value_name = "S", value_parser = lag, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     lag: Lag,
