@@ -110,11 +110,15 @@ pub enum Note {
         rows: f64,
         /// By how much time \[s\].
         seconds: f64,
+        /// Its standard error \[s\], where it was estimated.
+        deviation: Option<f64>,
     },
     /// Inputs act through a first-order lag, v' = (u − v)/τ; they are given as v, behind it.
     Lagged {
         /// The time constant τ \[s\].
         seconds: f64,
+        /// Its standard error \[s\], where it was estimated.
+        deviation: Option<f64>,
     },
     /// Inputs are linear between samples, instead of held.
     FirstOrderHold {

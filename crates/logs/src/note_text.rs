@@ -75,16 +75,21 @@ impl fmt::Display for Note {
                 plural(*rows, "row")
             ),
             Self::Radians { column, unit } => write!(f, "{column} is converted from {unit} to radians"),
-            Self::Delayed { rows, seconds } => {
+            Self::Delayed { rows, seconds, deviation } => {
                 let unit = if (rows.abs() - 1.0).abs() < f64::EPSILON { "row" } else { "rows" };
-                write!(f, "delay of the inputs: {} {unit} ({} s)", significant(*rows, 6), significant(*seconds, 6))?;
+                write!(
+                    f,
+                    "delay of the inputs: {} {unit} ({} s)",
+                    significant(*rows, 6),
+                    measured(*seconds, *deviation)
+                )?;
                 match rows {
                     -1.0 => f.write_str(": an input acts over the step before its row"),
                     _ => Ok(()),
                 }
             }
-            Self::Lagged { seconds } => {
-                write!(f, "lag of the inputs: first order, time constant {} s", significant(*seconds, 6))
+            Self::Lagged { seconds, deviation } => {
+                write!(f, "lag of the inputs: first order, time constant {} s", measured(*seconds, *deviation))
             }
             Self::FirstOrderHold { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
             Self::Unmeasured { rate, of, .. } => {
@@ -184,4 +189,13 @@ impl fmt::Display for Note {
 
 fn parts(count: usize) -> String {
     format!("{count} trajector{}", if count == 1 { "y" } else { "ies" })
+}
+
+/// `value` with its standard error, where that is known and can be seen.
+fn measured(value: f64, deviation: Option<f64>) -> String {
+    let told = significant(value, 6);
+    match deviation {
+        Some(deviation) if deviation > 1e-6 * value.abs() => format!("{told} ± {}", significant(deviation, 2)),
+        _ => told,
+    }
 }

@@ -49,8 +49,8 @@ pub use estimate::Doubt;
 pub use expr::{Compiled, Expr, Function, ParseError, Pretty, Printed, parse};
 pub use identify::{
     Derived, Disturbances, EquationConstraint, EquationConstraintError, EquationReport, Identified, Identifier,
-    InsideParameter, LibraryChoice, Models, Noise, NoiseChoice, Recording, Report, Signals, SignalsError, SolverChoice,
-    Target,
+    InsideParameter, LibraryChoice, Models, Noise, NoiseChoice, Recording, Refitted, Report, Signals, SignalsError,
+    SolverChoice, Target,
 };
 pub use library::{Input, Library, LibraryError, Role, Term};
 pub use model::{AnalysisError, Entry, Form, Inputs, Model, ModelError, ModelParts, Reading};

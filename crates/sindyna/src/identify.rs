@@ -18,6 +18,7 @@ mod for_task;
 mod gradual;
 mod hypotheses;
 mod lag;
+mod lateness;
 mod likeliest;
 mod named;
 mod reading;

@@ -18,9 +18,11 @@ fn shaken(i: usize) -> f64 {
 
 /// How an input acts.
 struct Actuator {
-    /// Time constant \[s\], and rows of a delay before it.
+    /// Time constant \[s\], 0 for none, and rows of a delay before it.
     tau: f64,
-    rows: usize,
+    rows: f64,
+    /// Rows over which inputs are held.
+    held: usize,
     /// What it delivers at first.
     first: f64,
 }
@@ -28,16 +30,21 @@ struct Actuator {
 /// Rows `t,q,v,u` of q' = v, v' = `rate`(q, v, a), a' = (u − a)/τ every 0.05 s under steps of u; noise of so much is added to q and v.
 fn log(rate: impl Fn(f64, f64, f64) -> f64, actuator: &Actuator, count: usize, noise: f64) -> String {
     const PARTS: usize = 50;
-    let Actuator { tau, rows, first } = *actuator;
+    let Actuator { tau, rows, held, first } = *actuator;
     let (mut x, mut text) = ([0.3, 0.0, first], "t,q,v,u\n".to_owned());
-    let at = |row: usize| ((row / 7 * 7919 + 3) % 23) as f64 / 11.0 - 1.0;
+    let at = |row: usize| ((row / held * 7919 + 3) % 23) as f64 / 11.0 - 1.0;
     for i in 0..count {
         let (q, v) = (x[0] + noise * shaken(2 * i), x[1] + noise * shaken(2 * i + 1));
         writeln!(text, "{},{q},{v},{}", 0.05 * i as f64, at(i)).unwrap();
-        let (u, h) = (at(i.saturating_sub(rows)), 0.05 / PARTS as f64);
-        let f = |x: [f64; 3]| [x[1], rate(x[0], x[1], x[2]), (u - x[2]) / tau];
+        let h = 0.05 / PARTS as f64;
         let ahead = |by: f64, k: [f64; 3], x: [f64; 3]| std::array::from_fn(|i| x[i] + by * h * k[i]);
-        for _ in 0..PARTS {
+        for part in 0..PARTS {
+            let row = i as f64 + part as f64 / PARTS as f64 - rows;
+            let u = at((row + 1e-9).max(0.0) as usize);
+            let f = |x: [f64; 3]| {
+                let (a, follows) = if tau > 0.0 { (x[2], (u - x[2]) / tau) } else { (u, 0.0) };
+                [x[1], rate(x[0], x[1], a), follows]
+            };
             let k1 = f(x);
             let k2 = f(ahead(0.5, k1, x));
             let k3 = f(ahead(0.5, k2, x));
@@ -80,7 +87,7 @@ fn identified(at: &Path, name: &str, text: String, more: &[&str]) -> (bool, serd
 #[test]
 fn the_time_constant_is_found_with_the_equations() {
     let temp = tempfile::tempdir().unwrap();
-    let rest = |tau: f64| Actuator { tau, rows: 0, first: 0.0 };
+    let rest = |tau: f64| Actuator { tau, rows: 0.0, held: 7, first: 0.0 };
     let of_spring = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
     let of_pendulum = [("sin q", -7.0), ("v", -0.4), ("u", 3.0)];
     for (name, text, truth, tau, within) in [
@@ -103,14 +110,14 @@ fn a_log_may_begin_anywhere_and_inputs_be_delayed_too() {
     let temp = tempfile::tempdir().unwrap();
     let truth = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
     for (name, actuator, noise) in [
-        ("begun", Actuator { tau: 0.2, rows: 0, first: 0.9 }, 0.0),
-        ("late", Actuator { tau: 0.16, rows: 2, first: 0.0 }, 0.003),
+        ("begun", Actuator { tau: 0.2, rows: 0.0, held: 7, first: 0.9 }, 0.0),
+        ("late", Actuator { tau: 0.16, rows: 2.0, held: 7, first: 0.0 }, 0.003),
     ] {
         let (stands, account, told) = identified(temp.path(), name, log(spring, &actuator, 500, noise), &[]);
         assert!(stands, "{told}");
         let found = account["input_lag"].as_f64().unwrap_or_else(|| panic!("{name}: {told}"));
         assert!((found - actuator.tau).abs() < 0.02 * actuator.tau, "{name}: {told}");
-        assert_eq!(account["input_delay"].as_f64().unwrap_or(0.0), actuator.rows as f64, "{told}");
+        assert_eq!(account["input_delay"].as_f64().unwrap_or(0.0), actuator.rows, "{told}");
         has_terms(&account["equations"][1], &truth, |error| 4.0 * error + 1e-6);
     }
 }
@@ -118,7 +125,7 @@ fn a_log_may_begin_anywhere_and_inputs_be_delayed_too() {
 #[test]
 fn a_lag_is_declared_for_other_logs_and_told_in_exports() {
     let temp = tempfile::tempdir().unwrap();
-    let rest = Actuator { tau: 0.13, rows: 0, first: 0.0 };
+    let rest = Actuator { tau: 0.13, rows: 0.0, held: 7, first: 0.0 };
     let text = |count: usize| log(spring, &rest, count, 0.003);
     fs::write(temp.path().join("other.csv"), log(spring, &Actuator { first: 0.5, ..rest }, 300, 0.003)).unwrap();
     let more = ["--lag", "0.13", "--holdout", "other.csv"];
@@ -144,5 +151,25 @@ fn a_lag_is_declared_for_other_logs_and_told_in_exports() {
     for lag in ["slow", "-1", "nan", "inf"] {
         let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "given.csv", "--lag", lag]));
         assert!(code == 2 && stderr.contains("a lag is"), "{stderr}");
+    }
+}
+
+/// Where inputs are held for long a delay shows after their switches alone: those steps are no outliers.
+#[test]
+fn delays_are_not_taken_for_outliers() {
+    let temp = tempfile::tempdir().unwrap();
+    let of_spring = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
+    let of_pendulum = [("sin q", -7.0), ("v", -0.4), ("u", 3.0)];
+    let late = |rows: f64| Actuator { tau: 0.0, rows, held: 31, first: 0.0 };
+    for (name, text, truth, rows) in [
+        ("part", log(spring, &late(0.4), 600, 0.0), &of_spring, 0.4),
+        ("whole", log(pendulum, &late(3.0), 600, 0.0), &of_pendulum, 3.0),
+        ("noisy", log(pendulum, &late(1.6), 600, 1e-5), &of_pendulum, 1.6),
+    ] {
+        let (stands, account, told) = identified(temp.path(), name, text, &[]);
+        assert!(stands, "{name}: {told}");
+        let found = account["input_delay"].as_f64().unwrap_or_else(|| panic!("{name}: {told}"));
+        assert!((found - rows).abs() < 1e-3, "{name}: {told}");
+        has_terms(&account["equations"][1], truth, |error| 4.0 * error + 1e-6);
     }
 }

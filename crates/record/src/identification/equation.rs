@@ -152,9 +152,15 @@ impl Equation {
         self.is_ambiguous() || self.doubt.as_deref() == Some(told(Doubt::OtherTerms))
     }
 
+    /// Whether another lag of the inputs was found that explains the data as well.
+    #[must_use]
+    pub fn has_other_lag(&self) -> bool {
+        self.doubt.as_deref() == Some(told(Doubt::OtherLag))
+    }
+
     /// Whether nothing speaks against the equation but other terms that explain the data as well, or may do.
     pub(super) fn has_rivals(&self) -> bool {
-        let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished].map(told);
+        let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished, Doubt::OtherLag].map(told);
         self.is_ambiguous() || self.doubt.as_deref().is_some_and(|doubt| of_rivals.contains(&doubt))
     }
 }
@@ -184,6 +190,7 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::Large => {
             "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
         }
+        Doubt::OtherLag => "but another lag of the inputs fits equally well",
         Doubt::Disturbed => "correlated in most segments of the log: the system is disturbed, or a term is missing",
         _ => "above the level of rounding, and no other error was declared",
     }

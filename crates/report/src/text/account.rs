@@ -87,6 +87,9 @@ fn quality(account: &Account, width: usize) -> String {
 fn claim(account: &Account) -> &'static str {
     match (account.certainty(), account.noise) {
         (Some(Certainty::Doubted), _) => "an approximation, ",
+        (Some(Certainty::Ambiguous), _) if account.equations.iter().any(Equation::has_other_lag) => {
+            "ambiguous (another lag of the inputs fits equally well), "
+        }
         (Some(Certainty::Ambiguous), _) if !account.equations.iter().any(Equation::has_known_rivals) => {
             "ambiguous (other sets of terms may fit equally well: not all were tried), "
         }

@@ -53,6 +53,8 @@ pub enum Doubt {
     Undetermined,
     /// It follows short pieces of the data alone, each from a start of its own; what disturbs the system between and in them is not known.
     Disturbed,
+    /// Another lag of the inputs, with other coefficients, explains the data as well.
+    OtherLag,
 }
 
 impl Doubt {
@@ -63,7 +65,7 @@ impl Doubt {
 
     /// Whether it is that other terms may be as good, and nothing speaks against these.
     pub(crate) fn is_of_rivals(self) -> bool {
-        matches!(self, Self::OtherTerms | Self::Unfinished | Self::Undetermined)
+        matches!(self, Self::OtherTerms | Self::Unfinished | Self::Undetermined | Self::OtherLag)
     }
 }
 
@@ -84,6 +86,7 @@ impl fmt::Display for Doubt {
             Self::Large => "its residuals are ten times the noise that the smoothness of the signal allows",
             Self::Undetermined => "the data do not determine one of its coefficients",
             Self::AboveRounding => "its residuals are above the level of rounding",
+            Self::OtherLag => "another lag of the inputs fits the data equally well",
             Self::Disturbed => "it was fitted to short pieces of the data, because the system is disturbed",
         })
     }

@@ -36,6 +36,7 @@ pub use derivatives::Derived;
 pub use known::{EquationConstraint, EquationConstraintError};
 pub use models::Models;
 pub use recording::Recording;
+pub use refitted::Refitted;
 pub use report::{EquationReport, Identified, InsideParameter, Noise, Report};
 pub use signals::{Signals, SignalsError};
 

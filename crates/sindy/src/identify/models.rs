@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use rand_distr::{Distribution as _, StandardNormal};
 use serde::{Deserialize, Serialize};
 use sindyna_core::{Dynamics, Rng};
 
@@ -23,6 +24,8 @@ pub struct Models {
     dt: f64,
     /// What inputs act through, if anything.
     actuators: Option<Actuators>,
+    /// By how much the coefficients of the likeliest model change with a standard error of something else, if there is such.
+    slopes: Vec<f64>,
     /// The likeliest model.
     #[serde(with = "as_text")]
     best: Model,
@@ -33,12 +36,17 @@ type Actuators = (f64, Vec<String>);
 
 impl Models {
     pub(super) fn new(posterior: Posterior, space: Space, stepping: Stepping, dt: f64, best: &Model) -> Self {
-        Self { posterior, space, stepping, dt, actuators: None, best: best.clone() }
+        Self { posterior, space, stepping, dt, actuators: None, slopes: Vec::new(), best: best.clone() }
     }
 
     /// The same of inputs that act through `actuators`; the likeliest one is `best`.
     pub(super) fn with_actuators(self, actuators: Actuators, best: &Model) -> Self {
         Self { actuators: Some(actuators), best: best.clone(), ..self }
+    }
+
+    /// The same where coefficients change by `slopes` with a standard error of something else.
+    pub(super) fn depending(self, slopes: &[f64]) -> Self {
+        Self { slopes: slopes.to_vec(), ..self }
     }
 
     /// The same over control intervals of `dt` \[s\]; `None` where only what one interval leads to is known.
@@ -51,6 +59,7 @@ impl Models {
         let model = self.posterior.draw(rng).and_then(|(terms, equations)| {
             let equations: Vec<Summands<'_>> = equations.iter().map(|(s, xi)| (&s[..], &xi[..])).collect();
             let model = of_equations(self.space.clone(), &terms, &equations, self.stepping.form(), self.dt).ok()?;
+            let model = if self.slopes.is_empty() { model } else { moved(model, &self.slopes, rng) };
             let model = match &self.actuators {
                 Some((tau, names)) => model.with_actuators(*tau, names).ok()?,
                 None => model,
@@ -59,6 +68,17 @@ impl Models {
         });
         Arc::new(model.unwrap_or_else(|| self.best.clone()))
     }
+}
+
+/// `model` with coefficients that are moved along `slopes`, where it has as many.
+fn moved(model: Model, slopes: &[f64], rng: &mut Rng) -> Model {
+    let by: f64 = StandardNormal.sample(rng);
+    let xi = model.fitted();
+    if xi.len() != slopes.len() {
+        return model;
+    }
+    let xi: Vec<f64> = xi.iter().zip(slopes).map(|(xi, slope)| xi + by * slope).collect();
+    model.with_fitted(&xi)
 }
 
 impl sindyna_core::Posterior for Models {

@@ -34,6 +34,23 @@ impl Identified {
         };
         Some(Self { model: self.model.over_intervals(dt)?, models, ..self })
     }
+
+    /// The same where coefficients depend on something else that was estimated, with the standard error one: by `slopes`, of the equations that are not declared rates, one equation after the other as in
+    /// [`Model::coefficients`]. Standard errors and models that the data allow contain it.
+    #[must_use]
+    pub fn depending(mut self, slopes: &[f64]) -> Self {
+        let mut slopes_left = slopes.iter();
+        for (i, equation) in self.report.equations.iter_mut().enumerate().filter(|(i, _)| !self.model.kinematic()[*i]) {
+            for (entry, slope) in self.model.coefficients(i).iter().zip(&mut slopes_left) {
+                let place = equation.coefficients.iter().position(|c| *c == entry.coefficient);
+                if let Some(error) = place.and_then(|place| equation.standard_errors.get_mut(place)) {
+                    *error = error.hypot(*slope);
+                }
+            }
+        }
+        self.models = self.models.map(|models| models.depending(slopes));
+        self
+    }
 }
 
 /// The account of an identification.

@@ -19,7 +19,7 @@ pub(super) fn delayed(log: &Log, rows: f64) -> Result<Log, FitError> {
         return failed("no trajectory is longer than the delay of the inputs");
     }
     let mut notes = log.notes.clone();
-    notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt });
+    notes.push(Note::Delayed { rows, seconds: rows * log.spec.dt, deviation: None });
     Ok(Log { data, times, derivatives: None, notes, ..log.clone() })
 }
 

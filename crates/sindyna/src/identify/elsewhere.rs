@@ -21,7 +21,7 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         _ => None,
     });
     let lag = looked.log.notes.iter().find_map(|note| match note {
-        Note::Lagged { seconds } => Some(*seconds),
+        Note::Lagged { seconds, .. } => Some(*seconds),
         _ => None,
     });
     let is_linear = looked.log.data.intersample() == InterSample::Foh;

@@ -125,10 +125,9 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
     where
         'a: 'b,
     {
-        let is_gradual = |reading: Reading| reading.lag > 0.0 || reading.rows.fract() != 0.0;
         let of = |tried: &'b Tried| {
-            let steps = if is_gradual(tried.reading) { MORE * self.steps } else { self.steps };
-            let open = tried.spoilt || tried.astray() > 0 || is_gradual(tried.reading);
+            let steps = if tried.reading.is_gradual() { MORE * self.steps } else { self.steps };
+            let open = tried.spoilt || tried.astray() > 0 || tried.reading.is_gradual();
             (Structure { model: &tried.found.model, rates: &tried.rates }, steps, open)
         };
         let best = least(all);

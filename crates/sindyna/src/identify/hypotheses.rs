@@ -11,6 +11,7 @@ use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::differences::{besides, not_measured};
 use super::lag::{SETTLED, lagged};
+use super::lateness::with_lateness;
 use super::named::with_angles_by_name;
 use super::reading::Reading;
 use super::readings::{Chosen, told_apart};
@@ -132,8 +133,23 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
     Ok(other.ok().filter(explains_more).unwrap_or(explained))
 }
 
-/// Equations of a log in the reading that was `chosen`, or as it stands, where `first` was found in it so, or `nothing` but that error; with rates that were not measured where this leaves a doubt.
+/// Equations of a log in the reading that was `chosen`, or as it stands, where `first` was found in it so, or `nothing` but that error; with rates that were not measured where this leaves a doubt, and what is not known of a
+/// delay or a lag.
 fn as_chosen<E: From<FitError>>(
+    (log, kept, identifier): (Log, Samples, Identifier),
+    found: (Option<Identified>, Option<FitError>),
+    chosen: Option<Chosen>,
+    asked: &Asked<'_, E>,
+) -> Result<Looked, E> {
+    let Some(reading) = chosen.as_ref().map(|chosen| chosen.reading).filter(|reading| reading.is_gradual()) else {
+        return as_read_so((log, kept, identifier), found, chosen, asked);
+    };
+    let looked = as_read_so((log.clone(), kept.clone(), identifier), found, chosen, asked)?;
+    with_lateness(looked, (&log, &kept), reading, asked)
+}
+
+/// The same without that.
+fn as_read_so<E: From<FitError>>(
     (log, kept, identifier): (Log, Samples, Identifier),
     (first, nothing): (Option<Identified>, Option<FitError>),
     chosen: Option<Chosen>,

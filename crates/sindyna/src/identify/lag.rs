@@ -31,7 +31,7 @@ pub(super) fn lagged(log: &Log, (tau, settled): (f64, f64)) -> Result<Log, FitEr
         return Err(FitError::Regression { reason: "no trajectory is longer than the lag of the inputs".into() });
     }
     let mut notes = log.notes.clone();
-    notes.push(Note::Lagged { seconds: tau });
+    notes.push(Note::Lagged { seconds: tau, deviation: None });
     Ok(Log { data, times, derivatives: None, notes, ..log.clone() })
 }
 

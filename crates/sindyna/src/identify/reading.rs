@@ -39,6 +39,11 @@ impl Reading {
         delayed(other.as_ref().unwrap_or(log), self.rows).map(Some)
     }
 
+    /// Whether it has a lag, or a delay of part of a row: what changes gradually.
+    pub(super) fn is_gradual(self) -> bool {
+        self.lag > 0.0 || self.rows.fract() != 0.0
+    }
+
     /// Rows by which inputs are moved, either way.
     pub(super) fn shift(self) -> f64 {
         if self.linear { 0.5 } else { self.rows.abs() }

@@ -1,7 +1,7 @@
 //! What is found in the first samples of a log that is read in one way.
 
 use sindyna_core::{Certainty, FitError, Spec};
-use sindyna_sindy::{Disturbances, Identified, Identifier, Model};
+use sindyna_sindy::{Disturbances, Identified, Identifier, Model, Recording, Refitted};
 
 use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
@@ -90,15 +90,27 @@ impl<E: From<FitError>> Trial<'_, E> {
 
     /// How far so many steps with `reading` miss the equations `of`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.
     pub(super) fn misfit(&self, of: Structure<'_>, reading: Reading, steps: usize) -> Result<f64, E> {
+        let (identifier, recordings) = self.recordings(of, reading, steps)?;
+        let misfit = identifier.misfit(of.model, &recordings, self.asked.watch)?;
+        if self.asked.watch.go_on() { Ok(misfit.unwrap_or(f64::INFINITY)) } else { Err(FitError::Interrupted.into()) }
+    }
+
+    /// The equations `of` with coefficients fitted to so many steps with `reading`; `None` if they do not follow these.
+    pub(super) fn refitted(&self, of: Structure<'_>, reading: Reading, steps: usize) -> Result<Option<Refitted>, E> {
+        let (identifier, recordings) = self.recordings(of, reading, steps)?;
+        let again = identifier.refitted(of.model, &recordings, self.asked.watch)?;
+        if self.asked.watch.go_on() { Ok(again) } else { Err(FitError::Interrupted.into()) }
+    }
+
+    /// So many steps with `reading` as equations `of` such rates are fitted to them.
+    fn recordings(&self, of: Structure<'_>, reading: Reading, steps: usize) -> Result<(Identifier, Vec<Recording>), E> {
         let samples = reading.samples(self.kept, self.margins, steps)?;
         let (spec, rates) = with_rates_in(&self.log.spec, of.rates)?;
         let recordings = match &rates[..] {
             [] => recordings_of(&samples),
             rates => hidden(&samples.data, samples.times.as_deref(), &self.log.spec, rates),
         };
-        let identifier = (self.asked.identifier)(&spec)?.with_simulators(reading.simulated);
-        let misfit = identifier.misfit(of.model, &recordings, self.asked.watch)?;
-        if self.asked.watch.go_on() { Ok(misfit.unwrap_or(f64::INFINITY)) } else { Err(FitError::Interrupted.into()) }
+        Ok(((self.asked.identifier)(&spec)?.with_simulators(reading.simulated), recordings))
     }
 
     fn identifier(&self, reading: Reading, spec: &Spec) -> Result<Identifier, E> {

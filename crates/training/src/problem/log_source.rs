@@ -89,7 +89,7 @@ impl LogSource {
             match note {
                 // Inputs that were logged late act at once.
                 Note::Delayed { seconds, .. } => delay = seconds.max(0.0),
-                Note::Lagged { seconds } => lag = *seconds,
+                Note::Lagged { seconds, .. } => lag = *seconds,
                 _ => {}
             }
         }

@@ -26,6 +26,11 @@ pub(super) struct Record {
     /// Time constant \[s\] of the first-order lag through which inputs act, where they do; whatever uses the model must filter them so.
     #[serde(skip_serializing_if = "Option::is_none")]
     input_lag: Option<f64>,
+    /// Standard errors of these \[s\], where they were estimated and are no whole rows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_delay_error: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    input_lag_error: Option<f64>,
     /// What inputs do between rows, where they are not held.
     #[serde(skip_serializing_if = "Option::is_none")]
     intersample: Option<InterSample>,
@@ -89,7 +94,15 @@ impl Record {
                 _ => None,
             }),
             input_lag: notes.iter().find_map(|note| match note {
-                Note::Lagged { seconds } => Some(*seconds),
+                Note::Lagged { seconds, .. } => Some(*seconds),
+                _ => None,
+            }),
+            input_delay_error: notes.iter().find_map(|note| match note {
+                Note::Delayed { deviation, .. } => *deviation,
+                _ => None,
+            }),
+            input_lag_error: notes.iter().find_map(|note| match note {
+                Note::Lagged { deviation, .. } => *deviation,
                 _ => None,
             }),
             intersample: (notes.iter().any(|note| matches!(note, Note::FirstOrderHold { .. })))
