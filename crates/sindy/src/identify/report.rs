@@ -42,7 +42,7 @@ impl Identified {
         let mut slopes_left = slopes.iter();
         for (i, equation) in self.report.equations.iter_mut().enumerate().filter(|(i, _)| !self.model.kinematic()[*i]) {
             for (entry, slope) in self.model.coefficients(i).iter().zip(&mut slopes_left) {
-                let place = equation.coefficients.iter().position(|c| *c == entry.coefficient);
+                let place = equation.coefficients.iter().position(|c| c.to_bits() == entry.coefficient.to_bits());
                 if let Some(error) = place.and_then(|place| equation.standard_errors.get_mut(place)) {
                     *error = error.hypot(*slope);
                 }
