@@ -88,8 +88,10 @@ fn time_constants(model: &Model) -> Vec<f64> {
     let mut found = Vec::new();
     for v in (0..n).filter(|v| !model.kinematic()[*v]) {
         let damping = -linear(v, v);
-        let stiffness: f64 =
-            (0..n).filter(|x| model.kinematic()[*x] && linear(*x, v) == 1.0).map(|x| -linear(v, x)).sum();
+        let stiffness: f64 = (0..n)
+            .filter(|x| model.kinematic()[*x] && (linear(*x, v) - 1.0).abs() < f64::EPSILON)
+            .map(|x| -linear(v, x))
+            .sum();
         let root = (damping * damping - 4.0 * stiffness).sqrt();
         let rates = if stiffness == 0.0 { vec![damping] } else { vec![0.5 * (damping + root), 0.5 * (damping - root)] };
         found.extend(rates.into_iter().filter(|rate| *rate > 0.0).map(f64::recip));
