@@ -2,6 +2,7 @@
 
 use sindyna_core::FitError;
 
+use super::asked::Delay;
 use super::likeliest::{FINELY, ROUGHLY, likeliest, near};
 use super::reading::Reading;
 use super::trial::{Structure, Trial};
@@ -39,8 +40,10 @@ pub(super) fn lagged<E: From<FitError>>(
 ) -> Result<(Reading, f64), E> {
     let dt = trial.log.spec.dt;
     let late = from.rows + from.lag / dt;
+    // A delay that was declared is all there is.
+    let most = if trial.asked.delay == Delay::Auto { late as usize } else { 0 };
     let (mut best, mut least) = (from, f64::INFINITY);
-    for rows in (0..=late as usize).map(|rows| rows as f64) {
+    for rows in (0..=most).map(|rows| rows as f64) {
         let at = |lag: f64| Reading { rows, lag: lag * dt, ..from };
         let first = (late - rows).max(SHORTEST);
         let misfit = |lag: f64| trial.misfit(of, at(lag), steps);
