@@ -20,6 +20,7 @@ mod hypotheses;
 mod lag;
 mod lateness;
 mod likeliest;
+mod looked;
 mod named;
 mod reading;
 mod readings;
@@ -44,7 +45,8 @@ pub use asked::{Delay, Lag};
 pub(crate) use elsewhere::elsewhere;
 pub use for_task::of_log;
 pub(crate) use for_task::{ForTask, for_task};
-pub(crate) use hypotheses::{Looked, looked};
+pub(crate) use hypotheses::looked;
+pub(crate) use looked::Looked;
 pub use robot::{Matched, RobotError, RobotFound, motions, robot};
 pub use unmeasured::Unmeasured;
 

@@ -5,8 +5,8 @@ use sindyna_sindy::Recording;
 
 use super::between::linear;
 use super::delay::delayed;
-use super::hypotheses::Looked;
 use super::lag::{SETTLED, lagged};
+use super::looked::Looked;
 use super::unmeasured::hidden;
 use crate::logs::{Log, Note, Samples};
 

@@ -9,7 +9,8 @@ use sindyna_training::problem::{LogSource, Problem, declared, on_log, read_logs}
 use sindyna_training::settings::TrainConfig;
 
 use super::asked::{Asked, Delay, Lag};
-use super::hypotheses::{Looked, looked};
+use super::hypotheses::looked;
+use super::looked::Looked;
 use super::unmeasured::Unmeasured;
 use crate::Error;
 use crate::logs::{Log, LogOptions};

@@ -12,25 +12,12 @@ use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::differences::{besides, not_measured};
 use super::lag::{SETTLED, lagged};
 use super::lateness::with_lateness;
+use super::looked::Looked;
 use super::named::with_angles_by_name;
 use super::reading::Reading;
 use super::readings::{Chosen, told_apart};
-use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
+use super::unmeasured::{Choice, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
-
-/// What was found in a log.
-pub(crate) struct Looked {
-    pub(crate) found: Identified,
-    pub(crate) identifier: Identifier,
-    /// The log as it was read in the end.
-    pub(crate) log: Log,
-}
-
-impl From<Rates> for Looked {
-    fn from(Rates { found, identifier, log }: Rates) -> Self {
-        Self { found, identifier, log }
-    }
-}
 
 /// Equations of the system of `log`: as it was read, and where these leave what no term explains as it may be read too.
 ///

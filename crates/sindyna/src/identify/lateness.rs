@@ -5,9 +5,9 @@ use sindyna_core::number::significant;
 use sindyna_sindy::{Disturbances, Doubt, Expr, Identified, Model, Refitted};
 
 use super::asked::Asked;
-use super::hypotheses::Looked;
 use super::lag::forgotten;
 use super::likeliest::{FINELY, likeliest};
+use super::looked::Looked;
 use super::reading::Reading;
 use super::trial::{Structure, TOLD_APART, Trial};
 use super::unmeasured::Unmeasured;
