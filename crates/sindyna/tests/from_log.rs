@@ -143,7 +143,7 @@ fn a_log_is_identified_for_training_as_it_is_by_itself() {
     };
     let (code, stdout, stderr) = train("late.csv", "late", &quick);
     assert_eq!(code, 0, "{stdout}{stderr}");
-    assert_eq!(json(&temp.path().join("late").join("summary.json"))["input_delay"], 0.1, "{stdout}{stderr}");
+    assert_eq!(json(&temp.path().join("late").join("summary.json"))["input_delay_seconds"], 0.1, "{stdout}{stderr}");
     let (code, stdout, stderr) = train("spring.csv", "prompt", &[&quick[..], &["--delay", "0"]].concat());
     assert_eq!(code, 0, "{stdout}{stderr}");
 

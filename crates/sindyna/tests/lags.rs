@@ -173,3 +173,40 @@ fn delays_are_not_taken_for_outliers() {
         has_terms(&account["equations"][1], truth, |error| 4.0 * error + 1e-6);
     }
 }
+
+/// A first-order system from rest behind an actuator is the same with the time constants exchanged: what is known is told, and no more.
+#[test]
+fn time_constants_that_may_be_exchanged_are_ambiguous() {
+    let temp = tempfile::tempdir().unwrap();
+    let (plant, tau): (f64, f64) = (0.5, 0.2);
+    let (mut x, mut text) = ([0.0, 0.0], "t,T,u\n".to_owned());
+    for i in 0..500 {
+        let u = ((i / 7 * 7919 + 3) % 23) as f64 / 11.0 - 1.0;
+        writeln!(text, "{:.2},{},{u}", 0.05 * i as f64, x[0] + 1e-3 * shaken(i)).unwrap();
+        for _ in 0..500 {
+            x = [x[0] + 1e-4 * (1.5 * x[1] - x[0]) / plant, x[1] + 1e-4 * (u - x[1]) / tau];
+        }
+    }
+    let (stands, account, told) = identified(temp.path(), "exchanged", text, &["--states", "T", "--inputs", "u"]);
+    let found = account["input_lag"].as_f64().unwrap_or_else(|| panic!("{told}"));
+    assert!(stands && told.contains("equations: ambiguous ("), "{told}");
+    let warning = told.lines().find(|line| line.contains("may be exchanged")).unwrap_or_else(|| panic!("{told}"));
+    let other: f64 = warning.split(" of ").nth(2).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let (short, long) = (found.min(other), found.max(other));
+    assert!((short - tau).abs() < 0.02 * tau && (long - plant).abs() < 0.02 * plant, "{found} {warning}");
+    let error = account["input_lag_error"].as_f64().unwrap();
+    assert!(error > 1e-5 && (found - tau).abs().min((found - plant).abs()) < 4.0 * error, "{found} {error}");
+}
+
+/// Where delays are not looked for the steps that they move are told.
+#[test]
+fn outliers_where_inputs_change_are_told() {
+    let temp = tempfile::tempdir().unwrap();
+    let late = Actuator { tau: 0.0, rows: 0.5, held: 31, first: 0.0 };
+    let off = ["--delay", "0", "--lag", "0", "--intersample", "zoh"];
+    let (_, account, told) = identified(temp.path(), "late", log(spring, &late, 600, 0.0), &off);
+    assert!(
+        account["rows_astray"].as_u64().unwrap() > 5 && told.contains("are those where an input changes"),
+        "{told}"
+    );
+}

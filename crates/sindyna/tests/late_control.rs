@@ -41,24 +41,13 @@ fn log((rows, tau): (f64, f64), first: usize) -> String {
     text
 }
 
-/// Bring the mass to 0.3 m and hold it there.
-const TASK: &str = r#"
-name = "spring"
-max_steps = 100
-[[state]]
-name = "x"
-start = [-0.5, 0.5]
-[[state]]
-name = "v"
-start = [0.0, 0.0]
-rate_of = "x"
-[[control]]
-name = "F"
-low = -1.0
-high = 1.0
-[task]
-reward = "-((next_x - 0.3)^2 + 0.02*next_v^2)"
-"#;
+/// A directory with the task of the example.
+fn workplace() -> tempfile::TempDir {
+    let temp = tempfile::tempdir().unwrap();
+    let task = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/spring/spring.toml");
+    fs::copy(task, temp.path().join("task.toml")).unwrap();
+    temp
+}
 
 /// What is printed by `sindyna` with `args`.
 fn told(at: &Path, args: &[&str]) -> String {
@@ -89,9 +78,8 @@ fn mean_return(at: &Path, run: &str, twin: &str) -> f64 {
 
 #[test]
 fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
-    let temp = tempfile::tempdir().unwrap();
+    let temp = workplace();
     let at = temp.path();
-    fs::write(at.join("task.toml"), TASK).unwrap();
     for (name, rows, first) in [
         ("now", 0.0, 0),
         ("late", 6.0, 5000),
@@ -112,7 +100,7 @@ fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
         let run = format!("{of} {controller}");
         let text = trained(of, &run, controller);
         assert!(text.contains("the policy acts on the state predicted for that time"), "{text}");
-        let delay = json(&at.join(&run).join("summary.json"))["input_delay"].as_f64().unwrap();
+        let delay = json(&at.join(&run).join("summary.json"))["input_delay_seconds"].as_f64().unwrap();
         assert!((delay - if of == "late" { 0.3 } else { 0.13 }).abs() < 1e-3, "{delay}");
         // Of the delay itself nothing can be had back.
         let earned = mean_return(at, &run, twin);
@@ -125,9 +113,8 @@ fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
 
 #[test]
 fn a_policy_knows_what_its_actuators_deliver() {
-    let temp = tempfile::tempdir().unwrap();
+    let temp = workplace();
     let at = temp.path();
-    fs::write(at.join("task.toml"), TASK).unwrap();
     for (name, late, first) in [
         ("now", (0.0, 0.0), 0),
         ("slow", (0.0, 0.3), 21_000),

@@ -19,33 +19,35 @@ pub struct Predicting<P> {
     policy: P,
     model: Model,
     late: Late,
-    /// Actuators with a lag: none, or one for each control.
-    actuators: usize,
     inverse: Inverse,
     sensors: Sensors,
     space: Space,
 }
 
 impl<P: Policy> Predicting<P> {
-    /// `policy` for `problem`, whose controls act as `late` as that says, through actuators with a `lag` or none, with predictions of `model`.
+    /// `policy` for `problem`, whose controls act as `late` as that says, with predictions of `model`.
     ///
     /// # Errors
     /// [`Error::System`] if the states do not follow from the observation.
-    pub fn new(policy: P, problem: &dyn Problem, model: Model, (late, lag): (Late, bool)) -> Result<Self, Error> {
+    pub fn new(policy: P, problem: &dyn Problem, model: Model, late: Late) -> Result<Self, Error> {
         let spec = problem.spec();
         let refused = |why: String| Error::System { name: spec.name.clone(), why };
         let unseen = |unseen| refused(format!("its controls act late, and a state cannot be predicted: {unseen}"));
         let inverse = Inverse::of(spec).map_err(unseen)?;
         let (sensors, space) = (problem.sensors().without_noise(), spec.action_space.clone());
-        let actuators = if lag { space.control_dim() } else { 0 };
-        Ok(Self { policy, model, late, actuators, inverse, sensors, space })
+        Ok(Self { policy, model, late, inverse, sensors, space })
+    }
+
+    /// How many actuators have a lag: none, or one for each control.
+    fn actuators(&self) -> usize {
+        if self.late.lags() { self.space.control_dim() } else { 0 }
     }
 
     /// The state behind `observation` (m), near the one before, `x` (n), and written there; what actuators deliver stays.
     fn measured(&self, observation: &[f64], x: &mut [f64]) {
         let near = x.to_vec();
         self.inverse.state(observation, &near, x);
-        let first = near.len() - self.actuators;
+        let first = near.len() - self.actuators();
         x[first..].copy_from_slice(&near[first..]);
     }
 
@@ -108,9 +110,9 @@ impl<P: Policy> Memory for Ahead<'_, P> {
         let mut control = vec![0.0; self.of.space.control_dim()];
         self.of.space.control_into(action, &mut control);
         self.pending.push_back(control);
-        if self.of.actuators > 0 {
+        if self.of.late.lags() {
             let next = self.of.late.stepped(&self.of.model, &self.x, &self.pending);
-            let first = self.x.len() - self.of.actuators;
+            let first = self.x.len() - self.of.actuators();
             // It depends on no other state.
             next.into_iter().for_each(|next| self.x[first..].copy_from_slice(&next[first..]));
         }

@@ -90,7 +90,7 @@ pub fn of(
         },
         from_log: problem.log().is_some(),
         input_lag: Some(problem.lag()).filter(|lag| *lag > 0.0),
-        input_delay: Some(problem.delay()).filter(|delay| *delay > 0.0),
+        input_delay_seconds: Some(problem.delay()).filter(|delay| *delay > 0.0),
         interrupted: learned.interrupted,
     }
 }

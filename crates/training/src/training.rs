@@ -182,10 +182,10 @@ impl Training {
         let in_model = in_model(problem, &learned, policy, (&|_, _| {}, &stopped));
         learned.interrupted |= in_model.is_none();
         let model = learned.model.as_ref().map(|fitted| fitted.0.model.clone());
-        let (late, lag) = (Late::of(problem.delay(), problem.spec().dt), problem.lag() > 0.0);
+        let late = Late::of((problem.delay(), problem.lag()), problem.spec().dt);
         let policy = match (learned.policy.clone(), &model) {
-            (Some(policy), Some(model)) if lag || !late.is_now() => {
-                let predicting = Predicting::new(policy, problem, model.clone(), (late, lag))?;
+            (Some(policy), Some(model)) if !late.is_now() => {
+                let predicting = Predicting::new(policy, problem, model.clone(), late)?;
                 Some(Arc::new(predicting) as Arc<dyn TrainedPolicy>)
             }
             (policy, _) => policy,

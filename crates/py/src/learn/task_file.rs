@@ -60,6 +60,10 @@ pub(crate) fn train_file(
                 problem => problem?,
             },
         };
+        if problem.delay() > 0.0 || problem.lag() > 0.0 {
+            let why = "its inputs act late, by a delay or a lag, and policies here do not predict: the commands `sindyna train` and `sindyna evaluate` do";
+            return Err(Error::System { name: problem.spec().name.clone(), why: why.into() });
+        }
         let mut training = Training::shared(problem.clone()).with_seed(seed);
         for setting in &settings {
             training = training.with(setting)?;

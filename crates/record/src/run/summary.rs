@@ -35,10 +35,10 @@ pub struct Summary {
     /// Whether there was no system, only a recorded log.
     #[serde(default)]
     pub from_log: bool,
-    /// Time after which the inputs begin to act [s], where they act late; the policy then acts on the state predicted for that time, and returns in the model are without the delay.
+    /// Time after which the inputs begin to act \[s\], where they act late; the policy then acts on the state predicted for that time, and returns in the model are without the delay.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub input_delay: Option<f64>,
-    /// Time constant of the lag through which the inputs act [s], where they do; what actuators deliver is then part of the state.
+    pub input_delay_seconds: Option<f64>,
+    /// Time constant of the lag through which the inputs act \[s\], where they do; what actuators deliver is then part of the state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_lag: Option<f64>,
     /// Stopped by Ctrl-C before it was done.

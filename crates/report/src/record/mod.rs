@@ -176,7 +176,8 @@ fn training(summary: &Summary, moments: &[Moment]) -> Vec<Block> {
     if let Some(p) = prediction {
         let level = 100.0 * p.level;
         blocks.push(Block::text(format!(
-            "Predicted mean return {}, {level:.0} % interval {} to {}{}.",
+            "Predicted mean return{} {}, {level:.0} % interval {} to {}{}.",
+            if summary.input_delay_seconds.is_some() { " without the delay of the inputs" } else { "" },
             fixed(p.mean, 1),
             fixed(p.low, 1),
             fixed(p.high, 1),

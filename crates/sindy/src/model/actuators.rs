@@ -33,11 +33,10 @@ impl Model {
         let mut terms: Vec<String> = self.terms().iter().map(written).collect();
         let mut equations = parts.equations;
         for actuator in 0..k {
-            let entry = |variable: usize, coefficient: f64| {
+            let mut entry = |variable: usize, coefficient: f64| {
                 terms.push(written(&Expr::Variable(variable)));
                 Entry::new(terms.len() - 1, coefficient)
             };
-            let mut entry = entry;
             equations.push(vec![entry(n + k + actuator, 1.0 / tau), entry(n + actuator, -1.0 / tau)]);
         }
         Self::new(ModelParts {

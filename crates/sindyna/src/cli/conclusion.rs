@@ -70,15 +70,20 @@ impl Conclusion<'_> {
             text += &confirmed(confirmation);
         }
         if let Some(prediction) = &training.prediction {
+            let delayed = self.summary.input_delay_seconds.is_some();
             let approximate = identification.as_ref().is_some_and(|i| i.explained == Some(false));
-            text += &predicted(prediction, evaluation.as_ref().map(|evaluation| evaluation.episodes), approximate);
+            text += &predicted(
+                prediction,
+                evaluation.as_ref().map(|evaluation| evaluation.episodes),
+                (approximate, delayed),
+            );
             if training.confirmation.is_none() && !self.summary.from_log && self.unconfirmed {
                 text += "not confirmed by a real episode; --imagined-rollouts auto and a larger --max-real-steps allow one\n";
             }
         }
-        if let Some(delay) = self.summary.input_delay {
+        if let Some(delay) = self.summary.input_delay_seconds {
             text += &format!(
-                "delay of the inputs: {} s; the policy acts on the state predicted for that time. Returns in the model are without the delay, `sindyna evaluate RUN --model DIR` includes it\n",
+                "delay of the inputs: {} s; the policy acts on the state predicted for that time; `sindyna evaluate RUN --model DIR` includes the delay\n",
                 significant(delay, 6)
             );
         }
@@ -138,10 +143,15 @@ fn planned(planners: &[PlannerReturn], kept: &str) -> String {
     format!("mean return of trials in the model: {each}{why}\n")
 }
 
-fn predicted(Prediction { mean, level, low, high }: &Prediction, episodes: Option<usize>, approximate: bool) -> String {
+fn predicted(
+    Prediction { mean, level, low, high }: &Prediction,
+    episodes: Option<usize>,
+    (approximate, delayed): (bool, bool),
+) -> String {
+    let place = if delayed { "in the model, without the delay" } else { "on the system" };
     let of = episodes.map_or_else(String::new, |episodes| format!(" of {}", plural(episodes, "episode")));
     format!(
-        "predicted mean return{of} on the system: {} ({:.0} % interval {} to {}{})\n",
+        "predicted mean return{of} {place}: {} ({:.0} % interval {} to {}{})\n",
         significant(*mean, 4),
         100.0 * level,
         significant(*low, 4),

@@ -116,21 +116,18 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
         )));
     }
     fits(&policy, problem.spec())?;
-    match late(&config, &*problem) {
-        None => evaluated((args, &interrupt), &config, &*problem, &policy),
-        Some(late) => {
-            let policy = Predicting::new(policy, &*problem, model(&read)?, late)?;
-            evaluated((args, &interrupt), &config, &*problem, &policy)
-        }
-    }
+    in_time((args, &interrupt), &config, (&*problem, &read), policy)
 }
+
+/// Reads a file of a run.
+type ReadFile<'a> = &'a dyn Fn(&str) -> Result<Vec<u8>, Failure>;
 
 /// The planner of a run, in the equations that it found.
 fn planned(
     (args, interrupt): (&Args, &Interrupt),
     config: &TrainConfig,
     problem: &dyn Problem,
-    read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>,
+    read: ReadFile<'_>,
 ) -> Result<Answer, Failure> {
     if problem.log().is_some() {
         return Err(Failure::new(format!(
@@ -139,32 +136,35 @@ fn planned(
         ))
         .hint("--model DIR evaluates it on equations of other logs"));
     }
-    let model = model(read)?;
     let summary = Summary::from_json(&String::from_utf8_lossy(&read("summary.json")?))
         .context("summary.json is not that of a run")?;
     let name = &summary.training.algorithm;
     let identified = ModelRecord::read(&args.run)?;
     let noise = identified.map(|identified| identified.account.noise_of(&problem.spec().state));
-    let Some(planner) = planner(problem, name, model.clone(), &noise.unwrap_or_default())? else {
+    let Some(planner) = planner(problem, name, model(read)?, &noise.unwrap_or_default())? else {
         return Err(Failure::new(format!("{} has no planner: its algorithm is `{name}`", args.run.display()))
             .hint("run it again with `sindyna train --config RUN/config.toml`"));
     };
-    match late(config, problem) {
-        None => evaluated((args, interrupt), config, problem, &planner),
-        Some(late) => evaluated((args, interrupt), config, problem, &Predicting::new(planner, problem, model, late)?),
+    in_time((args, interrupt), config, (problem, read), planner)
+}
+
+/// The evaluation of `policy`, with the prediction for controls that act late, as its run knows them.
+fn in_time(
+    watched: (&Args, &Interrupt),
+    config: &TrainConfig,
+    (problem, read): (&dyn Problem, ReadFile<'_>),
+    policy: impl Policy,
+) -> Result<Answer, Failure> {
+    let late = config.data.as_ref().map(|data| Late::of((data.delay, data.lag), problem.spec().dt));
+    match late.filter(|late| !late.is_now()) {
+        None => evaluated(watched, config, problem, &policy),
+        Some(late) => evaluated(watched, config, problem, &Predicting::new(policy, problem, model(read)?, late)?),
     }
 }
 
 /// The equations of a run.
-fn model(read: &dyn Fn(&str) -> Result<Vec<u8>, Failure>) -> Result<Model, Failure> {
+fn model(read: ReadFile<'_>) -> Result<Model, Failure> {
     Ok(Model::from_json(&String::from_utf8_lossy(&read("model.json")?)).context("model.json is no model")?)
-}
-
-/// How late the controls of a run act, and whether through a lag, as it knows; `None` where they act at once.
-fn late(config: &TrainConfig, problem: &dyn Problem) -> Option<(Late, bool)> {
-    let data = config.data.as_ref()?;
-    let (late, lag) = (Late::of(data.delay, problem.spec().dt), data.lag > 0.0);
-    (lag || !late.is_now()).then_some((late, lag))
 }
 
 fn evaluated(

@@ -244,10 +244,10 @@ fn trained(directory: &Path) -> Option<Origin> {
     let config = config(directory)?;
     let mut source = format!("Found in {} (seed {}).", config.task, config.seed);
     if let Some(delay) = config.data.as_ref().map(|data| data.delay).filter(|delay| *delay > 0.0) {
-        source += &format!(
-            " Inputs act {} s late: the policy takes the observation predicted for that time, by `step` with the inputs that have not acted yet.",
-            significant(delay, 6)
-        );
+        source += &format!(" Inputs act {} s late.", significant(delay, 6));
+        if config.controller.trains() {
+            source += " The policy takes the observation that the equations predict for that time, from the state now and the inputs that have not acted yet; no function here does that.";
+        }
     }
     if let Some(lag) = config.data.as_ref().map(|data| data.lag).filter(|lag| *lag > 0.0) {
         source += &format!(

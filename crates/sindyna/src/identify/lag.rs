@@ -1,5 +1,6 @@
 //! Inputs that act through a first-order lag: what an actuator delivers follows what it is told.
 
+use sindyna_core::number::significant;
 use sindyna_core::{Dataset, FitError, InterSample};
 
 use super::delay::shifted;
@@ -23,6 +24,15 @@ pub(super) fn lagged(log: &Log, (tau, settled): (f64, f64)) -> Result<Log, FitEr
     if !log.data.intersample().is_held() {
         let reason = "a lag requires inputs that are held, after a delay of whole rows";
         return Err(FitError::Regression { reason: reason.into() });
+    }
+    let longest = log.data.rollouts().map(|rollout| rollout.controls.nrows()).max().unwrap_or(0) as f64 * log.data.dt();
+    if tau > longest {
+        let reason = format!(
+            "the time constant of the lag is {} s, longer than the longest trajectory, {} s",
+            significant(tau, 6),
+            significant(longest, 6)
+        );
+        return Err(FitError::Regression { reason });
     }
     let delivered = delivered(&log.data, log.times.as_deref(), (tau, settled))?;
     let first = forgotten(&log.data, tau);

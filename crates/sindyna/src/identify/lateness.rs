@@ -13,8 +13,11 @@ use super::trial::{Structure, TOLD_APART, Trial};
 use super::unmeasured::Unmeasured;
 use crate::logs::{Log, Note, Samples};
 
-/// Times the time constant of the system, at most, that a lag which takes its place may have.
+/// Times the time constant of the system, at most, that a lag which takes its place may have, and times this one after which what was before it is forgotten.
 const FARTHEST: f64 = 2.0;
+
+/// Times the step by which slopes are told, within which two lags are the same.
+const SAME: f64 = 2.0;
 
 /// What was `looked` for and found in `log`, of which `kept` is used, as it is read with `reading`: with the standard error of a delay of a part of a row, or of a lag, in
 /// those of coefficients, which are β(τ̂) + dβ/dτ (τ − τ̂). Where another lag explains the data as well the equations are ambiguous.
@@ -57,11 +60,12 @@ pub(super) fn with_lateness<E: From<FitError>>(
     let Looked { found, identifier, log } = looked;
     let mut found = found.depending(&slopes);
     if is_lag {
-        for other in time_constants(&model).into_iter().filter(|tau| (tau - value).abs() > 2.0 * by) {
+        let is_other = |tau: f64| (tau - value).abs() > SAME * by;
+        for other in time_constants(&model).into_iter().filter(|tau| is_other(*tau)) {
             let near = (other / FARTHEST, other * FARTHEST);
             let misfit = |tau: f64| Ok::<_, E>(again(tau)?.map_or(f64::INFINITY, |again| again.misfit));
             let (tau, least) = likeliest((other, FINELY * other), near, values, misfit)?;
-            if (tau - value).abs() > 2.0 * by && least < here.misfit + TOLD_APART {
+            if is_other(tau) && least < here.misfit + TOLD_APART {
                 found = ambiguous(found, tau);
                 break;
             }

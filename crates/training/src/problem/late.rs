@@ -18,23 +18,31 @@ pub struct Late {
     spans: Vec<f64>,
     /// Control interval \[s\].
     interval: f64,
+    /// Whether they act through actuators with a lag, whose states are the last ones of the model.
+    lags: bool,
 }
 
 impl Late {
-    /// Controls every `interval` \[s\] that act after `delay` \[s\].
+    /// Controls every `interval` \[s\] that act after `delay` \[s\], through a lag with the time constant `lag` \[s\], 0 for none.
     #[must_use]
-    pub fn of(delay: f64, interval: f64) -> Self {
+    pub fn of((delay, lag): (f64, f64), interval: f64) -> Self {
         let intervals = delay / interval;
         let whole = (intervals + NONE).floor();
         let part = intervals - whole;
         let first = (part > NONE).then_some(part * interval);
-        Self { spans: first.into_iter().chain((0..whole as usize).map(|_| interval)).collect(), interval }
+        let spans = first.into_iter().chain((0..whole as usize).map(|_| interval)).collect();
+        Self { spans, interval, lags: lag > 0.0 }
     }
 
-    /// Whether they act at once.
+    /// Whether they act at once, and without a lag.
     #[must_use]
     pub fn is_now(&self) -> bool {
-        self.spans.is_empty()
+        self.spans.is_empty() && !self.lags
+    }
+
+    /// Whether they act through a lag.
+    pub(crate) fn lags(&self) -> bool {
+        self.lags
     }
 
     /// Whether a control acts from within a control interval on.
@@ -146,7 +154,7 @@ mod tests {
     #[test]
     fn controls_act_after_the_delay_and_not_before() {
         for (delay, is_within) in [(0.0, false), (0.2, false), (0.03, true), (0.25, true)] {
-            let late = Late::of(delay, 0.1);
+            let late = Late::of((delay, 0.0), 0.1);
             assert_eq!(late.is_within(), is_within, "{delay}");
             let mut plant = LatePlant::new(Arc::new(integrator()), late.clone(), 1);
             plant.reset(&[5.0]).expect("reset");
@@ -172,7 +180,7 @@ mod tests {
     fn actuators_are_shown_where_the_policy_knows_of_them_and_hidden_where_not() {
         let behind = integrator().with_actuators(0.2, &["u_delivered".into()]).expect("continuous");
         let steps = |model: Model, shown: usize| {
-            let mut plant = LatePlant::new(Arc::new(model), Late::of(0.0, 0.1), shown);
+            let mut plant = LatePlant::new(Arc::new(model), Late::of((0.0, 0.0), 0.1), shown);
             let first = plant.reset(&vec![0.0; shown]).expect("reset");
             (first, plant.step(&[1.0]).expect("finite"))
         };

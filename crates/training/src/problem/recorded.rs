@@ -81,7 +81,7 @@ impl Read {
         }
         let says_nothing = |why: &str| refused(format!("its `dt` is {interval} s, and the equations {why}"));
         let is_continuous = matches!(identified.model.form(), Form::Continuous(_));
-        if Late::of(source.delay(), interval).is_within() && !is_continuous {
+        if Late::of((source.delay(), source.lag()), interval).is_within() && !is_continuous {
             return Err(says_nothing(&format!(
                 "are not continuous in time: of inputs that act {} s late they say nothing",
                 significant(source.delay(), 6)
@@ -110,7 +110,7 @@ fn measured<'a>(task: &'a TaskFile, own: &LogSource) -> &'a [Channel] {
 /// The task file at `path` for a policy that knows `own`, and the system that moves as what was identified from other logs, `source`.
 pub(super) fn on_twin(path: &Path, source: &LogSource, own: &LogSource) -> Result<(TaskFile, LatePlant), Error> {
     let Read { task, identified, .. } = Read::of(path, source, own)?;
-    let late = Late::of(source.delay(), task.spec().dt);
+    let late = Late::of((source.delay(), source.lag()), task.spec().dt);
     let plant = LatePlant::new(Arc::new(identified.model), late, task.spec().state_dim());
     Ok((task, plant))
 }

@@ -249,6 +249,11 @@ impl TrainConfig {
     /// The same with one setting changed by `text`, a `KEY=VALUE` such as `sac.reward_scale=1`.
     pub fn with(self, text: &str) -> Result<Self, Error> {
         let refused = |why: &str| Error::Override { text: text.to_owned(), why: why.to_owned() };
+        if text.trim_start().starts_with("data.") {
+            return Err(refused(
+                "what was identified in the log is no setting; --delay and --lag with --data change how it is read",
+            ));
+        }
         let mut document = toml::from_str(&self.to_toml()?).map_err(|e| refused(e.message()))?;
         overrides::change(&mut document, text)?;
         let document = toml::to_string(&document).map_err(|e| refused(&e.to_string()))?;
