@@ -40,6 +40,7 @@ mod shooting;
 mod solve;
 mod triangle;
 mod watch;
+mod wide;
 
 pub use coordinates::CoordinateMode;
 pub use data::LONGEST_CHAIN;

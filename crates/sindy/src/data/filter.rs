@@ -35,17 +35,44 @@ impl Scale {
 }
 
 /// Sums over the innovations of a filter.
-#[derive(Debug, Default, Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Innovations {
     count: f64,
     squares: f64,
     logs: f64,
+    /// Product of the variances whose logarithms `logs` does not have yet.
+    product: f64,
 }
 
+impl Default for Innovations {
+    fn default() -> Self {
+        Self { count: 0.0, squares: 0.0, logs: 0.0, product: 1.0 }
+    }
+}
+
+/// Products beyond this, or its inverse, become a logarithm.
+const LARGE: f64 = 1e150;
+
 impl Innovations {
+    fn add(&mut self, innovation: f64, variance: f64) {
+        self.count += 1.0;
+        self.squares += innovation * innovation / variance;
+        let product = self.product * variance;
+        if (1.0 / LARGE..LARGE).contains(&product) {
+            self.product = product;
+        } else {
+            self.logs += self.product.ln() + variance.ln();
+            self.product = 1.0;
+        }
+    }
+
+    fn logs(&self) -> f64 {
+        self.logs + self.product.ln()
+    }
+
     /// −2 ln L but for a constant.
     pub(super) fn total(&self) -> f64 {
-        self.squares + self.logs
+        self.squares + self.logs()
     }
 
     /// The same with the scale of all variances chosen best.
@@ -53,7 +80,7 @@ impl Innovations {
         if self.count < 1.0 {
             return 0.0;
         }
-        self.count * (self.squares / self.count).max(f64::MIN_POSITIVE).ln() + self.logs
+        self.count * (self.squares / self.count).max(f64::MIN_POSITIVE).ln() + self.logs()
     }
 
     /// That scale, as a standard deviation.
@@ -82,23 +109,44 @@ pub(super) fn process<'a, const D: usize>(
 ) -> Box<dyn Process + 'a> {
     let starts = segments.iter().map(|s| start(s, chain, scale)).collect();
     let moves = segments.iter().map(|s| moves(s, scale)).collect();
-    Box::new(Wiener::<D> { segments, chain, scale, starts, moves })
+    let units = std::array::from_fn(|order| scale.of_derivative(order));
+    Box::new(Wiener::<D> { segments, chain, starts, moves, units })
 }
 
 struct Wiener<'a, const D: usize> {
     segments: &'a [Segment],
     chain: &'a [usize],
-    scale: &'a Scale,
     /// Per segment, the state at its first sample as the first samples tell it.
     starts: Vec<SVector<f64, D>>,
     /// Per segment, what happens from each sample to the next; once if samples are evenly spaced.
     moves: Vec<Vec<Move<D>>>,
+    /// Units of the states of the process.
+    units: [f64; D],
 }
 
 /// The transition from one sample to the next, and the covariance that the process gathers in between if its intensity is one.
 struct Move<const D: usize> {
     transition: SMatrix<f64, D, D>,
     gathered: SMatrix<f64, D, D>,
+}
+
+impl<const D: usize> Move<D> {
+    /// Makes the covariance at a sample that before the measurements of the next one: A P Aᵀ + q G, where A is upper triangular.
+    fn carry(&self, covariance: &mut SMatrix<f64, D, D>, intensity: f64) {
+        let mut half = SMatrix::<f64, D, D>::zeros();
+        for b in 0..D {
+            for a in 0..D {
+                half[(a, b)] = (a..D).map(|k| self.transition[(a, k)] * covariance[(k, b)]).sum();
+            }
+        }
+        for b in 0..D {
+            for a in 0..=b {
+                let carried: f64 = (b..D).map(|k| half[(a, k)] * self.transition[(b, k)]).sum();
+                covariance[(a, b)] = carried + self.gathered[(a, b)] * intensity;
+                covariance[(b, a)] = covariance[(a, b)];
+            }
+        }
+    }
 }
 
 fn moves<const D: usize>(segment: &Segment, scale: &Scale) -> Vec<Move<D>> {
@@ -150,22 +198,29 @@ pub const LONGEST_CHAIN: usize = 3;
 const STAYS: f64 = 1e-12;
 
 /// What a filter does at one sample, whatever the measurements are.
+#[derive(Clone)]
 struct Gain<const D: usize> {
-    /// From the sample before.
-    transition: SMatrix<f64, D, D>,
-    /// Covariance before the measurements.
-    predicted: SMatrix<f64, D, D>,
-    /// Per measured state, by how much its innovation moves the mean, the variance of the innovation, and its logarithm.
+    /// Per measured state, by how much its innovation moves the mean, and the variance of the innovation.
     gains: [SVector<f64, D>; LONGEST_CHAIN],
     variances: [f64; LONGEST_CHAIN],
-    logs: [f64; LONGEST_CHAIN],
-    /// Covariance after the measurements.
+}
+
+/// Covariances at one sample.
+struct Known<const D: usize> {
+    /// Before the measurements.
+    predicted: SMatrix<f64, D, D>,
+    /// After the measurements.
     covariance: SMatrix<f64, D, D>,
 }
 
-/// What a filter does at the samples of a segment: at those after the last one, the same as there.
+/// What a filter does at the samples of a segment, one after the other. Of evenly spaced samples all gains are kept, until they stay
+/// as they are, for segments that are sampled alike; of others the last one.
 struct Gains<const D: usize> {
     steps: Vec<Gain<D>>,
+    /// Covariance after the last one of these.
+    covariance: SMatrix<f64, D, D>,
+    /// Covariances at all of these, if asked for.
+    known: Option<Vec<Known<D>>>,
     /// Whether the covariance stays.
     steady: bool,
     /// Whether rounding has eaten the covariance: such parameters are beyond what numbers can tell.
@@ -185,83 +240,108 @@ fn interval(segment: &Segment) -> Option<f64> {
 }
 
 impl<const D: usize> Gains<D> {
-    fn none() -> Self {
-        Self { steps: Vec::new(), steady: false, broken: false, interval: None }
-    }
-
-    fn at(&self, t: usize) -> &Gain<D> {
-        &self.steps[t.min(self.steps.len() - 1)]
+    fn none(known: bool) -> Self {
+        Self {
+            steps: Vec::new(),
+            covariance: SMatrix::zeros(),
+            known: known.then(Vec::new),
+            steady: false,
+            broken: false,
+            interval: None,
+        }
     }
 }
 
+/// What the samples of a chain are taken to be.
+#[derive(Clone, Copy)]
+struct Size<'a> {
+    /// Standard deviations of the noise of its states.
+    noise: &'a [f64],
+    /// Intensity of the process.
+    intensity: f64,
+}
+
 impl<const D: usize> Wiener<'_, D> {
-    /// The gains of segment `at`; those of the segment before, `gains`, if it was sampled alike.
-    fn gains(&self, at: usize, noise: &[f64], intensity: f64, gains: &mut Gains<D>) {
-        let (segment, moves) = (&self.segments[at], &self.moves[at]);
-        let interval = interval(segment);
+    /// What happens between sample `t` of segment `at` and the sample before.
+    fn moved(&self, at: usize, t: usize) -> &Move<D> {
+        &self.moves[at][(t - 1).min(self.moves[at].len() - 1)]
+    }
+
+    /// Begins segment `at` with `gains`: those of the segment before, if it was sampled alike.
+    fn begin(&self, at: usize, gains: &mut Gains<D>) {
+        let interval = interval(&self.segments[at]);
         if interval.is_none() || interval != gains.interval {
-            *gains = Gains { interval, ..Gains::none() };
-        }
-        let measured = noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
-        while gains.steps.len() <= segment.len() && !gains.steady {
-            let t = gains.steps.len();
-            let Some(last) = gains.steps.last() else {
-                let covariance = SMatrix::from_diagonal_element(DIFFUSE * DIFFUSE * (intensity + measured));
-                let first = self.gain(segment, 0, noise, (SMatrix::identity(), covariance));
-                gains.broken |= first.1;
-                gains.steps.push(first.0);
-                continue;
-            };
-            let Move { transition, gathered } = &moves[(t - 1).min(moves.len() - 1)];
-            let predicted = transition * last.covariance * transition.transpose() + gathered * intensity;
-            let (next, broken) = self.gain(segment, t, noise, (*transition, predicted));
-            let stays = |j: usize| (next.covariance[(j, j)] / last.covariance[(j, j)] - 1.0).abs() < STAYS;
-            gains.steady = interval.is_some() && (0..D).all(stays);
-            gains.broken |= broken;
-            gains.steps.push(next);
+            *gains = Gains { interval, ..Gains::none(gains.known.is_some()) };
         }
     }
 
-    fn gain(
-        &self,
-        segment: &Segment,
-        t: usize,
-        noise: &[f64],
-        (transition, predicted): (SMatrix<f64, D, D>, SMatrix<f64, D, D>),
-    ) -> (Gain<D>, bool) {
-        let (mut covariance, mut broken) = (predicted, false);
-        let mut gains = [SVector::zeros(); LONGEST_CHAIN];
-        let (mut variances, mut logs) = ([1.0; LONGEST_CHAIN], [0.0; LONGEST_CHAIN]);
+    /// The gain at sample `t` of segment `at`, after that at the sample before.
+    fn gain<'g>(&self, (at, t): (usize, usize), size: Size, gains: &'g mut Gains<D>) -> &'g Gain<D> {
+        let even = gains.interval.is_some();
+        if even && (gains.steady || t < gains.steps.len()) {
+            return &gains.steps[t.min(gains.steps.len() - 1)];
+        }
+        let before = gains.covariance;
+        if t == 0 {
+            let measured = size.noise.iter().fold(0.0, |m: f64, s| m.max(s * s));
+            gains.covariance = SMatrix::from_diagonal_element(DIFFUSE * DIFFUSE * (size.intensity + measured));
+        } else {
+            self.moved(at, t).carry(&mut gains.covariance, size.intensity);
+        }
+        let predicted = gains.known.is_some().then_some(gains.covariance);
+        let (gain, broken) = self.measured((at, t), size.noise, &mut gains.covariance);
+        gains.broken |= broken;
+        if let (Some(known), Some(predicted)) = (&mut gains.known, predicted) {
+            known.push(Known { predicted, covariance: gains.covariance });
+        }
+        let stays = |j: usize| (gains.covariance[(j, j)] / before[(j, j)] - 1.0).abs() < STAYS;
+        gains.steady = even && t > 0 && (0..D).all(stays);
+        if !even {
+            gains.steps.clear();
+        }
+        gains.steps.push(gain);
+        &gains.steps[gains.steps.len() - 1]
+    }
+
+    /// The gain at sample `t` of segment `at`, which makes a predicted covariance that after the measurements, and whether rounding has eaten it.
+    fn measured(&self, (at, t): (usize, usize), noise: &[f64], covariance: &mut SMatrix<f64, D, D>) -> (Gain<D>, bool) {
+        let mut broken = false;
+        let mut gain = Gain { gains: [SVector::zeros(); LONGEST_CHAIN], variances: [1.0; LONGEST_CHAIN] };
         for (j, (&i, sigma)) in self.chain.iter().zip(noise).enumerate() {
             broken |= covariance[(j, j)] < 0.0;
-            if segment.relative(t, i).is_infinite() {
-                variances[j] = f64::INFINITY;
+            let relative = self.segments[at].relative(t, i);
+            if relative.is_infinite() {
+                gain.variances[j] = f64::INFINITY;
                 continue;
             }
-            variances[j] = covariance[(j, j)] + (sigma * segment.relative(t, i)).powi(2);
-            logs[j] = variances[j].ln();
-            gains[j] = covariance.column(j) / variances[j];
-            covariance -= gains[j] * gains[j].transpose() * variances[j];
-            covariance = (covariance + covariance.transpose()) * 0.5;
+            let variance = covariance[(j, j)] + (sigma * relative).powi(2);
+            let column: SVector<f64, D> = covariance.column(j).into_owned();
+            let moved = column / variance;
+            for b in 0..D {
+                for a in 0..=b {
+                    covariance[(a, b)] -= moved[a] * column[b];
+                    covariance[(b, a)] = covariance[(a, b)];
+                }
+            }
+            (gain.gains[j], gain.variances[j]) = (moved, variance);
         }
-        (Gain { transition, predicted, gains, variances, logs, covariance }, broken)
+        (gain, broken)
     }
 
     /// Moves the mean to sample `t`, and there by what is measured; tells each innovation.
     fn filter(
         &self,
-        segment: &Segment,
-        t: usize,
+        (at, t): (usize, usize),
         gain: &Gain<D>,
         mean: &mut SVector<f64, D>,
         mut tell: impl FnMut(usize, f64),
     ) -> SVector<f64, D> {
         if t > 0 {
-            *mean = gain.transition * *mean;
+            *mean = self.moved(at, t).transition * *mean;
         }
         let predicted = *mean;
         for (j, &i) in self.chain.iter().enumerate() {
-            let innovation = segment.x[[t, i]] / self.scale.of_derivative(j) - mean[j];
+            let innovation = self.segments[at].x[[t, i]] / self.units[j] - mean[j];
             *mean += gain.gains[j] * innovation;
             tell(j, innovation);
         }
@@ -272,23 +352,21 @@ impl<const D: usize> Wiener<'_, D> {
 impl<const D: usize> Process for Wiener<'_, D> {
     fn likelihood(&self, noise: &[f64], intensity: f64) -> Innovations {
         let mut sums = Innovations::default();
-        let mut gains = Gains::none();
+        let mut gains = Gains::none(false);
         for (at, (segment, start)) in self.segments.iter().zip(&self.starts).enumerate() {
-            self.gains(at, noise, intensity, &mut gains);
-            if gains.broken {
-                return Innovations { squares: f64::INFINITY, ..sums };
-            }
+            self.begin(at, &mut gains);
             let mut mean = *start;
             for t in 0..=segment.len() {
-                let gain = gains.at(t);
-                self.filter(segment, t, gain, &mut mean, |j, innovation| {
+                let gain = self.gain((at, t), Size { noise, intensity }, &mut gains);
+                self.filter((at, t), gain, &mut mean, |j, innovation| {
                     // The first samples only fix the start.
                     if t >= D && gain.variances[j].is_finite() {
-                        sums.count += 1.0;
-                        sums.squares += innovation * innovation / gain.variances[j];
-                        sums.logs += gain.logs[j];
+                        sums.add(innovation, gain.variances[j]);
                     }
                 });
+                if gains.broken {
+                    return Innovations { squares: f64::INFINITY, ..Innovations::default() };
+                }
             }
         }
         sums
@@ -296,35 +374,37 @@ impl<const D: usize> Process for Wiener<'_, D> {
 
     /// By the Rauch–Tung–Striebel smoother.
     fn smoothed(&self, noise: &[f64], intensity: f64) -> Vec<(Array2<f64>, Array2<f64>)> {
-        let mut gains = Gains::none();
+        let mut gains = Gains::none(true);
         let mut smoothed = Vec::with_capacity(self.segments.len());
         for (at, (segment, start)) in self.segments.iter().zip(&self.starts).enumerate() {
-            self.gains(at, noise, intensity, &mut gains);
+            self.begin(at, &mut gains);
             let mut mean = *start;
             let of = |t: usize| {
-                let predicted = self.filter(segment, t, gains.at(t), &mut mean, |_, _| {});
+                let gain = self.gain((at, t), Size { noise, intensity }, &mut gains);
+                let predicted = self.filter((at, t), gain, &mut mean, |_, _| {});
                 (predicted, mean)
             };
             let passed: Vec<(SVector<f64, D>, SVector<f64, D>)> = (0..=segment.len()).map(of).collect();
+            let known = gains.known.as_deref().unwrap_or_default();
+            let last = known.len() - 1;
             // From what is wrong with the prediction of a sample to what is wrong with the mean before.
             let back = |t: usize| {
-                let (now, next) = (gains.at(t), gains.at(t + 1));
+                let (now, next) = (&known[t.min(last)], &known[(t + 1).min(last)]);
                 let factor = next.predicted.cholesky()?;
-                Some(now.covariance * next.transition.transpose() * factor.inverse())
+                Some(now.covariance * self.moved(at, t + 1).transition.transpose() * factor.inverse())
             };
-            let backs: Vec<Option<SMatrix<f64, D, D>>> =
-                (0..gains.steps.len().min(segment.len() + 1)).map(back).collect();
+            let backs: Vec<Option<SMatrix<f64, D, D>>> = (0..known.len().min(segment.len())).map(back).collect();
             let shape = (segment.len() + 1, self.chain.len());
             let (mut x, mut x_dot) = (Array2::zeros(shape), Array2::zeros(shape));
             let mut later: Option<SVector<f64, D>> = None;
             for t in (0..=segment.len()).rev() {
                 let mut mean = passed[t].1;
-                if let (Some(later), Some(back)) = (later, backs[t.min(backs.len() - 1)]) {
+                if let (Some(later), Some(Some(back))) = (later, backs.get(t.min(backs.len().max(1) - 1))) {
                     mean += back * (later - passed[t + 1].0);
                 }
                 for j in 0..self.chain.len() {
-                    x[[t, j]] = mean[j] * self.scale.of_derivative(j);
-                    x_dot[[t, j]] = mean[j + 1] * self.scale.of_derivative(j + 1);
+                    x[[t, j]] = mean[j] * self.units[j];
+                    x_dot[[t, j]] = mean[j + 1] * self.units[j + 1];
                 }
                 later = Some(mean);
             }
@@ -334,10 +414,13 @@ impl<const D: usize> Process for Wiener<'_, D> {
     }
 
     fn uncertainty(&self, noise: &[f64], intensity: f64, j: usize) -> f64 {
-        let longest = (0..self.segments.len()).max_by_key(|&at| self.segments[at].len());
-        let mut gains = Gains::none();
-        longest.into_iter().for_each(|at| self.gains(at, noise, intensity, &mut gains));
-        gains.steps.last().map_or(1.0, |gain| gain.covariance[(j, j)].max(0.0).sqrt())
+        let Some(longest) = (0..self.segments.len()).max_by_key(|&at| self.segments[at].len()) else { return 1.0 };
+        let mut gains = Gains::none(false);
+        self.begin(longest, &mut gains);
+        for t in 0..=self.segments[longest].len() {
+            self.gain((longest, t), Size { noise, intensity }, &mut gains);
+        }
+        gains.covariance[(j, j)].max(0.0).sqrt()
     }
 }
 

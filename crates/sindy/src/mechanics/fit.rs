@@ -80,10 +80,10 @@ impl Data<'_> {
                 for i in 0..n {
                     let sigma = run.sigma[[t, i]].hypot(run.sigma[[t + 1, i]]).max(f64::MIN_POSITIVE);
                     let mut row = rows.row_mut(t * n + i);
-                    (0..n_free).for_each(|p| row[p] = flight[(2 + p) * n + i] / sigma);
-                    row[n_free] = (run.x[[t + 1, i]] - flight[i]) / sigma;
+                    (0..n_free).for_each(|p| row[p] = flight.changes(i)[1 + p] / sigma);
+                    row[n_free] = (run.x[[t + 1, i]] - flight.state(i)) / sigma;
                     squares += row[n_free].powi(2);
-                    count += usize::from((flight[i] - run.x[[t, i]]).abs() > 0.0);
+                    count += usize::from((flight.state(i) - run.x[[t, i]]).abs() > 0.0);
                 }
             }
             triangle.push(rows.view()).ok()?;

@@ -5,9 +5,7 @@ use nalgebra::DMatrix;
 use crate::expr::Tape;
 use crate::library::Lagrangian;
 use crate::motion::Stepping;
-
-/// Part of a state by which it is moved where derivatives are taken.
-const NUDGE: f64 = 1e-6;
+use crate::wide::wide;
 
 /// A summand of the equation of a joint.
 struct Summand {
@@ -17,6 +15,8 @@ struct Summand {
     /// The joint whose acceleration it multiplies, if any.
     with: Option<usize>,
     factor: f64,
+    /// Its derivatives, as (state, output of the tape).
+    along: Vec<(usize, usize)>,
 }
 
 /// The equations of a Lagrangian with some of its parameters, compiled.
@@ -30,8 +30,41 @@ pub(super) struct Mechanism {
     summands: Vec<Summand>,
 }
 
-/// A state and what it changes with each parameter, and each state at the start, one after the other: (1 + P + S) times n numbers.
-pub(super) type Flight = Vec<f64>;
+/// A state, and what it changes with each parameter and each state at the start: for each number of the state a row of 1 + P + S.
+#[derive(Debug, Clone)]
+pub(super) struct Flight {
+    numbers: Vec<f64>,
+    width: usize,
+}
+
+impl Flight {
+    /// Number `i` of the state.
+    pub(super) fn state(&self, i: usize) -> f64 {
+        self.numbers[i * self.width]
+    }
+
+    /// What that changes with each parameter, and each state at the start.
+    pub(super) fn changes(&self, i: usize) -> &[f64] {
+        &self.row(i)[1..]
+    }
+
+    fn row(&self, i: usize) -> &[f64] {
+        &self.numbers[i * self.width..][..self.width]
+    }
+
+    fn row_mut(&mut self, i: usize) -> &mut [f64] {
+        &mut self.numbers[i * self.width..][..self.width]
+    }
+
+    /// This and `h` times `slope`.
+    fn moved(&self, slope: &Self, h: f64) -> Self {
+        let numbers = wide(
+            #[inline(always)]
+            || self.numbers.iter().zip(&slope.numbers).map(|(x, s)| x + h * s).collect(),
+        );
+        Self { numbers, width: self.width }
+    }
+}
 
 impl Mechanism {
     /// With the parameters `chosen`.
@@ -41,11 +74,20 @@ impl Mechanism {
         let mut summands = Vec::new();
         for (place, &p) in chosen.iter().enumerate() {
             for (row, (expr, rate), factor) in lagrangian.summands(p) {
-                summands.push(Summand { place, row, with: rate.and_then(joint), factor });
+                summands.push(Summand { place, row, with: rate.and_then(joint), factor, along: Vec::new() });
                 exprs.push(expr);
             }
         }
-        let tape = Tape::new(n_states + n_controls, &exprs);
+        let mut slopes = Vec::new();
+        for (summand, expr) in summands.iter_mut().zip(&exprs) {
+            for state in lagrangian.joints.iter().flat_map(|&(q, v)| [q, v]) {
+                if let Some(slope) = expr.derivative(state) {
+                    summand.along.push((state, exprs.len() + slopes.len()));
+                    slopes.push(slope);
+                }
+            }
+        }
+        let tape = Tape::new(n_states + n_controls, exprs.iter().chain(&slopes));
         Self { joints: lagrangian.joints.clone(), n_states, n_parameters: chosen.len(), n_starts: 0, tape, summands }
     }
 
@@ -56,11 +98,11 @@ impl Mechanism {
 
     /// The state `x`, which no parameter changes.
     pub(super) fn start(&self, x: &[f64]) -> Flight {
-        let n = self.n_states;
-        let mut at = vec![0.0; n * (1 + self.n_columns())];
-        at[..n].copy_from_slice(x);
-        (0..self.n_starts).for_each(|i| at[(1 + self.n_parameters + i) * n + i] = 1.0);
-        at
+        let width = 1 + self.n_columns();
+        let mut start = Flight { numbers: vec![0.0; self.n_states * width], width };
+        x.iter().enumerate().for_each(|(i, x)| start.row_mut(i)[0] = *x);
+        (0..self.n_starts).for_each(|i| start.row_mut(i)[1 + self.n_parameters + i] = 1.0);
+        start
     }
 
     /// Parameters and states at the start.
@@ -70,21 +112,20 @@ impl Mechanism {
 
     /// The state `dt` seconds after `at` under `u` with the parameters `c`, and what it changes with each of them. `None` where masses are singular.
     pub(super) fn step(&self, at: Flight, u: &[f64], c: &[f64], dt: f64, stepping: Stepping) -> Option<Flight> {
-        let (n, mut at) = (self.n_states, at);
+        let mut at = at;
         match stepping {
             Stepping::Euler => {
                 let slope = self.slopes(&at, u, c)?;
-                Some(moved(&at, &slope, dt))
+                Some(at.moved(&slope, dt))
             }
             Stepping::SemiImplicit { substeps } => {
                 let h = dt / substeps as f64;
                 for _ in 0..substeps {
                     let slope = self.slopes(&at, u, c)?;
-                    for block in 0..=self.n_columns() {
-                        for &(q, v) in &self.joints {
-                            let (q, v) = (block * n + q, block * n + v);
-                            at[v] += h * slope[v];
-                            at[q] += h * at[v];
+                    for &(q, v) in &self.joints {
+                        for p in 0..at.width {
+                            at.row_mut(v)[p] += h * slope.row(v)[p];
+                            at.row_mut(q)[p] += h * at.row(v)[p];
                         }
                     }
                 }
@@ -94,12 +135,18 @@ impl Mechanism {
                 let h = dt / substeps as f64;
                 for _ in 0..substeps {
                     let first = self.slopes(&at, u, c)?;
-                    let second = self.slopes(&moved(&at, &first, 0.5 * h), u, c)?;
-                    let third = self.slopes(&moved(&at, &second, 0.5 * h), u, c)?;
-                    let fourth = self.slopes(&moved(&at, &third, h), u, c)?;
-                    for (i, at) in at.iter_mut().enumerate() {
-                        *at += h / 6.0 * (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]);
-                    }
+                    let second = self.slopes(&at.moved(&first, 0.5 * h), u, c)?;
+                    let third = self.slopes(&at.moved(&second, 0.5 * h), u, c)?;
+                    let fourth = self.slopes(&at.moved(&third, h), u, c)?;
+                    let [first, second, third, fourth] = [first, second, third, fourth].map(|slope| slope.numbers);
+                    wide(
+                        #[inline(always)]
+                        || {
+                            for (i, at) in at.numbers.iter_mut().enumerate() {
+                                *at += h / 6.0 * (first[i] + 2.0 * second[i] + 2.0 * third[i] + fourth[i]);
+                            }
+                        },
+                    );
                 }
                 Some(at)
             }
@@ -126,85 +173,53 @@ impl Mechanism {
 
     /// The rates of `at`.
     fn slopes(&self, at: &Flight, u: &[f64], c: &[f64]) -> Option<Flight> {
-        let (n, n_joints, n_columns) = (self.n_states, self.joints.len(), self.n_columns());
+        let (n, n_joints, width) = (self.n_states, self.joints.len(), at.width);
         let mut registers = vec![0.0; self.tape.n_registers()];
-        registers[..n].copy_from_slice(&at[..n]);
+        (0..n).for_each(|i| registers[i] = at.state(i));
         registers[n..n + u.len()].copy_from_slice(u);
         self.tape.run(&mut registers);
-        let (mut mass, mut rest) = (vec![0.0; n_joints * n_joints], vec![0.0; n_joints]);
-        for (summand, &r) in self.summands.iter().zip(self.tape.outputs()) {
-            let value = c[summand.place] * summand.factor * registers[r as usize];
+        let values = |output: usize| registers[self.tape.outputs()[output] as usize];
+        let (mut mass, mut acceleration) = (vec![0.0; n_joints * n_joints], vec![0.0; n_joints]);
+        for (output, summand) in self.summands.iter().enumerate() {
+            let value = c[summand.place] * summand.factor * values(output);
             match summand.with {
                 Some(joint) => mass[summand.row * n_joints + joint] += value,
-                None => rest[summand.row] -= value,
+                None => acceleration[summand.row] -= value,
             }
         }
-        // Right sides: accelerations, and what of them each parameter changes.
-        let width = 1 + n_columns;
-        let mut right = vec![0.0; n_joints * width];
         let factored = Factored::new(mass, n_joints)?;
-        let mut acceleration = rest;
         factored.solve(&mut acceleration);
-        (0..n_joints).for_each(|i| right[i * width] = 0.0);
-        for (summand, &r) in self.summands.iter().zip(self.tape.outputs()) {
-            let with = summand.with.map_or(1.0, |joint| acceleration[joint]);
-            right[summand.row * width + 1 + summand.place] -= summand.factor * registers[r as usize] * with;
-        }
-        let along = self.along_states(&at[..n], u, c, &acceleration);
-        let mut slope = vec![0.0; at.len()];
-        for (joint, &(q, v)) in self.joints.iter().enumerate() {
-            slope[q] = at[v];
-            slope[v] = acceleration[joint];
-        }
-        let mut column = vec![0.0; n_joints];
-        for p in 0..n_columns {
-            let block = &at[(1 + p) * n..(2 + p) * n];
-            for (i, value) in column.iter_mut().enumerate() {
-                let moved: f64 = self
-                    .joints
-                    .iter()
-                    .enumerate()
-                    .map(|(joint, &(q, v))| {
-                        let of = |part: usize| along[(i * n_joints + joint) * 2 + part];
-                        of(0) * block[q] + of(1) * block[v]
-                    })
-                    .sum();
-                *value = right[i * width + 1 + p] - moved;
-            }
-            factored.solve(&mut column);
-            for (joint, &(q, v)) in self.joints.iter().enumerate() {
-                slope[(1 + p) * n + q] = block[v];
-                slope[(1 + p) * n + v] = column[joint];
+        // What the equation of each joint, with these accelerations, changes with parameters, and with each state.
+        let mut right = vec![0.0; n_joints * width];
+        let mut along = vec![0.0; n_joints * n];
+        for (output, summand) in self.summands.iter().enumerate() {
+            let with = summand.factor * summand.with.map_or(1.0, |joint| acceleration[joint]);
+            right[summand.row * width + 1 + summand.place] -= with * values(output);
+            for &(state, slope) in &summand.along {
+                along[summand.row * n + state] += c[summand.place] * with * values(slope);
             }
         }
-        slope.iter().all(|s| s.is_finite()).then_some(slope)
-    }
-
-    /// What the equation of each joint, with these accelerations, changes with position and speed of each: (joint, joint, 2).
-    fn along_states(&self, x: &[f64], u: &[f64], c: &[f64], acceleration: &[f64]) -> Vec<f64> {
-        let n_joints = self.joints.len();
-        let mut registers = vec![[0.0; 2]; self.tape.n_registers()];
-        let mut along = vec![0.0; n_joints * n_joints * 2];
-        for (joint, &(q, v)) in self.joints.iter().enumerate() {
-            for (part, state) in [q, v].into_iter().enumerate() {
-                registers.iter_mut().zip(x.iter().chain(u)).for_each(|(r, z)| *r = [*z; 2]);
-                let by = NUDGE * x[state].abs().max(1.0);
-                registers[state] = [x[state] + by, x[state] - by];
-                self.tape.run_first(&mut registers, self.tape.n_ops());
-                for (summand, &r) in self.summands.iter().zip(self.tape.outputs()) {
-                    let [up, down] = registers[r as usize];
-                    let with = summand.with.map_or(1.0, |other| acceleration[other]);
-                    let slope = c[summand.place] * summand.factor * with * (up - down) / (2.0 * by);
-                    along[(summand.row * n_joints + joint) * 2 + part] += slope;
+        let inverse = factored.inverse(n_joints);
+        let mut slope = Flight { numbers: vec![0.0; at.numbers.len()], width };
+        wide(
+            #[inline(always)]
+            || {
+                for (right, along) in right.chunks_exact_mut(width).zip(along.chunks_exact(n)) {
+                    for (state, &along) in along.iter().enumerate().filter(|(_, along)| **along != 0.0) {
+                        right.iter_mut().zip(at.row(state)).skip(1).for_each(|(r, x)| *r -= along * x);
+                    }
                 }
-            }
-        }
-        along
+                for (joint, &(q, v)) in self.joints.iter().enumerate() {
+                    slope.row_mut(q).copy_from_slice(at.row(v));
+                    for (right, &inverse) in right.chunks_exact(width).zip(&inverse[joint * n_joints..]) {
+                        slope.row_mut(v).iter_mut().zip(right).for_each(|(s, r)| *s += inverse * r);
+                    }
+                    slope.row_mut(v)[0] = acceleration[joint];
+                }
+            },
+        );
+        slope.numbers.iter().all(|s| s.is_finite()).then_some(slope)
     }
-}
-
-fn moved(at: &Flight, slope: &Flight, h: f64) -> Flight {
-    at.iter().zip(slope).map(|(x, s)| x + h * s).collect()
 }
 
 /// A small matrix, row by row, as lower and upper triangles.
@@ -251,5 +266,18 @@ impl Factored {
             z[i] /= self.lu[i * n + i];
         }
         b.copy_from_slice(&z);
+    }
+
+    /// The inverse (n, n), row by row.
+    fn inverse(&self, n: usize) -> Vec<f64> {
+        let mut inverse = vec![0.0; n * n];
+        let mut column = vec![0.0; n];
+        for j in 0..n {
+            column.fill(0.0);
+            column[j] = 1.0;
+            self.solve(&mut column);
+            column.iter().enumerate().for_each(|(i, value)| inverse[i * n + j] = *value);
+        }
+        inverse
     }
 }

@@ -162,9 +162,9 @@ impl Windows<'_> {
                     let u = window.u.row(t - 1).to_vec();
                     flight = mechanism.step(flight, &u, values, window.dt[t - 1], self.stepping)?;
                 }
-                samples.iter().enumerate().for_each(|(i, x)| of_window[[t, i]] = x - flight[i]);
+                samples.iter().enumerate().for_each(|(i, x)| of_window[[t, i]] = x - flight.state(i));
                 // The unit stays.
-                changes.push(flight[2 * n..].to_vec());
+                changes.push((0..n).flat_map(|i| flight.changes(i)[1..].iter().copied()).collect());
             }
             errors.push(of_window);
             slopes.push(changes);
@@ -199,8 +199,8 @@ impl Windows<'_> {
                 for (i, sigma) in sigma.iter().enumerate() {
                     let sigma = sigma.max(f64::MIN_POSITIVE);
                     let mut row = rows.row_mut(t * n + i);
-                    (0..n).for_each(|j| row[j] = changes[(free + j) * n + i] / sigma);
-                    (0..free).for_each(|p| row[n + p] = changes[p * n + i] / sigma);
+                    (0..n).for_each(|j| row[j] = changes[i * columns + free + j] / sigma);
+                    (0..free).for_each(|p| row[n + p] = changes[i * columns + p] / sigma);
                     row[columns] = errors[[t, i]] / sigma;
                 }
             }

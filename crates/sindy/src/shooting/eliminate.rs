@@ -2,6 +2,8 @@
 
 use ndarray::Array2;
 
+use crate::wide::wide;
+
 /// A square-root information filter over the states of one trajectory: minimises
 /// Σ ‖(y_t − δx_t)/σ‖² + Σ ‖(δx_{t+1} − A_t δx_t − B_t δξ − d_t)/q‖² over all δx_t, with the parameters δξ left open.
 ///
@@ -149,6 +151,14 @@ fn diagonal(rows: &[f64], width: usize, n: usize) -> f64 {
 /// By hand: a dozen rows for every sample are too few for the blocked factorisations of the crates, which took most of the time
 /// of a fit.
 fn reflect(rows: &mut [f64], width: usize, columns: usize) {
+    wide(
+        #[inline(always)]
+        || reflected(rows, width, columns),
+    );
+}
+
+#[inline(always)]
+fn reflected(rows: &mut [f64], width: usize, columns: usize) {
     let count = rows.len() / width;
     let mut sums = vec![0.0; width];
     for c in 0..columns.min(count) {

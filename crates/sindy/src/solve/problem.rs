@@ -3,6 +3,7 @@
 use std::cell::Cell;
 
 use super::candidates::binomial;
+use crate::wide::wide;
 
 /// Columns of one regression, each of unit length, and their target.
 #[derive(Debug, Clone)]
@@ -146,6 +147,47 @@ impl Problem {
 
 /// a·b, in eight lanes.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    wide(
+        #[inline(always)]
+        || in_lanes(a, b),
+    )
+}
+
+pub(super) fn square(a: &[f64]) -> f64 {
+    dot(a, a)
+}
+
+/// r ← r − (r·q) q.
+pub(super) fn subtract(r: &mut [f64], q: &[f64]) {
+    wide(
+        #[inline(always)]
+        || without(r, q),
+    );
+}
+
+/// Part of a squared length, above which what is left of it has no rounding to speak of.
+const CLEAN: f64 = 0.5;
+
+/// Takes every direction of an orthonormal `basis` out of `a`; twice where little is left, so that rounding leaves nothing behind.
+///
+/// # References
+/// Daniel, Gragg, Kaufman, Stewart (1976), Mathematics of Computation 30(136).
+pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
+    wide(
+        #[inline(always)]
+        || {
+            let whole = in_lanes(a, a);
+            basis.iter().for_each(|q| without(a, q));
+            if in_lanes(a, a) < CLEAN * whole {
+                basis.iter().for_each(|q| without(a, q));
+            }
+        },
+    );
+}
+
+/// a·b, to be compiled into a loop that is `wide`.
+#[inline(always)]
+fn in_lanes(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;
     let mut sums = [0.0; LANES];
     let (a_chunks, a_rest) = a.as_chunks::<LANES>();
@@ -158,29 +200,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + a_rest.iter().zip(b_rest).map(|(a, b)| a * b).sum::<f64>()
 }
 
-pub(super) fn square(a: &[f64]) -> f64 {
-    dot(a, a)
-}
-
-/// r ← r − (r·q) q.
-pub(super) fn subtract(r: &mut [f64], q: &[f64]) {
-    let along = dot(r, q);
-    for (r, q) in r.iter_mut().zip(q) {
-        *r -= along * q;
-    }
-}
-
-/// Part of a squared length, above which what is left of it has no rounding to speak of.
-const CLEAN: f64 = 0.5;
-
-/// Takes every direction of an orthonormal `basis` out of `a`; twice where little is left, so that rounding leaves nothing behind.
-///
-/// # References
-/// Daniel, Gragg, Kaufman, Stewart (1976), Mathematics of Computation 30(136).
-pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
-    let whole = square(a);
-    basis.iter().for_each(|q| subtract(a, q));
-    if square(a) < CLEAN * whole {
-        basis.iter().for_each(|q| subtract(a, q));
-    }
+/// r − (r·q) q in the place of r, likewise.
+#[inline(always)]
+fn without(r: &mut [f64], q: &[f64]) {
+    let along = in_lanes(r, q);
+    r.iter_mut().zip(q).for_each(|(r, q)| *r -= along * q);
 }

@@ -1,21 +1,7 @@
 //! The innermost loop: every pair of columns after those already chosen.
 
 use super::errors::Errors;
-
-/// Runs `kernel` with the widest vectors this processor has. The results are those of any other processor: nothing is
-/// summed across lanes, and nothing is fused.
-#[inline]
-fn wide<R>(kernel: impl FnOnce() -> R) -> R {
-    struct Kernel<F>(F);
-    impl<R, F: FnOnce() -> R> pulp::WithSimd for Kernel<F> {
-        type Output = R;
-        #[inline(always)]
-        fn with_simd<S: pulp::Simd>(self, _: S) -> R {
-            (self.0)()
-        }
-    }
-    pulp::Arch::new().dispatch(Kernel(kernel))
-}
+use crate::wide::wide;
 
 /// The regression after some columns are taken out, as inner products; columns are numbered from 0.
 #[derive(Debug, Default)]
