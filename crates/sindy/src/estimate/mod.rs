@@ -31,6 +31,7 @@ mod search;
 mod searched;
 mod series;
 mod simpler;
+mod simplest;
 mod size;
 mod still;
 mod strays;

@@ -16,6 +16,8 @@ pub(crate) struct Problem<'a> {
     pub(crate) terms: &'a [Term],
     /// How many have none.
     pub(crate) n_plain: usize,
+    /// The complexity of those that regressions may choose, at most.
+    pub(crate) most_complex: u32,
     /// What explains parts of the data: to rounding, or as was found when there were fewer.
     pub(crate) of_parts: Option<&'a Structure>,
     /// Whether what explains the data otherwise is better than these equations, which leave more than noise of a part of them: then all samples need not be searched.

@@ -214,6 +214,7 @@ impl Identifier {
         Problem {
             terms: &[],
             n_plain: 0,
+            most_complex: u32::MAX,
             of_parts: None,
             instead: None,
             mechanics: &[],

@@ -1,5 +1,7 @@
 //! Readings of a log tried in the order in which equations found so far speak for them.
 
+use std::cell::RefCell;
+
 use sindyna_core::FitError;
 
 use super::gradual::{between_rows, lagged, searched, started};
@@ -37,6 +39,35 @@ pub(super) struct Explorer<'a, E> {
     /// Equations found in the whole log as it stands.
     first: Option<Structure<'a>>,
     open: Open,
+    /// What equations miss with readings, and which that change gradually they miss least with, as far as somebody asked.
+    misfits: RefCell<Vec<((Asking, Reading), f64)>>,
+    gradual: RefCell<Vec<((Asking, Reading, bool), (Reading, f64))>>,
+}
+
+/// Which equations are asked: those found with one reading, or in the whole log as it stands; and in how many steps.
+type Asking = (Option<Reading>, usize);
+
+/// Equations that may speak for readings.
+struct Speaker<'a> {
+    of: Structure<'a>,
+    asking: Asking,
+    /// Whether they may for such as change gradually.
+    gradually: bool,
+}
+
+/// What `known` has for `key`, or `of` comes to, which it has then.
+fn once<K: PartialEq + Copy, V: Copy, E>(
+    known: &RefCell<Vec<(K, V)>>,
+    key: K,
+    of: impl FnOnce() -> Result<V, E>,
+) -> Result<V, E> {
+    let before = known.borrow().iter().find(|(asked, _)| *asked == key).map(|(_, value)| *value);
+    if let Some(value) = before {
+        return Ok(value);
+    }
+    let value = of()?;
+    known.borrow_mut().push((key, value));
+    Ok(value)
 }
 
 impl<'a, E: From<FitError>> Explorer<'a, E> {
@@ -46,7 +77,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let latest = open.readings.iter().map(|reading| reading.rows).fold(1.0, f64::max);
         let more = if open.lags { forgotten(&trial.kept.data, latest * trial.log.spec.dt) } else { 0 };
         let behind = Trial { margins: (before + more, after), ..*trial };
-        Self { trial, steps, behind, first, open }
+        Self { trial, steps, behind, first, open, misfits: RefCell::default(), gradual: RefCell::default() }
     }
 
     /// Adds to `all` what is found with one reading after the other, as long as equations found so far speak for another one: fitted again they miss less of the log that is read so than as it was read yet.
@@ -105,13 +136,13 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
             // Nothing is found of the log as it stands.
             return Ok(self.open.readings.first().copied());
         }
-        for (of, steps, gradually) in self.structures(all) {
-            let promises = self.promises(of, steps, all, gradually)?;
+        for speaker in self.speakers(all) {
+            let promises = self.promises(&speaker, all)?;
             let most = promises.into_iter().filter(|of| of.1 > TOLD_APART).max_by(|a, b| a.1.total_cmp(&b.1));
             match most.map(|most| most.0) {
                 // What was delivered before matters where little else is left.
                 Some(reading) if all.iter().any(|tried| tried.reading.lag > 0.0) && reading.lag > 0.0 => {
-                    return started(self.trial, steps, of, reading).map(Some);
+                    return started(self.trial, speaker.asking.1, speaker.of, reading).map(Some);
                 }
                 Some(reading) => return Ok(Some(reading)),
                 None => {}
@@ -120,21 +151,22 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         Ok(None)
     }
 
-    /// Equations that may speak for readings, in so many steps, and whether for such as change gradually: the best ones, and unless these explain all those found in the whole log as it stands, and the last ones.
-    fn structures<'b>(&self, all: &'b [Tried]) -> Vec<(Structure<'b>, usize, bool)>
+    /// Equations that may speak for readings: the best ones, and unless these explain all those found in the whole log as it stands, and the last ones.
+    fn speakers<'b>(&self, all: &'b [Tried]) -> Vec<Speaker<'b>>
     where
         'a: 'b,
     {
         let of = |tried: &'b Tried| {
             let steps = if tried.reading.is_gradual() { MORE * self.steps } else { self.steps };
             let open = tried.spoilt || tried.astray() > 0 || tried.reading.is_gradual();
-            (Structure { model: &tried.found.model, rates: &tried.rates }, steps, open)
+            let of = Structure { model: &tried.found.model, rates: &tried.rates };
+            Speaker { of, asking: (Some(tried.reading), steps), gradually: open }
         };
         let best = least(all);
         if let Some(explained) = best.filter(|best| best.explained) {
             return vec![of(explained)];
         }
-        let first = self.first.map(|first| (first, self.steps, true));
+        let first = self.first.map(|of| Speaker { of, asking: (None, self.steps), gradually: true });
         let last = all.last().filter(|last| best.is_some_and(|best| best.reading != last.reading));
         let is_given = best.is_none_or(|best| best.reading == Reading::GIVEN);
         let best = best.map(of);
@@ -142,15 +174,14 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         one.into_iter().chain(other).chain(last.map(of)).collect()
     }
 
-    /// How much less than with the best reading in `all` the equations `of` miss with others that were not tried.
-    fn promises(
-        &self,
-        of: Structure<'_>,
-        steps: usize,
-        all: &[Tried],
-        gradually: bool,
-    ) -> Result<Vec<(Reading, f64)>, E> {
-        let misfit = |reading: Reading| Ok::<_, E>((reading, self.behind.misfit(of, reading, steps)?));
+    /// How much less than with the best reading in `all` equations miss with others that were not tried.
+    fn promises(&self, speaker: &Speaker<'_>, all: &[Tried]) -> Result<Vec<(Reading, f64)>, E> {
+        let Speaker { of, asking, gradually } = *speaker;
+        let steps = asking.1;
+        let misfit = |reading: Reading| {
+            let misfit = once(&self.misfits, (asking, reading), || self.behind.misfit(of, reading, steps))?;
+            Ok::<_, E>((reading, misfit))
+        };
         let given = std::iter::once(Reading::GIVEN).chain(all.iter().map(|tried| tried.reading));
         let known = given.map(misfit).collect::<Result<Vec<_>, E>>()?;
         let mut others = self.open.readings.iter().copied().map(misfit).collect::<Result<Vec<_>, E>>()?;
@@ -159,10 +190,12 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let from = known.iter().chain(&others).filter(held).min_by(most).map(|from| from.0);
         if let Some(from) = from.filter(|_| gradually) {
             if self.open.parts && from.lag == 0.0 {
-                others.push(between_rows(&self.behind, steps, of, from)?);
+                let near = || between_rows(&self.behind, steps, of, from);
+                others.push(once(&self.gradual, (asking, from, false), near)?);
             }
             if self.open.lags {
-                others.push(lagged(&self.behind, steps, of, from)?);
+                let near = || lagged(&self.behind, steps, of, from);
+                others.push(once(&self.gradual, (asking, from, true), near)?);
             }
         }
         // What was tried may not have kept what was promised.

@@ -46,7 +46,7 @@ impl Reading {
 
     /// Rows by which inputs are moved, either way.
     pub(super) fn shift(self) -> f64 {
-        if self.linear { 0.5 } else { self.rows.abs() }
+        self.rows.abs() + if self.linear { 0.5 } else { 0.0 }
     }
 
     /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.

@@ -35,7 +35,7 @@ const TRIED: [Reading; 5] = [
     Reading { simulated: true, ..Reading::GIVEN },
 ];
 
-/// Readings of `log` besides that as it stands: what is tried of every log with inputs, and delays near those after which states follow inputs most.
+/// Readings of `log` besides that as it stands: what is tried of every log with inputs, delays near those after which states follow inputs most, and all delays with inputs that are linear between rows.
 fn tried(log: &Log) -> Vec<Reading> {
     if log.spec.control_dim() == 0 {
         return Vec::new();
@@ -47,6 +47,8 @@ fn tried(log: &Log) -> Vec<Reading> {
             tried.push(Reading { rows, ..Reading::GIVEN });
         }
     }
+    let late: Vec<Reading> = tried.iter().filter(|reading| reading.rows > 0.0).copied().collect();
+    tried.extend(late.into_iter().map(|reading| Reading { linear: true, ..reading }));
     tried
 }
 
@@ -124,7 +126,9 @@ pub(super) fn told_apart<E: From<FitError>>(
         if let Some(tried) = all.iter().rev().find(|tried| tried.reading != Reading::GIVEN && tried.explained) {
             return Ok(Some(Chosen { reading: tried.reading, rates: Vec::new(), disturbed: false }));
         }
-        let best = least_missed(log, kept, first, (&others, margins(&others)), asked)?;
+        // Pieces do not tell how inputs change between rows, once these are late.
+        let told: Vec<Reading> = others.iter().filter(|of| !of.linear || of.rows == 0.0).copied().collect();
+        let best = least_missed(log, kept, first, (&told, margins(&told)), asked)?;
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     if !matches!(asked.unmeasured, Unmeasured::Given(_)) {
