@@ -88,6 +88,9 @@ const LIKELY: [&str; 16] = [
     "gas", "cmd", "inflow", "feed",
 ];
 
+/// Words of what is set from outside, whatever quantity it is a setting of.
+const COMMANDS: [&str; 8] = ["command", "commanded", "cmd", "setpoint", "set", "ref", "reference", "desired"];
+
 /// Words that tell how a value came about, not what it is.
 const HOW: [&str; 12] =
     ["meas", "measured", "filt", "filtered", "raw", "act", "actual", "joint", "motor", "state", "angular", "cart"];
@@ -119,8 +122,11 @@ fn says(word: &str) -> Option<Role> {
     known(word).or(is_made.then_some(Role::Rate))
 }
 
-/// What a name says: a rate if any of its words does (`theta_dot`), an input if a whole word does (`x_force`), else what the first word says that says anything.
+/// What a name says: an input if it is a command (`speed_ref`), a rate if any of its words does (`theta_dot`), an input if a whole word does (`x_force`), else what the first word says that says anything.
 fn role(name: &str) -> Option<Role> {
+    if is_command(name) {
+        return Some(Role::Input);
+    }
     let roles: Vec<(String, Role)> =
         words(name).into_iter().filter_map(|word| Some((word.clone(), says(&word)?))).collect();
     let is_rate = |(_, role): &&(String, Role)| *role == Role::Rate;
@@ -165,14 +171,32 @@ pub(crate) fn is_rate(name: &str) -> bool {
     role(name) == Some(Role::Rate)
 }
 
-/// What the name of one of `columns` says. A current is a consequence of a voltage that is there, and an input where there is none.
-fn role_among(name: &str, columns: &[String]) -> Option<Role> {
-    let has = |name: &str, known: &[&str]| words(name).iter().any(|word| known.contains(&word.as_str()));
-    let driven = columns.iter().any(|other| other != name && has(other, &["voltage", "pwm"]));
-    if driven && has(name, &["current"]) { Some(Role::Position) } else { role(name) }
+fn has_word(name: &str, known: &[&str]) -> bool {
+    words(name).iter().any(|word| known.contains(&word.as_str()))
 }
 
-/// The states and inputs among `columns`, if every name tells its role and no two tell the same; `inputs` are known.
+/// Whether `name` is that of what is set from outside.
+fn is_command(name: &str) -> bool {
+    has_word(name, &COMMANDS)
+}
+
+/// What the name of one of `columns` says. A current is a consequence of a voltage or a command that is there, and an input where there is none.
+fn role_among(name: &str, columns: &[String]) -> Option<Role> {
+    let drives = |other: &String| other != name && (has_word(other, &["voltage", "pwm"]) || is_command(other));
+    if has_word(name, &["current"]) && columns.iter().any(drives) { Some(Role::Position) } else { role(name) }
+}
+
+/// Whether `name`, that of an input, may be that of what one of `columns`, a command, makes of it: a torque beside a command.
+fn may_follow(name: &str, columns: &[String]) -> bool {
+    let own = words(name);
+    let asks_for_it = |command: &String| {
+        let more: Vec<String> = words(command).into_iter().filter(|word| !COMMANDS.contains(&word.as_str())).collect();
+        more.is_empty() || more.iter().any(|word| own.contains(word))
+    };
+    !is_command(name) && columns.iter().filter(|other| is_command(other)).any(asks_for_it)
+}
+
+/// The states and inputs among `columns`, if every name tells its role and no two tell the same, and no input may follow another one; `inputs` are known.
 pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>, Vec<String>)> {
     let mut seen = HashSet::new();
     let (mut states, mut done) = (Vec::new(), inputs.to_vec());
@@ -184,7 +208,7 @@ pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>
         }
         match role {
             _ if inputs.contains(name) => {}
-            Role::Input if inputs.is_empty() => done.push(name.clone()),
+            Role::Input if inputs.is_empty() && !may_follow(name, columns) => done.push(name.clone()),
             Role::Input => return None,
             Role::Position | Role::Rate => states.push(name.clone()),
         }
@@ -194,11 +218,12 @@ pub(crate) fn told(columns: &[String], inputs: &[String]) -> Option<(Vec<String>
 
 /// Which of `columns` are likely to be what.
 pub(crate) fn suggested(columns: &[String]) -> Suggestion {
+    let is_input = |name: &String| role_among(name, columns) == Some(Role::Input) || is_likely(name);
     let (inputs, states) = columns
         .iter()
         .filter(|n| *n != "reward")
         .cloned()
-        .partition(|name| role_among(name, columns) == Some(Role::Input) || is_likely(name));
+        .partition(|name| is_input(name) && !may_follow(name, columns));
     Suggestion { states, inputs, has_time: false, time_column: None }
 }
 
@@ -230,6 +255,10 @@ mod tests {
         assert!(is_derivative("thddot") && is_derivative("ddpsi") && !is_derivative("thdot") && !is_derivative("add"));
         check(&["current", "speed", "voltage"], Some((&["current", "speed"], &["voltage"])));
         check(&["speed", "motor_current"], Some((&["speed"], &["motor_current"])));
+        check(&["current", "speed", "command"], Some((&["current", "speed"], &["command"])));
+        check(&["speed", "speed_ref"], Some((&["speed"], &["speed_ref"])));
+        check(&["position", "speed", "torque", "command"], None);
+        check(&["speed", "yaw_rate", "steering_angle", "throttle", "steering_command"], None);
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
         check(&["x", "v", "u", "reward"], None);
         check(
@@ -239,6 +268,9 @@ mod tests {
         check(&["u"], None);
         let boat = suggested(&["psi", "r", "rudder", "thrust"].map(String::from));
         assert_eq!((boat.states.join(" "), boat.inputs.join(" ")), ("psi r".into(), "rudder thrust".into()));
+        let car = suggested(&["speed", "steering_angle", "throttle", "steering_command"].map(String::from));
+        assert_eq!(car.states.join(" "), "speed steering_angle");
+        assert_eq!(car.inputs.join(" "), "throttle steering_command");
         assert_eq!(told(&["x".into(), "v".into(), "u".into()], &["v".into()]), None);
     }
 }

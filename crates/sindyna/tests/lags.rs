@@ -55,6 +55,34 @@ fn log(rate: impl Fn(f64, f64, f64) -> f64, actuator: &Actuator, count: usize, n
     text
 }
 
+/// Rows `t,q,v,u` of the same without an actuator, whose input is a sum of sines, linear between rows that are read so many rows late.
+fn log_of_waves(rate: impl Fn(f64, f64, f64) -> f64, rows: f64, count: usize, noise: f64) -> String {
+    const PARTS: usize = 50;
+    let wave = |row: f64| (0.31 * row).sin() + 0.7 * (0.83 * row + 1.0).sin() + 0.4 * (1.21 * row + 2.0).sin();
+    let u = |t: f64| {
+        let at = (t - rows).max(0.0);
+        let share = at - at.floor();
+        (1.0 - share) * wave(at.floor()) + share * wave(at.floor() + 1.0)
+    };
+    let (mut x, mut text) = ([0.3, 0.0], "t,q,v,u\n".to_owned());
+    let h = 0.05 / PARTS as f64;
+    for i in 0..count {
+        let (q, v) = (x[0] + noise * shaken(2 * i), x[1] + noise * shaken(2 * i + 1));
+        writeln!(text, "{},{q},{v},{}", 0.05 * i as f64, wave(i as f64)).unwrap();
+        for part in 0..PARTS {
+            let begin = i as f64 + part as f64 / PARTS as f64;
+            let f = |x: [f64; 2], by: f64| [x[1], rate(x[0], x[1], u(begin + by / PARTS as f64))];
+            let ahead = |by: f64, k: [f64; 2], x: [f64; 2]| std::array::from_fn(|i| x[i] + by * h * k[i]);
+            let k1 = f(x, 0.0);
+            let k2 = f(ahead(0.5, k1, x), 0.5);
+            let k3 = f(ahead(0.5, k2, x), 0.5);
+            let k4 = f(ahead(1.0, k3, x), 1.0);
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]));
+        }
+    }
+    text
+}
+
 fn spring(q: f64, v: f64, a: f64) -> f64 {
     -6.0 * q - 0.8 * v + 2.0 * a
 }
@@ -209,4 +237,25 @@ fn outliers_where_inputs_change_are_told() {
         account["rows_astray"].as_u64().unwrap() > 5 && told.contains("are those where an input changes"),
         "{told}"
     );
+}
+
+#[test]
+fn inputs_that_are_linear_between_rows_may_be_late_too() {
+    let temp = tempfile::tempdir().unwrap();
+    let springs = [("q", -6.0), ("v", -0.8), ("u", 2.0)];
+    let pendulums = [("sin q", -7.0), ("v", -0.4), ("u", 3.0)];
+    for (rows, noise, is_spring) in [(1.0, 0.0, true), (2.0, 1e-4, true), (2.0, 1e-3, false)] {
+        let text =
+            if is_spring { log_of_waves(spring, rows, 500, noise) } else { log_of_waves(pendulum, rows, 500, noise) };
+        let name = format!("late-{rows}-{noise}");
+        let (stands, found, said) =
+            identified(temp.path(), &name, text, &["--angles", "q"][..if is_spring { 0 } else { 2 }]);
+        assert!(stands, "{said}");
+        let truth = if is_spring { &springs } else { &pendulums };
+        has_terms(&found["equations"][1], truth, |error| 4.5 * error + 1e-6);
+        assert!(
+            said.contains("first-order hold") && said.contains(&format!("delay of the inputs: {rows} row")),
+            "{said}"
+        );
+    }
 }

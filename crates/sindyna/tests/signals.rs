@@ -86,19 +86,21 @@ fn pushed() -> String {
 }
 
 #[test]
-fn a_search_that_is_stopped_while_a_log_is_read_otherwise_writes_nothing() {
+fn a_search_that_is_stopped_while_a_log_is_read_otherwise_tells_what_it_found_before() {
     let temp = tempfile::tempdir().unwrap();
     fs::write(temp.path().join("log.csv"), pushed()).unwrap();
     let mut command = Command::new(PLAIN[0]);
     command.current_dir(temp.path()).args(&PLAIN[1..]).arg(env!("CARGO_BIN_EXE_sindyna"));
-    command.args(["identify", "log.csv", "--no-report"]).stdout(Stdio::null()).stderr(Stdio::piped());
+    command.args(["identify", "log.csv", "--no-report", "--out", "found"]);
+    command.stdout(Stdio::null()).stderr(Stdio::piped());
     let mut child = command.spawn().unwrap();
     let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(said.any(|line| line.starts_with("no term explains")), "other readings were never tried");
     send(&child, "INT");
-    assert!(said.any(|line| line == "interrupted: nothing was written"));
+    assert!(said.any(|line| line == "interrupted: what was found before is told"));
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert!(!temp.path().join("models").exists());
+    let found = fs::read_to_string(temp.path().join("found/identify.json")).unwrap();
+    assert!(found.contains("the search was interrupted"), "{found}");
 }
 
 #[test]

@@ -161,7 +161,7 @@ impl Problem<'_> {
         let is_rate = |i: usize| self.rates.contains(&Some(i));
         let allowed = |rate: Option<usize>| rate.is_none_or(|l| l != i && is_rate(l) && is_rate(i));
         let constrained = |j: &usize| self.constraints.get(i).is_none_or(|c| c.allows(*j));
-        let is_simple = |j: &usize| self.terms[*j].complexity <= self.most_complex;
+        let is_simple = |j: &usize| self.terms[*j].complexity <= self.most_complex || self.required(i).contains(j);
         (0..self.n_plain).filter(|&j| allowed(self.terms[j].rate)).filter(is_simple).filter(constrained).collect()
     }
 

@@ -14,16 +14,14 @@ pub(super) const ROUNDS: usize = 6;
 const LARGER: f64 = 1.25;
 
 impl Problem<'_> {
-    /// The best of `begun`, which leaves more than noise, of other terms near it, first of those that are as simple, and, unless few of these leave noise alone, of one more with parameters
+    /// The best of `begun`, which leaves more than noise, of terms as simple as its own and others near it, and, unless few of these leave noise alone, of one more with parameters
     /// inside: this before many terms make up for one that is missing.
     pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
-        let is_enough = |best: &Hypothesis| self.is_settled(best) && self.is_simple(best);
-        let best = self.beside_as_simple(&begun);
-        if is_enough(&best) {
-            return best;
+        if let Some(simple) = self.as_simple_as(&begun, signals) {
+            return simple;
         }
-        let best = self.beside(&best);
-        if is_enough(&best) {
+        let best = self.beside(&begun);
+        if self.is_settled(&best) && self.is_simple(&best) {
             return best;
         }
         let inside = self.search_inside(&begun, signals);

@@ -230,13 +230,13 @@ impl Problem<'_> {
         if let Some(parts) = problem.proposed_by_parts(&signals, stepping).filter(explains) {
             return Some(Rough::Begun(parts));
         }
-        if let Some(simplest) = problem.of_simplest(&signals, explains, stepping) {
-            return Some(Rough::Begun(simplest));
-        }
         let levels: Vec<Level> = ROUGH.iter().map(|part| self.level(&smoother, *part)).collect();
         // Of mechanics that does not explain the data nothing is kept.
         if let Some(mechanics) = problem.mechanical(&signals, &levels, stepping) {
             return Some(Rough::Begun(mechanics));
+        }
+        if let Some(simplest) = problem.of_simplest(&signals, explains, stepping) {
+            return Some(Rough::Begun(simplest));
         }
         let mut begun: Option<Hypothesis> = None;
         for Level { floor, signals } in &levels {

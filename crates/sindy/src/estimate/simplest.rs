@@ -1,5 +1,7 @@
 //! The simplest terms, by themselves.
 
+use std::cell::Cell;
+
 use super::hypothesis::{Hypothesis, Start};
 use super::problem::Problem;
 use super::regression::Regression;
@@ -10,7 +12,7 @@ use crate::motion::Stepping;
 /// Complexities of the terms that are tried by themselves, at most: states and inputs; products of two of them; cubes.
 const TIERS: [u32; 3] = [3, 5, 6];
 
-/// Part of the budget of a search for all of them.
+/// Operations for all of them, as a part of the budget of a search.
 const SHARE: f64 = 0.3;
 
 /// Terms of an equation that are fitted all at once, at most.
@@ -27,25 +29,38 @@ impl Problem<'_> {
         explains: impl Fn(&Hypothesis) -> bool,
         stepping: Stepping,
     ) -> Option<Hypothesis> {
-        self.with_share(SHARE, |problem| {
-            let along = |tier: u32| problem.simple(tier).propose(&measured(signals, stepping), &signals.sigma);
-            let tiers = TIERS.map(|tier| (tier, along(tier)));
-            let scores = tiers.each_ref().map(|(_, proposed)| problem.dear(proposed));
-            // What leaves far more of the signals needs no fit.
-            let least = scores.iter().copied().fold(f64::INFINITY, f64::min);
-            let near = tiers.into_iter().zip(scores).filter(|(_, score)| *score <= least + FAR).map(|(tier, _)| tier);
-            near.into_iter().find_map(|(tier, proposed)| {
-                let few = problem.simple(tier);
-                let found = few.rounds(signals, proposed, None, stepping).filter(&explains);
-                found.or_else(|| few.of_all(signals, stepping).filter(&explains))
-            })
-        })
+        self.of_tiers(&TIERS, signals, explains, stepping)
     }
 
-    /// The best of `begun` and of terms near it that are no more complex than its own.
-    pub(super) fn beside_as_simple(&self, begun: &Hypothesis) -> Hypothesis {
-        let most_complex = begun.supports.iter().flatten().map(|&j| self.terms[j].complexity).max().unwrap_or(0);
-        Problem { most_complex, ..*self }.beside(begun)
+    /// The same of terms about as simple as those of `begun`, which explained fewer data, maybe by chance.
+    pub(super) fn as_simple_as(&self, begun: &Hypothesis, signals: &Signals) -> Option<Hypothesis> {
+        let most = begun.supports.iter().flatten().map(|&j| self.terms[j].complexity).max()?;
+        let at = TIERS.iter().position(|tier| *tier >= most)?;
+        self.of_tiers(&TIERS[at..=at], signals, |found| self.is_settled(found), begun.flow.stepping())
+    }
+
+    fn of_tiers(
+        &self,
+        tiers: &[u32],
+        signals: &Signals,
+        explains: impl Fn(&Hypothesis) -> bool,
+        stepping: Stepping,
+    ) -> Option<Hypothesis> {
+        // Beyond the budget of the search, which then finds what it would have found.
+        let spent = Cell::new(0);
+        let problem = &Problem { budget: (SHARE * self.whole as f64) as u64, spent: &spent, ..*self };
+        let along = |tier: &u32| problem.simple(*tier).propose(&measured(signals, stepping), &signals.sigma);
+        let tiers: Vec<(u32, Vec<Regression>)> = tiers.iter().map(|tier| (*tier, along(tier))).collect();
+        let scores: Vec<f64> = tiers.iter().map(|(_, proposed)| problem.dear(proposed)).collect();
+        // What leaves far more of the signals needs no fit.
+        let least = scores.iter().copied().fold(f64::INFINITY, f64::min);
+        let near = tiers.into_iter().zip(scores).filter(|(_, score)| *score <= least + FAR).map(|(tier, _)| tier);
+        near.into_iter().find_map(|(tier, proposed)| {
+            let few = problem.simple(tier);
+            let all = few.of_all(signals, stepping).filter(&explains);
+            let found = few.rounds(signals, proposed, None, stepping).filter(&explains);
+            all.into_iter().chain(found).min_by(|a, b| a.score.total_cmp(&b.score))
+        })
     }
 
     /// The same with plain terms of this complexity alone, at most.

@@ -262,6 +262,9 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         Err(Trouble::Other(failure)) => return Err(failure),
         Ok(found) => found,
     };
+    if interrupt.pressed() {
+        progress.say("interrupted: what was found before is told");
+    }
     let elsewhere =
         other.as_ref().map(|other| elsewhere(other, &looked)).transpose().map_err(|e| held_out_failed(e, &others))?;
     let Looked { found, identifier, log } = looked;
@@ -319,7 +322,11 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         equations: found.model.equations(),
         identification: &document,
     };
-    let came_out = if missed { Verdict::MissedTarget } else { Verdict::Done };
+    let came_out = match missed {
+        _ if interrupt.pressed() => Verdict::Interrupted,
+        true => Verdict::MissedTarget,
+        false => Verdict::Done,
+    };
     Ok(Answer::new(came_out, text, &told)?.and(written))
 }
 

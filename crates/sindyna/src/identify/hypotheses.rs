@@ -16,7 +16,7 @@ use super::looked::Looked;
 use super::named::with_angles_by_name;
 use super::reading::Reading;
 use super::readings::{Chosen, told_apart};
-use super::unmeasured::{Choice, Unmeasured, is_better, lone, with_rates};
+use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
 
 /// Equations of the system of `log`: as it was read, and where these leave what no term explains as it may be read too.
@@ -78,6 +78,24 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
     if let Some(found) = first.as_ref().filter(|first| is_settled(first, &log)) {
         return Ok(Looked { found: found.clone(), identifier, log });
     }
+    let before = match &first {
+        Some(found) => Some(Looked { found: found.clone(), identifier: identifier.clone(), log: log.clone() }),
+        None => as_given.clone().map(Looked::from),
+    };
+    match (before, read_otherwise((log, kept, identifier), (first, nothing), as_given, asked)) {
+        // What was found before is not lost.
+        (Some(before), Err(_)) if !asked.watch.go_on() => Ok(before.interrupted()),
+        (_, looked) => looked,
+    }
+}
+
+/// The same where `first`, or with rates that were asked for `as_given`, was found in the log as it stands, or `nothing` but that error, and leaves what another reading may explain.
+fn read_otherwise<E: From<FitError>>(
+    (log, kept, identifier): (Log, Samples, Identifier),
+    (first, nothing): (Option<Identified>, Option<FitError>),
+    as_given: Option<Rates>,
+    asked: &Asked<'_, E>,
+) -> Result<Looked, E> {
     let is_spoilt_or_none = first.as_ref().is_none_or(is_spoilt);
     let turned = if is_spoilt_or_none { with_angles(&log, first.as_ref(), asked)? } else { None };
     let (log, kept, identifier, first) = match turned {

@@ -13,6 +13,16 @@ pub(crate) struct Looked {
     pub(crate) log: Log,
 }
 
+impl Looked {
+    /// The same, with a warning that no other reading of the log was tried to its end.
+    pub(super) fn interrupted(mut self) -> Self {
+        let warning = "the search was interrupted: other readings of the log (delays and lags of the inputs, first-order hold, angles, \
+                       unmeasured rates) were not tried to the end";
+        self.found.report.warnings.push(warning.into());
+        self
+    }
+}
+
 impl From<Rates> for Looked {
     fn from(Rates { found, identifier, log }: Rates) -> Self {
         Self { found, identifier, log }
