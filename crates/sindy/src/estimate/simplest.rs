@@ -46,7 +46,7 @@ impl Problem<'_> {
         explains: impl Fn(&Hypothesis) -> bool,
         stepping: Stepping,
     ) -> Option<Hypothesis> {
-        // Beyond the budget of the search, which then finds what it would have found.
+        // Where nothing is found the search finds what it would have found: it pays for what is.
         let spent = Cell::new(0);
         let problem = &Problem { budget: (SHARE * self.whole as f64) as u64, spent: &spent, ..*self };
         let along = |tier: &u32| problem.simple(*tier).propose(&measured(signals, stepping), &signals.sigma);
@@ -55,12 +55,14 @@ impl Problem<'_> {
         // What leaves far more of the signals needs no fit.
         let least = scores.iter().copied().fold(f64::INFINITY, f64::min);
         let near = tiers.into_iter().zip(scores).filter(|(_, score)| *score <= least + FAR).map(|(tier, _)| tier);
-        near.into_iter().find_map(|(tier, proposed)| {
+        let found = near.into_iter().find_map(|(tier, proposed)| {
             let few = problem.simple(tier);
             let all = few.of_all(signals, stepping).filter(&explains);
             let found = few.rounds(signals, proposed, None, stepping).filter(&explains);
             all.into_iter().chain(found).min_by(|a, b| a.score.total_cmp(&b.score))
-        })
+        })?;
+        self.charge(spent.get().min(problem.budget));
+        Some(found)
     }
 
     /// The same with plain terms of this complexity alone, at most.

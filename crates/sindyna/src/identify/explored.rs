@@ -40,9 +40,12 @@ pub(super) struct Explorer<'a, E> {
     first: Option<Structure<'a>>,
     open: Open,
     /// What equations miss with readings, and which that change gradually they miss least with, as far as somebody asked.
-    misfits: RefCell<Vec<((Asking, Reading), f64)>>,
-    gradual: RefCell<Vec<((Asking, Reading, bool), (Reading, f64))>>,
+    misfits: Memo<(Asking, Reading), f64>,
+    gradual: Memo<(Asking, Reading, bool), (Reading, f64)>,
 }
+
+/// Values that were computed, beside what they depend on.
+type Memo<K, V> = RefCell<Vec<(K, V)>>;
 
 /// Which equations are asked: those found with one reading, or in the whole log as it stands; and in how many steps.
 type Asking = (Option<Reading>, usize);
@@ -55,9 +58,9 @@ struct Speaker<'a> {
     gradually: bool,
 }
 
-/// What `known` has for `key`, or `of` comes to, which it has then.
+/// The value of `known` for `key`; if it has none, that of `of`, which is kept.
 fn once<K: PartialEq + Copy, V: Copy, E>(
-    known: &RefCell<Vec<(K, V)>>,
+    known: &Memo<K, V>,
     key: K,
     of: impl FnOnce() -> Result<V, E>,
 ) -> Result<V, E> {
