@@ -48,6 +48,7 @@ mod spec;
 mod support;
 mod task;
 pub mod turning;
+mod vectorized;
 mod whitened;
 
 pub use bounds::Bounded;
@@ -69,3 +70,4 @@ pub use simulated::Simulated;
 pub use spec::{Channel, Kind, Precision, Prior, Protocol, Space, Spec};
 pub use support::Support;
 pub use task::{Redeclared, Task};
+pub use vectorized::vectorized;

@@ -76,16 +76,16 @@ const WORDS: [(Role, &[&str]); 3] = [
     (
         Role::Input,
         &[
-            "u", "f", "a", "action", "control", "force", "input", "torque", "tau", "\u{3c4}", "command", "voltage",
-            "current", "effort", "eff", "throttle", "steering", "pwm",
+            "u", "f", "a", "action", "control", "force", "input", "torque", "tau", "\u{3c4}", "voltage", "current",
+            "effort", "eff", "throttle", "steering", "pwm",
         ],
     ),
 ];
 
 /// Words that are more likely those of an input than of a state, where nobody said what columns are.
-const LIKELY: [&str; 16] = [
+const LIKELY: [&str; 15] = [
     "rudder", "thrust", "delta", "aileron", "elevator", "flap", "brake", "valve", "heater", "heat", "pump", "duty",
-    "gas", "cmd", "inflow", "feed",
+    "gas", "inflow", "feed",
 ];
 
 /// Words of what is set from outside, whatever quantity it is a setting of.

@@ -2,7 +2,7 @@
 
 use pulp::Simd;
 
-use crate::simd::vectorized;
+use sindyna_core::vectorized;
 
 /// max(v, 0), except that a number that is none stays none: a broken input must not look healthy.
 #[inline(always)]

@@ -2,7 +2,7 @@
 
 use ndarray::ArrayView2;
 
-use crate::simd::vectorized;
+use sindyna_core::vectorized;
 
 /// Rows whose numbers of one column are a vector.
 const ABREAST: usize = 8;

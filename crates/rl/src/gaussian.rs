@@ -1,6 +1,8 @@
 //! The squashed Gaussian: a = tanh(μ + σε), its log-density, and their gradients.
 
-use crate::{real, simd::vectorized};
+use sindyna_core::vectorized;
+
+use crate::real;
 
 /// Range of log σ, as in the reference implementations.
 const LOG_STD: (f64, f64) = (-20.0, 2.0);

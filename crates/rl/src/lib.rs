@@ -48,7 +48,6 @@ mod sac;
 mod sac_discrete;
 mod saved_policy;
 mod scaled_net;
-mod simd;
 mod temperature;
 #[cfg(test)]
 mod tests;

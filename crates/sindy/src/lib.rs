@@ -40,7 +40,6 @@ mod shooting;
 mod solve;
 mod triangle;
 mod watch;
-mod wide;
 
 pub use coordinates::CoordinateMode;
 pub use data::LONGEST_CHAIN;

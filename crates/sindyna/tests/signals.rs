@@ -97,7 +97,7 @@ fn a_search_that_is_stopped_while_a_log_is_read_otherwise_tells_what_it_found_be
     let mut said = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
     assert!(said.any(|line| line.starts_with("no term explains")), "other readings were never tried");
     send(&child, "INT");
-    assert!(said.any(|line| line == "interrupted: what was found before is told"));
+    assert!(said.any(|line| line == "interrupted: the equations found before are reported"));
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let found = fs::read_to_string(temp.path().join("found/identify.json")).unwrap();
     assert!(found.contains("the search was interrupted"), "{found}");

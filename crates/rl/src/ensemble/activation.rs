@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{affine::relu, simd::vectorized};
+use sindyna_core::vectorized;
+
+use crate::affine::relu;
 
 /// The function after every layer but the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

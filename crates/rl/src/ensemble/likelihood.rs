@@ -1,6 +1,8 @@
 //! The Gaussian that a network's outputs stand for, how likely it makes the targets, and the gradients of that.
 
-use crate::{real, simd::vectorized};
+use sindyna_core::vectorized;
+
+use crate::real;
 
 /// log σ² before training lies between these, in the networks' units.
 const FIRST_BOUNDS: (f32, f32) = (-10.0, 0.5);

@@ -60,13 +60,6 @@ impl Problem<'_> {
         near.note(&best, &mut compared);
         for _ in 1..PASSES {
             let Some(better) = near.improved.take() else { break };
-            if self.spent.get() >= self.budget {
-                // Nothing more would be compared.
-                let is_other = |i: &usize| better.supports[*i] != best.supports[*i];
-                (0..near.rivals.len()).filter(is_other).for_each(|i| near.rivals[i].clear());
-                best = better;
-                break;
-            }
             best = better;
             near = self.near(&best, &|_| true);
             near.note(&best, &mut compared);

@@ -38,7 +38,7 @@ const ROUGHLY: Effort = Effort { budget: 10_000, starts: 2 };
 const PROMISING: usize = 2;
 
 /// Multiple of what terms cost when they are dear.
-const DEAR: f64 = 16.0;
+pub(super) const DEAR: f64 = 16.0;
 
 impl Problem<'_> {
     /// The best terms of every equation on `path`, for noise of standard deviations `sigma` (n).

@@ -14,12 +14,9 @@ pub(super) const ROUNDS: usize = 6;
 const LARGER: f64 = 1.25;
 
 impl Problem<'_> {
-    /// The best of `begun`, which leaves more than noise, of terms as simple as its own and others near it, and, unless few of these leave noise alone, of one more with parameters
+    /// The best of `begun`, which leaves more than noise, of other terms near it, and, unless few of these leave noise alone, of one more with parameters
     /// inside: this before many terms make up for one that is missing.
     pub(super) fn gone_on(&self, begun: Hypothesis, signals: &Signals) -> Hypothesis {
-        if let Some(simple) = self.as_simple_as(&begun, signals) {
-            return simple;
-        }
         let best = self.beside(&begun);
         if self.is_settled(&best) && self.is_simple(&best) {
             return best;

@@ -1,11 +1,11 @@
 //! Accelerations of joints, and steps with what they change with the parameters.
 
 use nalgebra::DMatrix;
+use sindyna_core::vectorized;
 
 use crate::expr::Tape;
 use crate::library::Lagrangian;
 use crate::motion::Stepping;
-use crate::wide::wide;
 
 /// A summand of the equation of a joint.
 struct Summand {
@@ -58,7 +58,7 @@ impl Flight {
 
     /// This and `h` times `slope`.
     fn moved(&self, slope: &Self, h: f64) -> Self {
-        let numbers = wide(
+        let numbers = vectorized(
             #[inline(always)]
             || self.numbers.iter().zip(&slope.numbers).map(|(x, s)| x + h * s).collect(),
         );
@@ -139,7 +139,7 @@ impl Mechanism {
                     let third = self.slopes(&at.moved(&second, 0.5 * h), u, c)?;
                     let fourth = self.slopes(&at.moved(&third, h), u, c)?;
                     let [first, second, third, fourth] = [first, second, third, fourth].map(|slope| slope.numbers);
-                    wide(
+                    vectorized(
                         #[inline(always)]
                         || {
                             for (i, at) in at.numbers.iter_mut().enumerate() {
@@ -201,7 +201,7 @@ impl Mechanism {
         }
         let inverse = factored.inverse(n_joints);
         let mut slope = Flight { numbers: vec![0.0; at.numbers.len()], width };
-        wide(
+        vectorized(
             #[inline(always)]
             || {
                 for (right, along) in right.chunks_exact_mut(width).zip(along.chunks_exact(n)) {

@@ -1,8 +1,7 @@
 //! Linear least squares over all states of a trajectory and shared parameters, one sample at a time.
 
 use ndarray::Array2;
-
-use crate::wide::wide;
+use sindyna_core::vectorized;
 
 /// A square-root information filter over the states of one trajectory: minimises
 /// Σ ‖(y_t − δx_t)/σ‖² + Σ ‖(δx_{t+1} − A_t δx_t − B_t δξ − d_t)/q‖² over all δx_t, with the parameters δξ left open.
@@ -151,7 +150,7 @@ fn diagonal(rows: &[f64], width: usize, n: usize) -> f64 {
 /// By hand: a dozen rows for every sample are too few for the blocked factorisations of the crates, which took most of the time
 /// of a fit.
 fn reflect(rows: &mut [f64], width: usize, columns: usize) {
-    wide(
+    vectorized(
         #[inline(always)]
         || reflected(rows, width, columns),
     );

@@ -2,8 +2,9 @@
 
 use std::cell::Cell;
 
+use sindyna_core::vectorized;
+
 use super::candidates::binomial;
-use crate::wide::wide;
 
 /// Columns of one regression, each of unit length, and their target.
 #[derive(Debug, Clone)]
@@ -147,7 +148,7 @@ impl Problem {
 
 /// a·b, in eight lanes.
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    wide(
+    vectorized(
         #[inline(always)]
         || in_lanes(a, b),
     )
@@ -159,7 +160,7 @@ pub(super) fn square(a: &[f64]) -> f64 {
 
 /// r ← r − (r·q) q.
 pub(super) fn subtract(r: &mut [f64], q: &[f64]) {
-    wide(
+    vectorized(
         #[inline(always)]
         || without(r, q),
     );
@@ -173,7 +174,7 @@ const CLEAN: f64 = 0.5;
 /// # References
 /// Daniel, Gragg, Kaufman, Stewart (1976), Mathematics of Computation 30(136).
 pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
-    wide(
+    vectorized(
         #[inline(always)]
         || {
             let whole = in_lanes(a, a);
@@ -185,7 +186,7 @@ pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
     );
 }
 
-/// a·b, to be compiled into a loop that is `wide`.
+/// a·b, to be compiled into a loop that is [`vectorized`].
 #[inline(always)]
 fn in_lanes(a: &[f64], b: &[f64]) -> f64 {
     const LANES: usize = 8;

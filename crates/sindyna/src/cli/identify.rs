@@ -263,7 +263,7 @@ pub(crate) fn run(args: &Args, console: Console) -> Result<Answer, Failure> {
         Ok(found) => found,
     };
     if interrupt.pressed() {
-        progress.say("interrupted: what was found before is told");
+        progress.say("interrupted: the equations found before are reported");
     }
     let elsewhere =
         other.as_ref().map(|other| elsewhere(other, &looked)).transpose().map_err(|e| held_out_failed(e, &others))?;

@@ -1,7 +1,8 @@
 //! The innermost loop: every pair of columns after those already chosen.
 
+use sindyna_core::vectorized;
+
 use super::errors::Errors;
-use crate::wide::wide;
 
 /// The regression after some columns are taken out, as inner products; columns are numbered from 0.
 #[derive(Debug, Default)]
@@ -80,7 +81,7 @@ impl Pairs {
             return (columns.len() * columns.len() / 2) as u64;
         }
         let last = columns.last().map_or(0, |l| l + 1);
-        wide(
+        vectorized(
             #[inline(always)]
             || {
                 for &k in columns {
