@@ -150,7 +150,9 @@ pub(crate) fn inputs(spec: &Spec, mode: CoordinateMode) -> Vec<Input> {
         };
         Input::new(&channel.name, role)
     });
-    states.chain(spec.control.iter().map(|c| Input::new(&c.name, Role::Control))).collect()
+    states
+        .chain(spec.control.iter().map(|c| Input { in_radians: c.unit == "rad", ..Input::new(&c.name, Role::Control) }))
+        .collect()
 }
 
 /// Whether the angle `name` is unbounded and seen only through its cosine and sine.

@@ -120,6 +120,14 @@ impl Problem<'_> {
             let Some(along) = along else { break };
             proposed = self.propose_near(&along, &|_| usize::MAX);
         }
-        best
+        best.or_else(|| self.without_choice(signals, stepping))
+    }
+
+    /// Equations of the required terms alone: where the data follow none that were proposed, these are what others are compared with.
+    fn without_choice(&self, signals: &Signals, stepping: Stepping) -> Option<Hypothesis> {
+        let supports: Vec<Vec<usize>> = (0..self.rates.len()).map(|i| self.required(i).to_vec()).collect();
+        let xi = vec![0.0; supports.iter().map(Vec::len).sum()];
+        let start = Start { xi: &xi, inside: &[], x: &signals.x, sigma: &signals.sigma };
+        self.with_reserve(|problem| problem.hypothesis(supports, stepping, start, 0..4))
     }
 }

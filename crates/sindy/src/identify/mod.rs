@@ -223,7 +223,7 @@ impl Identifier {
     pub fn inputs(&self) -> Vec<Input> {
         let inputs = inputs(&self.spec, self.coordinates);
         let names: Vec<String> = inputs.iter().map(|i| i.name.clone()).collect();
-        symbols(&names).into_iter().zip(&inputs).map(|(name, input)| Input { name, role: input.role }).collect()
+        symbols(&names).into_iter().zip(&inputs).map(|(name, input)| Input { name, ..input.clone() }).collect()
     }
 
     /// The candidate terms, in order.

@@ -22,12 +22,14 @@ pub struct Input {
     pub name: String,
     /// What it stands for.
     pub role: Role,
+    /// Whether its unit is the radian.
+    pub in_radians: bool,
 }
 
 impl Input {
     /// A variable.
     #[must_use]
     pub fn new(name: &str, role: Role) -> Self {
-        Self { name: name.into(), role }
+        Self { name: name.into(), role, in_radians: false }
     }
 }

@@ -6,6 +6,7 @@ use ndarray::{Array2, ArrayView2};
 use super::eliminate::Elimination;
 use super::flow::Flow;
 use super::passes::Samples;
+use super::slack::slack;
 use super::state::{ASKED, State, direction};
 use super::work::Work;
 use crate::Triangle;
@@ -57,7 +58,6 @@ pub(crate) fn inputs(
     let known = state.eliminated(flow, segments, (part, false), go_on, None)?.1;
     // Of inputs that say nothing of the states the prior alone is left.
     let mut volume: f64 = known.iter().map(Elimination::volume).sum();
-    let q: Vec<f64> = sigma.iter().map(|s| part * s).collect();
     let mut triangle = Triangle::new(p + 1);
     let mut eliminations = Vec::with_capacity(segments.len());
     for (at, segment) in segments.iter().enumerate() {
@@ -67,6 +67,7 @@ pub(crate) fn inputs(
         let slopes = slopes_of_inputs(flow, segment, (xi, &x[at]), &rounded)?;
         let by = |t: usize, j: usize| segment.corrections.as_ref().map_or(0.0, |by| by[[t, j]]);
         let mut elimination = Elimination::new(n + k, p, true);
+        let q = slack(flow, segment, sigma, part);
         let sample = |t: usize| -> (Vec<f64>, Vec<f64>) {
             let seen = (0..n).map(|i| (segment.x[[t, i]] - x[at][[t, i]], sigma[i] * segment.relative(t, i)));
             let of_input = |&j: &usize| if t == 0 { (-by(0, j), segment.of_inputs[j]) } else { (0.0, f64::INFINITY) };

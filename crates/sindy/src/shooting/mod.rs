@@ -9,6 +9,7 @@ mod inputs;
 mod lanes;
 mod passes;
 mod scratch;
+mod slack;
 mod state;
 mod step;
 mod switches;

@@ -5,6 +5,7 @@ use ndarray::Array2;
 use super::eliminate::Elimination;
 use super::flow::Flow;
 use super::passes::Samples;
+use super::slack::slack;
 use super::work::Work;
 use crate::Triangle;
 use crate::data::{Segment, measures};
@@ -99,8 +100,9 @@ impl State {
                     total += ((segment.x[[t, i]] - x[[t, i]]) / (sigma * segment.relative(t, i))).powi(2);
                 }
             }
+            let q = slack(flow, segment, &self.sigma, part);
             for d in missed.rows() {
-                total += d.iter().zip(&self.sigma).map(|(d, sigma)| (d / (part * sigma)).powi(2)).sum::<f64>();
+                total += d.iter().zip(&q).map(|(d, q)| (d / q).powi(2)).sum::<f64>();
             }
         }
         if total.is_nan() { f64::INFINITY } else { total }
@@ -133,11 +135,12 @@ impl State {
     /// MacKay (1992), Neural Computation 4(3): the Occam factor, of states instead of parameters.
     pub(super) fn expansion(&self, flow: &Flow, segments: &[Segment], part: f64) -> f64 {
         let n = self.sigma.len();
-        let (still, q) = (vec![0.0; n], self.sigma.iter().map(|s| part * s).collect::<Vec<_>>());
+        let still = vec![0.0; n];
         let mut slopes = vec![0.0; n * n];
         (0..n).for_each(|i| slopes[i * n + i] = 1.0);
         let of_segment = |segment: &Segment| {
             let mut elimination = Elimination::new(n, 0, false);
+            let q = slack(flow, segment, &self.sigma, part);
             let sigma = |t: usize| (0..n).map(|i| self.sigma[i] * segment.relative(t, i)).collect::<Vec<f64>>();
             for (t, dt) in segment.dt.iter().enumerate() {
                 for (i, v) in flow.rates.iter().enumerate().filter_map(|(i, v)| Some((i, (*v)?))) {
@@ -217,10 +220,10 @@ impl State {
         let (n, p) = (self.sigma.len(), flow.n_parameters());
         let rough = flow.for_derivatives();
         let mut triangle = Triangle::new(p + 1);
-        let q: Vec<f64> = self.sigma.iter().map(|s| part * s).collect();
         let mut eliminations = Vec::with_capacity(segments.len());
         for (number, ((segment, x), missed)) in segments.iter().zip(&self.x).zip(&self.missed).enumerate() {
             let mut elimination = Elimination::new(n, p, with_states);
+            let q = slack(flow, segment, &self.sigma, part);
             let sample = |t: usize| -> (Vec<f64>, Vec<f64>) {
                 let of = |i: usize| (segment.x[[t, i]] - x[[t, i]], self.sigma[i] * segment.relative(t, i));
                 (0..n).map(of).unzip()
