@@ -1,7 +1,7 @@
 //! Which columns of a table are what.
 
 use crate::column::Column;
-use crate::recording::{Selected, Source};
+use crate::recording::{Selected, Source, is_missing};
 use crate::table::Table;
 use crate::{DeclarationError, LogError, LogOptions, Note, Suggestion, TRAJECTORY, TimeUnit, roles, time};
 
@@ -17,7 +17,10 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
     // A second column of times is neither a state nor an input.
     let also_time = |i: usize| time.is_some() && time::is_time(&table.columns()[i]);
     let derived = |i: usize| roles::is_derivative(&table.columns()[i].name);
-    let reserved = |i: usize| Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i) || derived(i);
+    let words = of_words(table);
+    let reserved = |i: usize| {
+        Some(i) == time || table.find(TRAJECTORY) == Some(i) || also_time(i) || derived(i) || words.contains(&i)
+    };
     let columns: Vec<String> =
         (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
     if columns.iter().all(String::is_empty) {
@@ -28,13 +31,26 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
         return Ok((LogOptions { states, inputs, ..options.clone() }, Some(note)));
     }
     let columns: Vec<String> = columns.into_iter().filter(|name| !name.is_empty()).collect();
-    // The unit tells what no name does.
-    let in_seconds = |c: &&Column| time.is_none() && TimeUnit::named(&c.unit).is_some();
-    let time_column = table.columns().iter().find(in_seconds).map(|c| c.name.clone());
+    // The unit, or the values, tell what no name does.
+    let in_seconds = |c: &&Column| TimeUnit::named(&c.unit).is_some();
+    let by_values = || time::running(table).map(|i| &table.columns()[i]);
+    let found = if time.is_some() { None } else { table.columns().iter().find(in_seconds).or_else(by_values) };
+    let time_column = found.map(|c| c.name.clone());
     let others: Vec<String> = columns.iter().filter(|name| Some(*name) != time_column.as_ref()).cloned().collect();
     let suggestion = Suggestion { has_time: time.is_some(), time_column, ..roles::suggested(&others) };
     Err(LogError::ColumnsNotNamed { path: table.path().to_owned(), columns, suggestion: Box::new(suggestion) })
 }
+
+/// Numbers of the columns of `table` whose first rows have words and no numbers.
+fn of_words(table: &Table) -> Vec<usize> {
+    let first: Vec<_> = table.rows().take(LOOKED_AT).map(|(_, cells)| cells).collect();
+    let is_word = |cell: &str| cell.parse::<f64>().is_err() && !is_missing(cell);
+    let has_words = |i: usize| !first.is_empty() && first.iter().all(|cells| cells.get(i).is_some_and(|c| is_word(c)));
+    (0..table.columns().len()).filter(|&i| has_words(i)).collect()
+}
+
+/// Rows that tell whether a column has numbers.
+const LOOKED_AT: usize = 20;
 
 /// The columns of `table` that `options` name.
 pub(crate) fn selected(table: &Table, options: &LogOptions) -> Result<Selected, LogError> {

@@ -16,7 +16,7 @@ use crate::resolution::Step;
 use crate::table::Table;
 use crate::{
     Clock, DeclarationError, Difference, Finding, LogError, LogOptions, Note, StateOption, angles, clock, declare,
-    derivatives, differences, jumps, moments, quality, rates, resolution, states, units,
+    derivatives, differences, jumps, late_rates, moments, quality, rates, resolution, states, units,
 };
 
 /// A log, understood: what is declared about the system, and its trajectories.
@@ -311,6 +311,7 @@ fn rates_of(
         Note::Rate { rate, of, percent: (100.0 * seen.off_by).max(0.1) }
     }));
     notes.extend(rates::in_other_units(states, names, &seen));
+    notes.extend(late_rates::late(states, names, &seen));
     let unit = |state: usize| units.iter().find(|(name, _)| *name == names[state]).map_or("", |(_, unit)| unit);
     notes.extend(
         seen.iter()

@@ -49,13 +49,14 @@ pub(crate) fn told(
     notes.extend(clock::forward(&mut recordings, sources)?);
     let (unit, by) = unit(&recordings, sources, digits, options, folded)?;
     let column = sources[0].time_name().to_owned();
-    if column != TIME || unit != TimeUnit::Seconds || by == UnitBy::Epoch {
+    if column != TIME || unit != TimeUnit::Seconds || matches!(by, UnitBy::Epoch | UnitBy::Date) {
         notes.push(Note::Time { column, unit, by });
     }
     let seconds: Vec<Recording> = recordings.iter().map(|r| r.with_times_scaled(unit.seconds())).collect();
     let (parts, gaps) = clock::without_gaps(&seconds, options.gap);
     notes.extend(gaps.note(|gap| place(sources, gap.table, gap.line)));
-    let rounding = 10_f64.powi(-i32::try_from(digits.time_decimals).unwrap_or(i32::MAX)) * unit.seconds();
+    let digit = if digits.dates { TimeUnit::Seconds } else { unit }.seconds();
+    let rounding = 10_f64.powi(-i32::try_from(digits.time_decimals).unwrap_or(i32::MAX)) * digit;
     Ok(Moments { recordings: parts, rounding, gaps })
 }
 
@@ -67,6 +68,9 @@ fn unit(
     options: &LogOptions,
     folded: &[usize],
 ) -> Result<(TimeUnit, UnitBy), LogError> {
+    if digits.dates {
+        return Ok((TimeUnit::Nanoseconds, UnitBy::Date));
+    }
     let header = sources[0].columns.time.map(|column| &sources[0].table.columns()[column]);
     if let Some(column) = header {
         let told = unit_in_header(column);

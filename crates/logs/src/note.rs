@@ -222,6 +222,15 @@ pub enum Note {
         /// What it would have to be multiplied by.
         factor: f64,
     },
+    /// A state changes as if another one were its rate, but for some rows by which one of them is late.
+    RateLate {
+        /// The rate.
+        rate: String,
+        /// What it would be the rate of.
+        of: String,
+        /// By how much the rate is later than the change of the state, negative where it is earlier \[s\].
+        by: f64,
+    },
     /// The units of a state and of its rate are the other way round.
     RateUnits {
         /// The rate.

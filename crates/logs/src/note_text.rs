@@ -24,10 +24,13 @@ impl fmt::Display for Note {
                 let inputs = if inputs.is_empty() { "none".to_owned() } else { inputs.join(", ") };
                 write!(f, "recognised by their names: states {}; inputs {inputs}", states.join(", "))
             }
+            Self::Time { column, by: UnitBy::Date, .. } => {
+                write!(f, "time: column {column}, dates; in UTC where they have no offset")
+            }
             Self::Time { column, unit, by } => {
                 write!(f, "time: column {column}, in {unit}")?;
                 f.write_str(match by {
-                    UnitBy::Default => "",
+                    UnitBy::Default | UnitBy::Date => "",
                     UnitBy::Header => " (by the header)",
                     UnitBy::Rates => " (one state is then the rate of another)",
                     UnitBy::Epoch => " since 1970",
@@ -153,6 +156,14 @@ impl fmt::Display for Note {
                 "{rate} would be the rate of {of} if it were multiplied by {}: the unit of one of them, or of time, may be wrong",
                 significant(*factor, 4)
             ),
+            Self::RateLate { rate, of, by } => {
+                let late = if *by > 0.0 { rate } else { of };
+                write!(
+                    f,
+                    "{rate} would be the rate of {of} if {late} were {} s earlier: one of them may be measured late",
+                    significant(by.abs(), 3)
+                )
+            }
             Self::RateUnits { rate, of } => write!(
                 f,
                 "the unit of {of} is that of a rate of {rate}, but {rate} is the rate of {of}: their names may be interchanged"

@@ -8,7 +8,7 @@ use ndarray::{Array2, Axis};
 use crate::missing_code::Codes;
 use crate::rounding::{Resolution, Written};
 use crate::table::Table;
-use crate::{LogError, Place};
+use crate::{LogError, Place, date};
 
 /// Consecutive rows of one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,6 +32,8 @@ pub(crate) struct Recording {
 pub(crate) struct Digits {
     /// Most decimals of a time stamp.
     pub(crate) time_decimals: usize,
+    /// Whether time stamps are dates, read as nanoseconds since 1970; decimals are then those of their seconds.
+    pub(crate) dates: bool,
     /// The first time stamp.
     pub(crate) origin: f64,
     /// Whether every state is a float32, as far as the text tells.
@@ -151,6 +153,7 @@ pub(crate) fn recordings(sources: &[Source<'_>], codes: &Codes) -> Result<(Vec<R
     let written = seen.resolutions.iter().map(Resolution::written).collect();
     let digits = Digits {
         time_decimals: seen.time_decimals,
+        dates: seen.dates,
         origin: seen.origin.unwrap_or(0.0),
         float32: seen.float32.holds(),
         written,
@@ -169,6 +172,7 @@ struct Seen {
     float32: Float32,
     resolutions: Vec<Resolution>,
     time_decimals: usize,
+    dates: bool,
     origin: Option<f64>,
     missing: Option<(usize, Cell)>,
     failure: Option<LogError>,
@@ -184,7 +188,7 @@ impl Seen {
 }
 
 /// Whether `cell` is how programs write that there is no value.
-fn is_missing(cell: &str) -> bool {
+pub(crate) fn is_missing(cell: &str) -> bool {
     ["", "nan", "-nan", "na", "n/a", "null", "none"].contains(&cell.to_lowercase().as_str())
 }
 
@@ -228,11 +232,15 @@ fn of_source(
         let Some(rollout) = rollouts.last_mut() else { continue };
         rollout.lines.push(line);
         if let Some(column) = columns.time {
-            let stamp = Stamp { value: table.number(line, column, &cells[column])?, whole: cells[column].parse().ok() };
+            let cell = &*cells[column];
+            let date = date::nanoseconds(cell);
+            seen.dates |= date.is_some();
+            let value = date.map_or_else(|| table.number(line, column, cell), |ns| Ok(ns as f64))?;
+            let stamp = Stamp { value, whole: date.or_else(|| cell.parse().ok()) };
             let first = *origin.get_or_insert(stamp);
             seen.origin = seen.origin.or(Some(first.value));
             rollout.times.push(stamp.since(first));
-            seen.time_decimals = seen.time_decimals.max(decimals(&cells[column]));
+            seen.time_decimals = seen.time_decimals.max(decimals(cell));
         }
         for (&column, resolution) in columns.states.iter().zip(&mut seen.resolutions) {
             let value = table.number(line, column, &cells[column])?;
@@ -302,12 +310,13 @@ impl Rollout {
     }
 }
 
-/// Decimals of the number that `cell` writes; many where it has an exponent.
+/// Decimals of the number, or of the seconds of a date, that `cell` writes; many where it has an exponent.
 fn decimals(cell: &str) -> usize {
     if cell.contains(['e', 'E']) {
         return usize::MAX;
     }
-    cell.split_once('.').map_or(0, |(_, decimals)| decimals.len())
+    let digits = |decimals: &str| decimals.chars().take_while(char::is_ascii_digit).count();
+    cell.split_once('.').map_or(0, |(_, decimals)| digits(decimals))
 }
 
 /// Whether numbers were float32 before they were printed: in full, or with the fewest digits that tell them apart.

@@ -1,6 +1,9 @@
 //! Which column holds the time, and in which unit.
 
+use std::borrow::Cow;
+
 use crate::column::Column;
+use crate::date;
 use crate::rates;
 use crate::recording::Recording;
 use crate::table::Table;
@@ -10,13 +13,32 @@ use crate::time_unit::{TimeUnit, UnitBy};
 const DECIMAL: [TimeUnit; 4] =
     [TimeUnit::Seconds, TimeUnit::Milliseconds, TimeUnit::Microseconds, TimeUnit::Nanoseconds];
 
-/// The column of `table` that holds the time, by its name; none of those in `taken`.
+/// The column of `table` that holds the time, by its name or because its first cell is a date; none of those in `taken`.
 pub(crate) fn column(table: &Table, taken: &[&str]) -> Option<usize> {
     let columns = table.columns();
     let free = |c: &Column| !taken.contains(&c.name.as_str());
     let plain = columns.iter().position(|c| c.name == crate::TIME && free(c));
-    plain.or_else(|| columns.iter().position(|c| free(c) && is_time(c)))
+    let first = || table.rows().next().map(|(_, cells)| cells).unwrap_or_default();
+    let by_name = plain.or_else(|| columns.iter().position(|c| free(c) && is_time(c)));
+    by_name.or_else(|| {
+        let is_date = |(cell, c): (&Cow<'_, str>, &Column)| free(c) && date::nanoseconds(cell).is_some();
+        first().iter().zip(columns).position(is_date)
+    })
 }
+
+/// The first column of `table` whose numbers increase evenly from the first row to the last, as time stamps do.
+pub(crate) fn running(table: &Table) -> Option<usize> {
+    (0..table.columns().len()).find(|&i| {
+        let values: Option<Vec<f64>> = table.rows().map(|(_, cells)| cells.get(i)?.parse().ok()).collect();
+        let Some(values) = values.filter(|values| values.len() > FEWEST) else { return false };
+        let mean = (values[values.len() - 1] - values[0]) / (values.len() - 1) as f64;
+        mean > 0.0 && values.windows(2).all(|pair| (pair[1] - pair[0] - mean).abs() <= EVEN * mean)
+    })
+}
+
+/// Rows of a column that may be the time, at least, and part of its mean step by which each may differ.
+const FEWEST: usize = 10;
+const EVEN: f64 = 0.1;
 
 /// The words of a name, in small letters.
 fn words(name: &str) -> impl Iterator<Item = String> {
@@ -27,7 +49,7 @@ fn words(name: &str) -> impl Iterator<Item = String> {
 
 /// Whether `column` holds time stamps, by its name. A temperature `T`, or what has a unit of something else, does not.
 pub(crate) fn is_time(column: &Column) -> bool {
-    const TIMES: [&str; 18] = [
+    const TIMES: [&str; 26] = [
         "t",
         "time",
         "times",
@@ -46,6 +68,14 @@ pub(crate) fn is_time(column: &Column) -> bool {
         "micros",
         "milliseconds",
         "microseconds",
+        "date",
+        "datetime",
+        "zeit",
+        "temps",
+        "tiempo",
+        "tempo",
+        "tijd",
+        "czas",
     ];
     const BESIDE: [&str; 9] = ["header", "unix", "epoch", "ros", "sim", "wall", "system", "log", "since"];
     let name = column.name.as_str();

@@ -79,6 +79,8 @@ pub enum UnitBy {
     Rates,
     /// Stamps that count from 1970, as those of our days do.
     Epoch,
+    /// Stamps that are dates.
+    Date,
     /// Whole numbers that are very far apart or uneven, as those of a counter are.
     Counter,
     /// Nothing: stamps are in seconds unless something says otherwise.

@@ -193,10 +193,10 @@ fn of_log(error: &LogError) -> Option<String> {
             format!("--units {column}=s reads it in seconds, --units {column}=ms in milliseconds, --units {column}=us in microseconds")
         }
         LogError::NotANumber { cell, .. } if cell.contains(':') => {
-            "dates are not read: convert them to seconds, or ignore them by --time-column none --dt S".into()
+            "dates are read as ISO 8601 writes them, such as 2026-03-01T12:00:00.5Z: convert others, or ignore them by --time-column none --dt S".into()
         }
         LogError::TimeNotIncreasing { .. } => {
-            "a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
+            "sort the rows by time; a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
         }
         LogError::TooManyRows { .. } => "give --resample a longer step".into(),
         LogError::Unit { .. } => "--units COLUMN=UNIT declares its unit".into(),

@@ -4,13 +4,13 @@ use std::cell::RefCell;
 
 use sindyna_core::FitError;
 
-use super::gradual::{between_rows, lagged, searched, started};
+use super::gradual::{between_rows, lagged, refined, searched, started};
 use super::lag::forgotten;
 use super::reading::Reading;
 use super::trial::{Structure, TOLD_APART, Trial, Tried};
 
 /// Readings that are tried, at most.
-const MOST: usize = 12;
+const MOST: usize = 5;
 
 /// Times as many steps tell a delay of a part of a row, or a lag, that was tried.
 const MORE: usize = 5;
@@ -39,6 +39,9 @@ pub(super) struct Explorer<'a, E> {
     /// Equations found in the whole log as it stands.
     first: Option<Structure<'a>>,
     open: Open,
+    /// What leaves noise alone without any of these readings, and by how much less than it others must miss, per number of steps.
+    otherwise: Option<&'a Tried>,
+    bars: Memo<usize, f64>,
     /// What equations miss with readings, and which that change gradually they miss least with, as far as somebody asked.
     misfits: Memo<(Asking, Reading), f64>,
     gradual: Memo<(Asking, Reading, bool), (Reading, f64)>,
@@ -80,7 +83,32 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let latest = open.readings.iter().map(|reading| reading.rows).fold(1.0, f64::max);
         let more = if open.lags { forgotten(&trial.kept.data, latest * trial.log.spec.dt) } else { 0 };
         let behind = Trial { margins: (before + more, after), ..*trial };
-        Self { trial, steps, behind, first, open, misfits: RefCell::default(), gradual: RefCell::default() }
+        Self {
+            trial,
+            steps,
+            behind,
+            first,
+            open,
+            otherwise: None,
+            bars: RefCell::default(),
+            misfits: RefCell::default(),
+            gradual: RefCell::default(),
+        }
+    }
+
+    /// The same, of readings with which equations miss less than what was found `otherwise` is worth with its terms, if that leaves noise alone.
+    pub(super) fn less_than(self, otherwise: Option<&'a Tried>) -> Self {
+        Self { otherwise: otherwise.filter(|tried| tried.explained), ..self }
+    }
+
+    /// What readings must miss less than in so many steps to be tried: what those equations that need none of them miss, and what their terms cost.
+    fn bar(&self, steps: usize) -> Result<f64, E> {
+        let Some(tried) = self.otherwise else { return Ok(f64::INFINITY) };
+        once(&self.bars, steps, || {
+            let of = Structure { model: &tried.found.model, rates: &tried.rates };
+            let price = tried.score - self.trial.misfit(of, tried.reading, self.steps)?;
+            Ok(self.behind.misfit(of, tried.reading, steps)? + price.max(0.0))
+        })
     }
 
     /// Adds to `all` what is found with one reading after the other, as long as equations found so far speak for another one: fitted again they miss less of the log that is read so than as it was read yet.
@@ -104,6 +132,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
             };
             self.open.readings.retain(|reading| *reading != next);
             let trial = if next.lag > 0.0 { &self.behind } else { self.trial };
+            (trial.asked.say)(&format!("trying {next}"));
             all.extend(search(trial, next)?);
         }
         Ok(())
@@ -119,7 +148,7 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         &self,
         all: &[Tried],
         search: &impl Fn(&Trial<'_, E>, Reading) -> Result<Option<Tried>, E>,
-    ) -> Result<Option<Reading>, E> {
+    ) -> Result<Option<Tried>, E> {
         let explain = |lags: bool| {
             let explains = |tried: &&Tried| tried.explained && (tried.reading.lag > 0.0) == lags;
             all.iter().filter(explains).min_by(|a, b| a.score.total_cmp(&b.score))
@@ -130,7 +159,13 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
             let is_likely = other.score < lagged.score + TOLD_APART;
             other.explained && (other.astray() < lagged.astray() || (other.astray() == lagged.astray() && is_likely))
         };
-        Ok(if again.as_ref().is_some_and(is_as_good) { None } else { Some(lagged.reading) })
+        Ok(if again.as_ref().is_some_and(is_as_good) { None } else { Some(lagged.clone()) })
+    }
+
+    /// The reading of `best`, as its equations tell it from all steps.
+    pub(super) fn refined(&self, best: &Tried) -> Result<Reading, E> {
+        let of = Structure { model: &best.found.model, rates: &best.rates };
+        if best.reading.is_gradual() { refined(&self.behind, of, best.reading) } else { Ok(best.reading) }
     }
 
     /// The reading for which equations speak most, of those that were not tried; `None` if they speak for none.
@@ -204,7 +239,8 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         // What was tried may not have kept what was promised.
         let best = least(all).map_or(Reading::GIVEN, |best| best.reading);
         let known = known.iter().find(|of| of.0 == best).map_or(f64::INFINITY, |of| of.1);
-        let is_new = |of: &(Reading, f64)| all.iter().all(|tried| tried.reading != of.0);
+        let bar = self.bar(steps)?;
+        let is_new = |of: &(Reading, f64)| of.1 < bar && all.iter().all(|tried| tried.reading != of.0);
         Ok(others.into_iter().filter(is_new).map(|(reading, misfit)| (reading, known - misfit)).collect())
     }
 

@@ -56,6 +56,18 @@ pub(super) fn lagged<E: From<FitError>>(
     Ok((best, least))
 }
 
+/// The reading near `from` with the delay of a part of a row, or the lag, of which the equations `of`, found with nearly that one, miss least in all steps.
+pub(super) fn refined<E: From<FitError>>(trial: &Trial<'_, E>, of: Structure<'_>, from: Reading) -> Result<Reading, E> {
+    if from.lag == 0.0 {
+        return Ok(between_rows(trial, usize::MAX, of, from)?.0);
+    }
+    let at = |lag: f64| Reading { lag, ..from };
+    let misfit = |lag: f64| trial.misfit(of, at(lag), usize::MAX);
+    let near = (from.lag, FINELY * from.lag);
+    let (lag, _) = likeliest(near, (0.0, LONGEST * from.lag), values(trial, usize::MAX), misfit)?;
+    Ok(at(lag))
+}
+
 /// `reading` with inputs that had been delivered to the part where trajectories begin with which the equations `of` miss least.
 pub(super) fn started<E: From<FitError>>(
     trial: &Trial<'_, E>,

@@ -1,5 +1,8 @@
 //! One way in which a log may be read: inputs that act earlier or later, or change between rows, or steps of a simulator.
 
+use std::fmt;
+
+use sindyna_core::number::significant;
 use sindyna_core::{FitError, InterSample};
 
 use super::between::linear;
@@ -55,5 +58,25 @@ impl Reading {
         let linear = self.linear.then(|| kept.data.clone().with_intersample(InterSample::Foh));
         let other = if self.lag > 0.0 { Some(delivered(&kept.data, times, (self.lag, self.settled))?) } else { linear };
         shifted(other.as_ref().unwrap_or(&kept.data), times, self.rows, margins, most)
+    }
+}
+
+impl fmt::Display for Reading {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut parts = Vec::new();
+        if self.rows != 0.0 {
+            let rows = if (self.rows - 1.0).abs() < f64::EPSILON { "row" } else { "rows" };
+            parts.push(format!("a delay of {} {rows}", significant(self.rows, 3)));
+        }
+        if self.lag > 0.0 {
+            parts.push(format!("a lag of {} s", significant(self.lag, 3)));
+        }
+        if self.linear {
+            parts.push("first-order hold".to_owned());
+        }
+        if self.simulated {
+            parts.push("steps of a simulator".to_owned());
+        }
+        f.write_str(&if parts.is_empty() { "the log as it stands".to_owned() } else { parts.join(" and ") })
     }
 }

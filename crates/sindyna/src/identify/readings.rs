@@ -114,9 +114,14 @@ pub(super) fn told_apart<E: From<FitError>>(
     let (steps, given) = until_spoilt(kept, |steps| trial.first(Reading::GIVEN, steps))?;
     let mut all: Vec<Tried> = given.into_iter().collect();
     let search = |trial: &Trial<'_, E>, reading: Reading| trial.first(reading, steps);
-    let mut explorer = Explorer::new(&trial, steps, structure, open());
+    // Rates that were not measured explain what inputs that act otherwise do only by more terms; what these do not explain better is not looked for.
+    let are_open = disturbed.is_none() && !matches!(asked.unmeasured, Unmeasured::Given(_));
+    let with = if are_open { trial.with_rates(Reading::GIVEN, steps, all.first().cloned())? } else { None };
+    let otherwise = with.as_ref().filter(|tried| !tried.rates.is_empty());
+    let mut explorer = Explorer::new(&trial, steps, structure, open()).less_than(otherwise);
     explorer.explore(&mut all, &search)?;
-    if let Some(reading) = explorer.lagged(&all, &search)? {
+    if let Some(lagged) = explorer.lagged(&all, &search)? {
+        let reading = explorer.refined(&lagged)?;
         return Ok(Some(Chosen { reading, rates: Vec::new(), disturbed: false }));
     }
     // Those of other samples are not compared.
@@ -131,31 +136,28 @@ pub(super) fn told_apart<E: From<FitError>>(
         let best = least_missed(log, kept, first, (&told, margins(&told)), asked)?;
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
-    if !matches!(asked.unmeasured, Unmeasured::Given(_)) {
-        let with = with_rates(&trial, steps, &others, &all)?;
+    if are_open {
+        let with = with_rates(&trial, steps, (&others, with.clone()), &all)?;
         all.extend(with);
     }
     // Whatever a longer search may find.
     let seen = |best: &Tried| if best.explained { best.rates.clone() } else { Vec::new() };
-    Ok(best_of(&all, others.len() + 1).map(|best| Chosen {
-        reading: best.reading,
-        rates: seen(best),
-        disturbed: false,
-    }))
+    let Some(best) = best_of(&all, others.len() + 1) else { return Ok(None) };
+    Ok(Some(Chosen { reading: explorer.refined(best)?, rates: seen(best), disturbed: false }))
 }
 
-/// What is found with rates that were not measured, where all that was found without them leaves more than noise with the `others`, too.
+/// What is found with rates that were not measured: `with` these in the log as it stands, and where all that was found without them leaves more than noise with the `others`, too.
 fn with_rates<E: From<FitError>>(
     trial: &Trial<'_, E>,
     steps: usize,
-    others: &[Reading],
+    (others, with): (&[Reading], Option<Tried>),
     all: &[Tried],
 ) -> Result<Vec<Tried>, E> {
     let search = |trial: &Trial<'_, E>, reading: Reading| {
         let without = all.iter().find(|tried| tried.reading == reading).cloned();
         trial.with_rates(reading, steps, without)
     };
-    let mut with = Vec::from_iter(search(trial, Reading::GIVEN)?);
+    let mut with = Vec::from_iter(with);
     if all.iter().all(|tried| tried.spoilt) {
         let open = Open { readings: others.to_vec(), parts: false, lags: false };
         Explorer::new(trial, steps, None, open).explore(&mut with, &search)?;
