@@ -11,6 +11,8 @@ pub enum InterSample {
     Zoh,
     /// First-order hold: linear from each sample to the next.
     Foh,
+    /// Band-limited: smooth. Values are those whose straight lines have the mean over every step of the cubic through the four samples about it.
+    Bl,
     /// Constant, and from a part of each step on (0 to 1) that of the next sample: zero-order hold with a delay of a part of a step.
     Late(f64),
     /// Those of a first-order lag with this time constant \[s\]: from each sample on they approach a constant by which they become those of the next one.
@@ -35,7 +37,7 @@ impl InterSample {
     pub fn share(self, over: f64, dt: f64) -> f64 {
         match self {
             Self::Zoh => 0.0,
-            Self::Foh => over,
+            Self::Foh | Self::Bl => over,
             Self::Late(part) => f64::from(over >= part),
             Self::Lag(tau) => (-over * dt / tau).exp_m1() / (-dt / tau).exp_m1(),
         }
@@ -46,7 +48,7 @@ impl InterSample {
     pub fn mean_share(self, dt: f64) -> f64 {
         match self {
             Self::Zoh => 0.0,
-            Self::Foh => 0.5,
+            Self::Foh | Self::Bl => 0.5,
             Self::Late(part) => 1.0 - part,
             Self::Lag(tau) => -1.0 / (-dt / tau).exp_m1() - tau / dt,
         }

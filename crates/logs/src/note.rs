@@ -1,5 +1,7 @@
 //! What was decided about a log without being asked for.
 
+use sindyna_core::InterSample;
+
 use crate::{Difference, Place, TimeUnit, UnitBy};
 
 /// Something that was decided or seen while a log was read, for the user to check.
@@ -120,8 +122,10 @@ pub enum Note {
         /// Its standard error \[s\], where it was estimated.
         deviation: Option<f64>,
     },
-    /// Inputs are linear between samples, instead of held.
-    FirstOrderHold {
+    /// Inputs are linear, or smooth, between samples, instead of held.
+    InterSample {
+        /// How they are.
+        intersample: InterSample,
         /// Whether that was said.
         given: bool,
     },

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use sindyna_core::InterSample;
 use sindyna_core::number::{plural, significant};
 
 use crate::{Difference, Note, UnitBy};
@@ -94,7 +95,10 @@ impl fmt::Display for Note {
             Self::Lagged { seconds, deviation } => {
                 write!(f, "lag of the inputs: first order, time constant {} s", measured(*seconds, *deviation))
             }
-            Self::FirstOrderHold { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
+            Self::InterSample { intersample: InterSample::Bl, .. } => {
+                f.write_str("inputs are smooth between samples (band-limited: cubics)")
+            }
+            Self::InterSample { .. } => f.write_str("inputs are linear between samples (first-order hold)"),
             Self::Unmeasured { rate, of, .. } => {
                 write!(f, "{rate}, the rate of {of}, was not measured; it is estimated as a state of the equations")
             }

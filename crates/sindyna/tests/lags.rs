@@ -132,6 +132,29 @@ fn the_time_constant_is_found_with_the_equations() {
     }
 }
 
+/// Weather, or what another machine does, changes smoothly between samples: straight lines miss its means by h² u″/12.
+#[test]
+fn smooth_inputs_are_no_straight_lines() {
+    let temp = tempfile::tempdir().unwrap();
+    let (dt, u) = (0.3, |t: f64| (0.9 * t).sin() + 0.5 * (0.37 * t + 1.0).cos());
+    let mut text = "t,x,u\n".to_owned();
+    let mut x = 0.4;
+    for i in 0..600 {
+        let t = dt * f64::from(i);
+        writeln!(text, "{t},{},{}", x + 0.002 * shaken(i as usize), u(t)).unwrap();
+        let h = dt / 300.0;
+        for part in 0..300 {
+            let now = u(t + h * (f64::from(part) + 0.5));
+            let middle = x + 0.5 * h * (1.3 * now - 0.4 * x);
+            x += h * (1.3 * now - 0.4 * middle);
+        }
+    }
+    let (stands, account, told) = identified(temp.path(), "weather", text, &["--states", "x", "--inputs", "u"]);
+    assert!(stands && told.contains("inputs are smooth between samples"), "{told}");
+    assert_eq!(account["intersample"], "bl", "{told}");
+    has_terms(&account["equations"][0], &[("x", -0.4), ("u", 1.3)], |error| 4.0 * error);
+}
+
 /// What was delivered before the log is not zero, nor what the first row says; a delay comes before the lag.
 #[test]
 fn a_log_may_begin_anywhere_and_inputs_be_delayed_too() {

@@ -156,7 +156,7 @@ fn inputs_that_act_at_other_times_are_told_or_named() {
         assert!(code == 2 && stderr.contains("a delay is"), "{stderr}");
     }
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--intersample", "cubic"]));
-    assert!(code == 2 && stderr.contains("`zoh` (held) or `foh` (linear)"), "{stderr}");
+    assert!(code == 2 && stderr.contains("`zoh` (held), `foh` (linear) or `bl` (smooth)"), "{stderr}");
     let (code, _, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--delay", "500"]));
     assert!(code == 2 && stderr.contains("no trajectory is longer"), "{stderr}");
 }

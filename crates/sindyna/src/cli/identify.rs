@@ -60,8 +60,8 @@ pub(crate) struct Args {
     /// explains]
     #[arg(long, value_name = "S", value_parser = lag, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     lag: Lag,
-    /// Behavior of the inputs between samples: `zoh` (zero-order hold, constant) or `foh` (first-order hold, linear) [default: zoh; foh where the equations
-    /// leave residuals that no term explains and the data support it]
+    /// Behavior of the inputs between samples: `zoh` (zero-order hold, constant), `foh` (first-order hold, linear) or `bl` (band-limited, smooth) [default: zoh;
+    /// foh or bl where the equations leave residuals that no term explains and the data support it]
     #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
     intersample: Option<InterSample>,
     /// Hold-out data for validation: the last share of the log, such as 0.2, or another log of the same system; may be repeated for several logs
@@ -151,7 +151,8 @@ pub(super) fn intersample(text: &str) -> Result<InterSample, String> {
     match text {
         "zoh" => Ok(InterSample::Zoh),
         "foh" => Ok(InterSample::Foh),
-        _ => Err("inputs between samples are `zoh` (held) or `foh` (linear)".into()),
+        "bl" => Ok(InterSample::Bl),
+        _ => Err("inputs between samples are `zoh` (held), `foh` (linear) or `bl` (smooth)".into()),
     }
 }
 

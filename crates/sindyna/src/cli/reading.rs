@@ -255,7 +255,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Layout { .. } => "; --delimiter changes this",
         Note::Delayed { .. } => "; --delay 0 turns this off",
         Note::Lagged { .. } => "; --lag 0 turns this off",
-        Note::FirstOrderHold { given: false } => "; --intersample zoh turns this off",
+        Note::InterSample { given: false, .. } => "; --intersample zoh turns this off",
         Note::Unmeasured { given: false, .. } | Note::Difference(_) => "; --unmeasured none turns this off",
         Note::Angle { .. } | Note::Turned { .. } => "; --angles none turns this off",
         Note::Degrees { .. } => "; --units STATE=deg converts it",

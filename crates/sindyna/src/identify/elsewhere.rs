@@ -3,7 +3,7 @@
 use sindyna_core::{FitError, InterSample};
 use sindyna_sindy::Recording;
 
-use super::between::linear;
+use super::between::between;
 use super::delay::delayed;
 use super::lag::{SETTLED, lagged};
 use super::looked::Looked;
@@ -24,8 +24,10 @@ pub(crate) fn elsewhere(other: &Log, looked: &Looked) -> Result<Samples, FitErro
         Note::Lagged { seconds, .. } => Some(*seconds),
         _ => None,
     });
-    let is_linear = looked.log.data.intersample() == InterSample::Foh;
-    let mut other = if is_linear { linear(other, false) } else { other.clone() };
+    let mut other = match looked.log.data.intersample() {
+        intersample @ (InterSample::Foh | InterSample::Bl) => between(other, intersample, false)?,
+        _ => other.clone(),
+    };
     if let Some(tau) = lag {
         other = lagged(&other, (tau, SETTLED))?;
     }

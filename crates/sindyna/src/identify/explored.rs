@@ -224,7 +224,8 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let known = given.map(misfit).collect::<Result<Vec<_>, E>>()?;
         let mut others = self.open.readings.iter().copied().map(misfit).collect::<Result<Vec<_>, E>>()?;
         let most = |a: &&(Reading, f64), b: &&(Reading, f64)| a.1.total_cmp(&b.1);
-        let held = |of: &&(Reading, f64)| !of.0.linear && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite();
+        let held =
+            |of: &&(Reading, f64)| of.0.between.is_held() && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite();
         let from = known.iter().chain(&others).filter(held).min_by(most).map(|from| from.0);
         if let Some(from) = from.filter(|_| gradually) {
             if self.open.parts && from.lag == 0.0 {

@@ -5,7 +5,7 @@ use sindyna_sindy::{Disturbances, Identified, Identifier};
 
 use super::as_read::{as_read, is_disturbed, is_settled, is_spoilt};
 use super::asked::{Asked, Delay, Lag};
-use super::between::linear;
+use super::between::between;
 use super::changed::changed;
 use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
@@ -24,7 +24,10 @@ use crate::logs::{Log, Note, Samples};
 /// # Errors
 /// [`FitError`] if no equations are found in the log as it was read, or as was asked.
 pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Looked, E> {
-    let log = if asked.intersample == Some(InterSample::Foh) { linear(&log, true) } else { log };
+    let log = match asked.intersample {
+        None | Some(InterSample::Zoh) => log,
+        Some(intersample) => between(&log, intersample, true)?,
+    };
     let log = match asked.delay {
         Delay::Rows(rows) if rows != 0.0 => delayed(&log, rows)?,
         _ => log,
@@ -49,7 +52,7 @@ fn as_measured<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Result<Look
     if kept.derivatives.is_some() {
         if let Some(found) = of_derivatives(&identifier, &kept, asked.watch)? {
             let is_linear = asked.intersample.is_none() && predicts_better_if_linear(&found.model, &identifier, &kept);
-            let log = if is_linear { linear(&log, false) } else { log };
+            let log = if is_linear { between(&log, InterSample::Foh, false)? } else { log };
             return Ok(Looked { found, identifier, log });
         }
         log.notes.push(Note::DerivativesUnexplained);

@@ -5,7 +5,7 @@ use std::fmt;
 use sindyna_core::number::significant;
 use sindyna_core::{FitError, InterSample};
 
-use super::between::linear;
+use super::between::{between, read};
 use super::delay::{delayed, shifted};
 use super::lag::{SETTLED, delivered, lagged};
 use crate::logs::{Log, Samples};
@@ -19,23 +19,27 @@ pub(super) struct Reading {
     pub(super) lag: f64,
     /// The part of the first inputs that is behind it where a trajectory begins: one where it had settled, none after rest.
     pub(super) settled: f64,
-    /// Whether they are linear between rows.
-    pub(super) linear: bool,
+    /// How they are between rows: held, linear or smooth.
+    pub(super) between: InterSample,
     /// Whether the samples are those of a simulator.
     pub(super) simulated: bool,
 }
 
 impl Reading {
     /// The log as it stands.
-    pub(super) const GIVEN: Self = Self { rows: 0.0, lag: 0.0, settled: SETTLED, linear: false, simulated: false };
+    pub(super) const GIVEN: Self =
+        Self { rows: 0.0, lag: 0.0, settled: SETTLED, between: InterSample::Zoh, simulated: false };
 
     /// `log` as it is read so; `None` if that is as it stands.
     ///
     /// # Errors
     /// [`FitError::Regression`] if no trajectory is longer than the delay.
     pub(super) fn of(self, log: &Log) -> Result<Option<Log>, FitError> {
-        let linear = self.linear.then(|| linear(log, false));
-        let other = if self.lag > 0.0 { Some(lagged(log, (self.lag, self.settled))?) } else { linear };
+        let other = match self.between {
+            _ if self.lag > 0.0 => Some(lagged(log, (self.lag, self.settled))?),
+            InterSample::Zoh => None,
+            intersample => Some(between(log, intersample, false)?),
+        };
         if self.rows == 0.0 {
             return Ok(other);
         }
@@ -49,14 +53,17 @@ impl Reading {
 
     /// Rows by which inputs are moved, either way.
     pub(super) fn shift(self) -> f64 {
-        self.rows.abs() + if self.linear { 0.5 } else { 0.0 }
+        self.rows.abs() + if self.between.is_held() { 0.0 } else { 0.5 }
     }
 
     /// At most `most` steps of `kept` as they are read so, without `margins` at the beginning and the end of each trajectory.
     pub(super) fn samples(self, kept: &Samples, margins: (usize, usize), most: usize) -> Result<Samples, FitError> {
         let times = kept.times.as_deref();
-        let linear = self.linear.then(|| kept.data.clone().with_intersample(InterSample::Foh));
-        let other = if self.lag > 0.0 { Some(delivered(&kept.data, times, (self.lag, self.settled))?) } else { linear };
+        let other = match self.between {
+            _ if self.lag > 0.0 => Some(delivered(&kept.data, times, (self.lag, self.settled))?),
+            InterSample::Zoh => None,
+            intersample => Some(read(&kept.data, intersample)?),
+        };
         shifted(other.as_ref().unwrap_or(&kept.data), times, self.rows, margins, most)
     }
 }
@@ -71,8 +78,10 @@ impl fmt::Display for Reading {
         if self.lag > 0.0 {
             parts.push(format!("a lag of {} s", significant(self.lag, 3)));
         }
-        if self.linear {
-            parts.push("first-order hold".to_owned());
+        match self.between {
+            InterSample::Foh => parts.push("first-order hold".to_owned()),
+            InterSample::Bl => parts.push("inputs that are smooth between rows".to_owned()),
+            _ => {}
         }
         if self.simulated {
             parts.push("steps of a simulator".to_owned());

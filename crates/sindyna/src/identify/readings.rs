@@ -1,6 +1,6 @@
 //! How a log may be read besides as it says: inputs that act earlier or later, or change between rows, and steps of a simulator.
 
-use sindyna_core::FitError;
+use sindyna_core::{FitError, InterSample};
 use sindyna_sindy::{Disturbances, Identified};
 
 use super::ahead::clearly_least;
@@ -27,9 +27,10 @@ pub(super) struct Chosen {
 const ALL_STEPS: usize = 1200;
 
 /// What is tried of every log with inputs, besides longer delays.
-const TRIED: [Reading; 5] = [
+const TRIED: [Reading; 6] = [
     Reading { rows: -1.0, ..Reading::GIVEN },
-    Reading { linear: true, ..Reading::GIVEN },
+    Reading { between: InterSample::Foh, ..Reading::GIVEN },
+    Reading { between: InterSample::Bl, ..Reading::GIVEN },
     Reading { rows: 1.0, ..Reading::GIVEN },
     Reading { rows: 2.0, ..Reading::GIVEN },
     Reading { simulated: true, ..Reading::GIVEN },
@@ -42,13 +43,13 @@ fn tried(log: &Log) -> Vec<Reading> {
     }
     let mut tried = TRIED.to_vec();
     for rows in log.delays().into_iter().flat_map(|rows| [rows, rows - 1.0, rows + 1.0]) {
-        let is_known = |reading: &Reading| !reading.linear && (reading.rows - rows).abs() < 0.5;
+        let is_known = |reading: &Reading| reading.between.is_held() && (reading.rows - rows).abs() < 0.5;
         if !is_known(&Reading::GIVEN) && !tried.iter().any(is_known) {
             tried.push(Reading { rows, ..Reading::GIVEN });
         }
     }
     let late: Vec<Reading> = tried.iter().filter(|reading| reading.rows > 0.0).copied().collect();
-    tried.extend(late.into_iter().map(|reading| Reading { linear: true, ..reading }));
+    tried.extend(late.into_iter().map(|reading| Reading { between: InterSample::Foh, ..reading }));
     tried
 }
 
@@ -76,7 +77,8 @@ pub(super) fn told_apart<E: From<FitError>>(
     let is_set = is_set(kept);
     let is_open = |reading: &Reading| {
         let late = asked.delay == Delay::Auto || reading.rows == 0.0;
-        let linear = !reading.linear || (asked.intersample.is_none() && !is_set);
+        let is_even = kept.times.is_none() || reading.between != InterSample::Bl;
+        let linear = reading.between.is_held() || (asked.intersample.is_none() && !is_set && is_even);
         let steps = kept.times.is_none() && matches!(rates, Unmeasured::Given(_)) && asked.delay == Delay::Auto;
         late && linear && (!reading.simulated || steps)
     };
@@ -132,7 +134,7 @@ pub(super) fn told_apart<E: From<FitError>>(
             return Ok(Some(Chosen { reading: tried.reading, rates: Vec::new(), disturbed: false }));
         }
         // Pieces do not tell how inputs change between rows, once these are late.
-        let told: Vec<Reading> = others.iter().filter(|of| !of.linear || of.rows == 0.0).copied().collect();
+        let told: Vec<Reading> = others.iter().filter(|of| of.between.is_held() || of.rows == 0.0).copied().collect();
         let best = least_missed(log, kept, first, (&told, margins(&told)), asked)?;
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }

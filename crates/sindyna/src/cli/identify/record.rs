@@ -105,8 +105,10 @@ impl Record {
                 Note::Lagged { deviation, .. } => *deviation,
                 _ => None,
             }),
-            intersample: (notes.iter().any(|note| matches!(note, Note::FirstOrderHold { .. })))
-                .then_some(InterSample::Foh),
+            intersample: notes.iter().find_map(|note| match note {
+                Note::InterSample { intersample, .. } => Some(*intersample),
+                _ => None,
+            }),
             precision: match spec.precision {
                 Precision::F32 => "f32",
                 Precision::F64 => "f64",

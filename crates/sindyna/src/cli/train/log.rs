@@ -27,7 +27,7 @@ pub(super) struct DataOptions {
     /// term explains]
     #[arg(long, value_name = "S", value_parser = lag, default_value = "auto", hide_default_value = true, help_heading = "Log")]
     lag: Lag,
-    /// Behavior of the inputs between samples, as of `sindyna identify`: `zoh` (held) or `foh` (linear)
+    /// Behavior of the inputs between samples, as of `sindyna identify`: `zoh` (held), `foh` (linear) or `bl` (smooth)
     #[arg(long, value_name = "HOLD", value_parser = intersample, help_heading = "Log")]
     intersample: Option<InterSample>,
 }
