@@ -5,8 +5,9 @@ use std::ops::Range;
 use ndarray::{Array2, s};
 
 use super::eliminate::Elimination;
-use super::fit::{Fit, PARTS};
+use super::fit::Fit;
 use super::flow::Flow;
+use super::slack::PARTS;
 use super::state::State;
 use super::work::Work;
 use crate::data::Segment;

@@ -4,6 +4,7 @@ use ndarray::Array2;
 
 use super::flow::Flow;
 use super::inputs::{Told, inputs};
+use super::slack::PARTS;
 use super::state::{Bounds, State};
 use super::work::Work;
 use crate::Triangle;
@@ -39,10 +40,6 @@ impl Fit {
         self.triangle = told.triangle;
     }
 }
-
-/// Parts of σ by which a state may miss its equation in one step, from the first iterations to the last: with the first the
-/// states follow the data, with the last the equations.
-pub(crate) const PARTS: [f64; 4] = [1.0, 0.1, 1e-2, 1e-3];
 
 /// Iterations at each part but the last, and at the last.
 const ITERATIONS: (usize, usize) = (3, 12);

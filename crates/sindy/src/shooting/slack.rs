@@ -3,12 +3,19 @@
 use super::flow::Flow;
 use crate::data::Segment;
 
+/// Parts of σ by which a state may miss its equation in one step, from the first iterations to the last: with the first the
+/// states follow the data, with the last the equations.
+pub(crate) const PARTS: [f64; 4] = [1.0, 0.1, 1e-2, 1e-3];
+
+/// The last of them.
+const LAST: f64 = PARTS[PARTS.len() - 1];
+
 /// Standard deviations by which the states (n) may miss the equations of `flow` in each step of `segment`: `part` of `sigma`, the noise of
 /// those that were measured and what is known at first of the others.
 ///
 /// What a rate misses adds up in the state that it is the rate of, over the duration T of the segment. For q of a state that was measured, a rate that was not
 /// may miss √3 q/T, its own rate √20 q/T², with which integrated random walks end as far from where they would be as that of q. At the
-/// first of the [`PARTS`](super::PARTS) a rate follows the data as freely as the other states do, and this bound is reached at the last one.
+/// first of the [`PARTS`] a rate follows the data as freely as the other states do, and this bound is reached at the last one.
 pub(super) fn slack(flow: &Flow, segment: &Segment, sigma: &[f64], part: f64) -> Vec<f64> {
     let duration: f64 = segment.dt.iter().sum();
     let of = |i: usize| {
@@ -18,9 +25,6 @@ pub(super) fn slack(flow: &Flow, segment: &Segment, sigma: &[f64], part: f64) ->
     };
     (0..sigma.len()).map(of).collect()
 }
-
-/// The last of the parts.
-const LAST: f64 = super::PARTS[super::PARTS.len() - 1];
 
 /// What stands for the noise of state `i` at the last part: that of the measured state that it drives, over the `duration` to the power of their distance.
 fn bound(flow: &Flow, segment: &Segment, sigma: &[f64], (i, duration): (usize, f64)) -> Option<f64> {
