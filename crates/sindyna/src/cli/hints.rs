@@ -196,7 +196,7 @@ fn of_log(error: &LogError) -> Option<String> {
             "dates are read as ISO 8601 writes them, such as 2026-03-01T12:00:00.5Z: convert others, or ignore them by --time-column none --dt S".into()
         }
         LogError::TimeNotIncreasing { .. } => {
-            "sort the rows by time; a column `trajectory` marks where a new trajectory begins; `--time-column none --dt S` ignores time stamps".into()
+            "a column `trajectory` marks where a new trajectory begins; rows of one trajectory stand in the order of their times; `--time-column none --dt S` ignores time stamps".into()
         }
         LogError::TooManyRows { .. } => "give --resample a longer step".into(),
         LogError::Unit { .. } => "--units COLUMN=UNIT declares its unit".into(),

@@ -66,7 +66,7 @@ pub(crate) struct Settings {
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Identification")]
     coordinates: Option<CoordinatesName>,
 
-    /// Controller: a policy trained in the equations, or a planner in the equations [default: sac]
+    /// Controller: a policy trained in the equations, which `sindyna export` writes, or a planner in the equations, which it does not [default: sac]
     #[arg(long, value_enum, value_name = "NAME", help_heading = "Training")]
     controller: Option<ControllerName>,
     /// Rollouts in the learned model per real one (N in Algorithm 1). `inf`: no further real episodes. A number: real episodes follow, and each is compared with

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-use sindyna_core::FitError;
+use sindyna_core::{FitError, InterSample};
 
 use super::gradual::{between_rows, lagged, refined, searched, started};
 use super::lag::forgotten;
@@ -224,18 +224,24 @@ impl<'a, E: From<FitError>> Explorer<'a, E> {
         let known = given.map(misfit).collect::<Result<Vec<_>, E>>()?;
         let mut others = self.open.readings.iter().copied().map(misfit).collect::<Result<Vec<_>, E>>()?;
         let most = |a: &&(Reading, f64), b: &&(Reading, f64)| a.1.total_cmp(&b.1);
-        let held =
-            |of: &&(Reading, f64)| of.0.between.is_held() && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite();
-        let from = known.iter().chain(&others).filter(held).min_by(most).map(|from| from.0);
-        if let Some(from) = from.filter(|_| gradually) {
-            if self.open.parts && from.lag == 0.0 {
-                let near = || between_rows(&self.behind, steps, of, from);
-                others.push(once(&self.gradual, (asking, from, false), near)?);
-            }
-            if self.open.lags {
-                let near = || lagged(&self.behind, steps, of, from);
-                others.push(once(&self.gradual, (asking, from, true), near)?);
-            }
+        let best_of = |between: InterSample| {
+            let acts = |of: &&(Reading, f64)| {
+                of.0.between == between && !of.0.simulated && of.0.rows >= 0.0 && of.1.is_finite()
+            };
+            known.iter().chain(&others).filter(acts).min_by(most).map(|from| from.0).filter(|_| gradually)
+        };
+        let late = [InterSample::Zoh, InterSample::Foh, InterSample::Bl].map(best_of);
+        let held = late[0].filter(|_| self.open.lags);
+        for from in late.into_iter().flatten().filter(|from| self.open.parts && from.lag == 0.0) {
+            let near = || between_rows(&self.behind, steps, of, from);
+            let (reading, misfit) = once(&self.gradual, (asking, from, false), near)?;
+            // A part of a row is one parameter more than a whole delay.
+            let price = if reading.is_gradual() { (steps as f64).ln() } else { 0.0 };
+            others.push((reading, misfit + price));
+        }
+        if let Some(from) = held {
+            let near = || lagged(&self.behind, steps, of, from);
+            others.push(once(&self.gradual, (asking, from, true), near)?);
         }
         // What was tried may not have kept what was promised.
         let best = least(all).map_or(Reading::GIVEN, |best| best.reading);

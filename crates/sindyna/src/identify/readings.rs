@@ -49,7 +49,9 @@ fn tried(log: &Log) -> Vec<Reading> {
         }
     }
     let late: Vec<Reading> = tried.iter().filter(|reading| reading.rows > 0.0).copied().collect();
-    tried.extend(late.into_iter().map(|reading| Reading { between: InterSample::Foh, ..reading }));
+    for between in [InterSample::Foh, InterSample::Bl] {
+        tried.extend(late.iter().map(|reading| Reading { between, ..*reading }));
+    }
     tried
 }
 
@@ -139,33 +141,27 @@ pub(super) fn told_apart<E: From<FitError>>(
         return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
     }
     if are_open {
-        let with = with_rates(&trial, steps, (&others, with.clone()), &all)?;
+        let search = |trial: &Trial<'_, E>, reading: Reading| {
+            let without = all.iter().find(|tried| tried.reading == reading).cloned();
+            trial.with_rates(reading, steps, without)
+        };
+        let mut with = Vec::from_iter(with.clone());
+        // Where all that was found without them leaves more than noise, with other readings too.
+        if all.iter().all(|tried| tried.spoilt) {
+            let mut explorer = Explorer::new(&trial, steps, None, open());
+            explorer.explore(&mut with, &search)?;
+            if let Some(lagged) = explorer.lagged(&with, &search)? {
+                let reading = explorer.refined(&lagged)?;
+                return Ok(Some(Chosen { reading, rates: lagged.rates, disturbed: false }));
+            }
+        }
+        with.retain(|tried| !tried.rates.is_empty() && tried.reading.lag == 0.0);
         all.extend(with);
     }
     // Whatever a longer search may find.
     let seen = |best: &Tried| if best.explained { best.rates.clone() } else { Vec::new() };
     let Some(best) = best_of(&all, others.len() + 1) else { return Ok(None) };
     Ok(Some(Chosen { reading: explorer.refined(best)?, rates: seen(best), disturbed: false }))
-}
-
-/// What is found with rates that were not measured: `with` these in the log as it stands, and where all that was found without them leaves more than noise with the `others`, too.
-fn with_rates<E: From<FitError>>(
-    trial: &Trial<'_, E>,
-    steps: usize,
-    (others, with): (&[Reading], Option<Tried>),
-    all: &[Tried],
-) -> Result<Vec<Tried>, E> {
-    let search = |trial: &Trial<'_, E>, reading: Reading| {
-        let without = all.iter().find(|tried| tried.reading == reading).cloned();
-        trial.with_rates(reading, steps, without)
-    };
-    let mut with = Vec::from_iter(with);
-    if all.iter().all(|tried| tried.spoilt) {
-        let open = Open { readings: others.to_vec(), parts: false, lags: false };
-        Explorer::new(trial, steps, None, open).explore(&mut with, &search)?;
-    }
-    with.retain(|tried| !tried.rates.is_empty());
-    Ok(with)
 }
 
 /// What is found in so many of the first steps of `kept` that it leaves more than noise, or in all.
