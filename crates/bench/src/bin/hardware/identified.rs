@@ -157,7 +157,7 @@ pub(crate) fn run(
         equations: account.equations.iter().map(|equation| equation.equation.clone()).collect(),
         coefficients: coefficients.collect(),
         model: read("model.json")?,
-        linear: account.intersample == Some(InterSample::Foh),
+        linear: account.intersample.is_some_and(|intersample| !intersample.is_held()),
         delay: account.input_delay,
         held_out: held_out.iter().map(ToString::to_string).collect(),
         predictions: predictions.collect(),
