@@ -1,9 +1,9 @@
 //! Rates of other states, but for a sensor that is late.
 
-use ndarray::s;
+use ndarray::{Array2, s};
 
 use crate::Note;
-use crate::rates::{CLOSE, Seen, off_by};
+use crate::rates::{CLOSE, Seen, off_by, unrelated};
 use crate::recording::Recording;
 
 /// Rows by which one of two sensors may be later than the other, at most.
@@ -14,21 +14,19 @@ const ROWS: usize = 2000;
 
 /// Notes of states that no other one was `seen` to be the rate of, and that one follows some rows later or earlier.
 pub(crate) fn late(recordings: &[Recording], names: &[String], seen: &[Seen]) -> Vec<Note> {
-    let n = names.len();
-    let is_free = |rate: usize, of: usize| rate != of && seen.iter().all(|s| s.rate != rate && s.of != of);
-    let pairs = (0..n).flat_map(|of| (0..n).map(move |rate| (rate, of))).filter(|(rate, of)| is_free(*rate, *of));
     let note = |(rate, of): (usize, usize)| {
         let moved = |late: bool, rows: usize| -> Vec<Recording> {
-            recordings.iter().map(|recording| earlier(recording, if late { rate } else { of }, rows)).collect()
+            let (rate, of) = if late { ((rate, rows), (of, 0)) } else { ((rate, 0), (of, rows)) };
+            recordings.iter().map(|recording| beside(recording, rate, of)).collect()
         };
         let tried = (1..=MOST).flat_map(|rows| [(true, rows), (false, rows)]);
-        let follows = |(late, rows): (bool, usize)| Some((off_by(&moved(late, rows), rate, of)?, late, rows));
+        let follows = |(late, rows): (bool, usize)| Some((off_by(&moved(late, rows), 0, 1)?, late, rows));
         let (off_by, late, rows) = tried.filter_map(follows).min_by(|a, b| a.0.total_cmp(&b.0))?;
         let by = rows as f64 * interval(recordings)?;
         let (rate, of) = (names[rate].clone(), names[of].clone());
         (off_by <= CLOSE).then_some(Note::RateLate { rate, of, by: if late { by } else { -by } })
     };
-    pairs.filter_map(note).collect()
+    unrelated(names.len(), seen).filter_map(note).collect()
 }
 
 /// The mean sampling interval of the first recording.
@@ -37,12 +35,15 @@ fn interval(recordings: &[Recording]) -> Option<f64> {
     Some((times.last()? - times.first()?) / times.len().saturating_sub(1).max(1) as f64)
 }
 
-/// The first rows of `recording`, with state `i` so many rows earlier.
-fn earlier(recording: &Recording, i: usize, rows: usize) -> Recording {
-    let length = recording.states.nrows().saturating_sub(rows).min(ROWS);
-    let mut states = recording.states.slice(s![..length, ..]).to_owned();
-    let later = recording.states.column(i);
-    states.column_mut(i).assign(&later.slice(s![later.len().min(rows)..later.len().min(rows) + length]));
+/// The first rows of two states of `recording`, each so many rows earlier.
+fn beside(recording: &Recording, rate: (usize, usize), of: (usize, usize)) -> Recording {
+    let most = rate.1.max(of.1);
+    let length = recording.states.nrows().saturating_sub(most).min(ROWS);
+    let mut states = Array2::zeros((length, 2));
+    for (mut column, (i, rows)) in states.columns_mut().into_iter().zip([rate, of]) {
+        let first = if length == 0 { 0 } else { rows };
+        column.assign(&recording.states.slice(s![first..first + length, i]));
+    }
     let times = recording.times.iter().take(length).copied().collect();
     Recording { times, states, ..Recording::default() }
 }
@@ -51,7 +52,6 @@ fn earlier(recording: &Recording, i: usize, rows: usize) -> Recording {
 mod tests {
     use super::*;
     use crate::rates::recognised;
-    use ndarray::Array2;
 
     #[test]
     fn a_sensor_that_is_late_is_told_from_a_rate_and_from_something_else() {

@@ -54,9 +54,6 @@ const NEAR: f64 = 0.02;
 
 /// Notes of states that no other one was `seen` to be the rate of, and that change by one in another unit.
 pub(crate) fn in_other_units(recordings: &[Recording], names: &[String], seen: &[Seen]) -> Vec<Note> {
-    let n = names.len();
-    let is_free = |rate: usize, of: usize| rate != of && seen.iter().all(|s| s.rate != rate && s.of != of);
-    let pairs = (0..n).flat_map(|of| (0..n).map(move |rate| (rate, of))).filter(|(rate, of)| is_free(*rate, *of));
     let unit = |(rate, of): (usize, usize)| {
         let follows = |factor: f64| off_by_times(recordings, (rate, factor), of).is_some_and(|off| off <= CLOSE);
         let (rate_name, of_name) = (names[rate].clone(), names[of].clone());
@@ -67,7 +64,13 @@ pub(crate) fn in_other_units(recordings: &[Recording], names: &[String], seen: &
         let near = FACTORS.into_iter().find(|unit| (factor / unit - 1.0).abs() <= NEAR)?;
         follows(near).then_some(Note::RateScaled { rate: rate_name, of: of_name, factor: near })
     };
-    pairs.filter_map(unit).collect()
+    unrelated(names.len(), seen).filter_map(unit).collect()
+}
+
+/// Pairs of different states among `n`, as (rate, of), of which the first was `seen` to be the rate of none, and the second to have none.
+pub(crate) fn unrelated(n: usize, seen: &[Seen]) -> impl Iterator<Item = (usize, usize)> {
+    let is_free = |&(rate, of): &(usize, usize)| rate != of && seen.iter().all(|s| s.rate != rate && s.of != of);
+    (0..n).flat_map(move |of| (0..n).map(move |rate| (rate, of))).filter(is_free)
 }
 
 /// Whether following "is the rate of" in `kept` from the state of which `rate` is one leads back to `rate`; each pair is a rate and
