@@ -38,6 +38,8 @@ pub struct Log {
     pub findings: Vec<Finding>,
     /// States that may be angles, as their names or units say, and have rates, but do not turn far enough to be taken as such.
     pub may_turn: Vec<String>,
+    /// Other states without a unit, and whether they are called as angles are: what is found in the log may say that they turn.
+    pub could_turn: Vec<(String, bool)>,
     /// States whose columns were computed of those of others: they tell nothing that these do not.
     pub differences: Vec<Difference>,
     /// What the columns are, decided and as they were named: options by which another log is read alike.
@@ -196,6 +198,14 @@ impl Log {
             Some(_) => Vec::new(),
             None => options.states.iter().zip(states_told).filter_map(may_turn).collect(),
         };
+        let is_open = |name: &String| {
+            let is_plain = names.iter().position(|n| n == name).is_some_and(|i| kinds[i] == Kind::Plain);
+            is_plain && !may_turn.contains(name)
+        };
+        let unnamed = options.states.iter().zip(states_told).filter(|_| options.angles.is_none());
+        let could_turn = unnamed.filter(|(name, column)| column.unit.is_empty() && is_open(name));
+        let could_turn =
+            could_turn.map(|(name, column)| (name.clone(), angles::may_be(column, &inputs_told))).collect();
         let precision = precision(&digits, options);
         let of_columns = |reading: &Reading| match *reading {
             Reading::Column(column) => Some(of_states.factors[column] * digits.written[column].step()),
@@ -258,6 +268,7 @@ impl Log {
             notes,
             findings,
             may_turn,
+            could_turn,
             differences,
             decided,
         })

@@ -136,10 +136,13 @@ pub enum Note {
         /// Whole turns that it spans; `None` for one that is folded into one turn.
         turns: Option<f64>,
     },
-    /// A state was taken as an angle, as its name or unit says, because equations without angles explain the data no better.
+    /// A state was taken as an angle: as its name or unit says, because equations without angles explain the data no better, or because equations with
+    /// its sine and cosine explain them better.
     Turned {
         /// The state.
         state: String,
+        /// Whether its name or unit says so.
+        named: bool,
     },
     /// An angle without a unit that may be in degrees.
     Degrees {

@@ -111,7 +111,10 @@ impl fmt::Display for Note {
             Self::Angle { state, turns: None } => {
                 write!(f, "{state} is used as an angle that is wrapped to one turn")
             }
-            Self::Turned { state } => {
+            Self::Turned { state, named: false } => {
+                write!(f, "{state} is used as an angle: equations with its sine and cosine explain the data better")
+            }
+            Self::Turned { state, named: true } => {
                 write!(
                     f,
                     "{state} is used as an angle, as its name or unit says: equations without angles explain the data no better"

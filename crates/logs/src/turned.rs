@@ -8,11 +8,15 @@ impl Log {
     /// The same log with the states that may be angles ([`Log::may_turn`]) as angles, with a note of each. `None` if there are none.
     #[must_use]
     pub fn turned(&self) -> Option<Self> {
-        if self.may_turn.is_empty() {
-            return None;
-        }
+        (!self.may_turn.is_empty()).then(|| self.with_angles(&self.may_turn, true))
+    }
+
+    /// The same log with the states `names` as angles, with a note of each: names and units say so, if they are `named`, or else the data.
+    #[must_use]
+    pub fn with_angles(&self, names: &[String], named: bool) -> Self {
         let mut log = self.clone();
-        let names = std::mem::take(&mut log.may_turn);
+        log.may_turn.retain(|name| !names.contains(name));
+        log.could_turn.retain(|(name, _)| !names.contains(name));
         let angles: Vec<usize> =
             (0..log.spec.state.len()).filter(|&i| names.contains(&log.spec.state[i].name)).collect();
         let spec = &mut log.spec;
@@ -29,8 +33,8 @@ impl Log {
                 unit.clone_into(&mut channel.unit);
             }
         }
-        log.notes.extend(names.iter().map(|state| Note::Turned { state: state.clone() }));
-        log.decided.angles.get_or_insert_default().extend(names);
-        Some(log)
+        log.notes.extend(names.iter().map(|state| Note::Turned { state: state.clone(), named }));
+        log.decided.angles.get_or_insert_default().extend(names.iter().cloned());
+        log
     }
 }

@@ -26,6 +26,7 @@ mod reading;
 mod readings;
 mod robot;
 mod trial;
+mod turning;
 mod unmeasured;
 
 use sindyna_core::Spec;

@@ -340,3 +340,25 @@ fn parts_of_rows_are_found_to_many_digits() {
         has_terms(&account["equations"][1], &[("q", -4.0), ("v", -0.5), ("u", 1.5)], |error, _| 4.0 * error + 1e-6);
     }
 }
+
+/// A crane whose sway is measured under accelerations of its trolley, and a spring that hardens: with the products that an angle has, the first has fewer terms; the other has more with any.
+#[test]
+fn a_position_that_turns_is_an_angle_whatever_it_is_called() {
+    let temp = tempfile::tempdir().unwrap();
+    let crane = |q: f64, v: f64, u: f64| -9.0 * q.sin() - 4.0 * u * q.cos() - 0.15 * v;
+    let spring = |q: f64, v: f64, u: f64| -9.0 * q - 3.0 * q.powi(3) - 0.15 * v + 4.0 * u;
+    let crane_terms: &[(&str, f64)] = &[("sin q", -9.0), ("u\u{b7}cos q", -4.0), ("q_dot", -0.15)];
+    let spring_terms: &[(&str, f64)] = &[("q", -9.0), ("q\u{b3}", -3.0), ("q_dot", -0.15), ("u", 4.0)];
+    for (rows, turns, truth) in [
+        (positions(crane, 600, |i| 0.003 * shaken(i)), true, crane_terms),
+        (positions(spring, 600, |i| 0.003 * shaken(i)), false, spring_terms),
+    ] {
+        fs::write(temp.path().join("log.csv"), rows).unwrap();
+        let out = format!("turns-{turns}");
+        let (code, stdout, stderr) = parts(&sindyna(temp.path(), &["identify", "log.csv", "--strict", "--out", &out]));
+        assert_eq!(code, 0, "{stdout}{stderr}");
+        assert_eq!(stdout.contains("note: q is used as an angle"), turns, "{stdout}");
+        let account = json(&temp.path().join(&out).join("identify.json"));
+        has_terms(&account["equations"][1], truth, |error, truth| 4.0 * error + 1e-3 * truth.abs());
+    }
+}

@@ -16,6 +16,7 @@ use super::looked::Looked;
 use super::named::with_angles_by_name;
 use super::reading::Reading;
 use super::readings::{Chosen, told_apart};
+use super::turning::with_turning;
 use super::unmeasured::{Choice, Rates, Unmeasured, is_better, lone, with_rates};
 use crate::logs::{Log, Note, Samples};
 
@@ -38,10 +39,11 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     };
     let quotients = not_measured(&log, asked)?;
     if quotients.is_empty() {
-        return as_measured(log, asked);
+        return with_turning(as_measured(log, asked)?, asked);
     }
     let unmeasured = besides(&quotients, asked.unmeasured);
-    as_measured(log.without_measurements(quotients), &Asked { unmeasured: &unmeasured, ..*asked })
+    let asked = Asked { unmeasured: &unmeasured, ..*asked };
+    with_turning(as_measured(log.without_measurements(quotients), &asked)?, &asked)
 }
 
 /// The same of a `log` whose states were measured, but for those that were `asked` for.
