@@ -122,6 +122,8 @@ pub enum Note {
         /// Its standard error \[s\], where it was estimated.
         deviation: Option<f64>,
     },
+    /// Equations with a delay or a lag that the data chose leave more than noise.
+    LateUnconfirmed,
     /// Inputs are linear, or smooth, between samples, instead of held.
     InterSample {
         /// How they are.

@@ -95,6 +95,9 @@ impl fmt::Display for Note {
             Self::Lagged { seconds, deviation } => {
                 write!(f, "lag of the inputs: first order, time constant {} s", measured(*seconds, *deviation))
             }
+            Self::LateUnconfirmed => f.write_str(
+                "the equations with this delay or lag are an approximation: it explains most of those tried, and may stand for a missing term",
+            ),
             Self::InterSample { intersample: InterSample::Bl, .. } => {
                 f.write_str("inputs are smooth between samples (band-limited: cubics)")
             }

@@ -23,7 +23,7 @@ const FREQUENCIES: usize = 3;
 /// - u·√a of inputs u and states a that stay positive, valves; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
 ///   that are joined,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
-/// - tan u, v·tan u of a state and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
+/// - tan u, v·tan u of a state or another input, and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
 /// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
 /// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates.
@@ -86,7 +86,10 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
     }
     for &u in controls.iter().filter(|&&u| -FRAC_PI_2 < extents[u].low && extents[u].high < FRAC_PI_2) {
         terms.add(call(Function::Tan, variable(u)), None);
-        states.iter().for_each(|&v| terms.add(variable(v).times(call(Function::Tan, variable(u))), None));
+        let others = controls.iter().filter(|&&v| v != u);
+        for &v in states.iter().chain(others) {
+            terms.add(variable(v).times(call(Function::Tan, variable(u))), None);
+        }
     }
     for &u in controls.iter().filter(|&&u| inputs[u].in_radians) {
         terms.add(call(Function::Sin, variable(u)), None);

@@ -11,7 +11,7 @@ use super::delay::delayed;
 use super::derivatives::{of_derivatives, predicts_better_if_linear};
 use super::differences::{besides, not_measured};
 use super::lag::{SETTLED, lagged};
-use super::lateness::with_lateness;
+use super::lateness::{unconfirmed, with_lateness};
 use super::looked::Looked;
 use super::named::with_angles_by_name;
 use super::reading::Reading;
@@ -39,11 +39,12 @@ pub(crate) fn looked<E: From<FitError>>(log: Log, asked: &Asked<'_, E>) -> Resul
     };
     let quotients = not_measured(&log, asked)?;
     if quotients.is_empty() {
-        return with_turning(as_measured(log, asked)?, asked);
+        return Ok(unconfirmed(with_turning(as_measured(log, asked)?, asked)?, asked));
     }
     let unmeasured = besides(&quotients, asked.unmeasured);
     let asked = Asked { unmeasured: &unmeasured, ..*asked };
-    with_turning(as_measured(log.without_measurements(quotients), &asked)?, &asked)
+    let looked = as_measured(log.without_measurements(quotients), &asked)?;
+    Ok(unconfirmed(with_turning(looked, &asked)?, &asked))
 }
 
 /// The same of a `log` whose states were measured, but for those that were `asked` for.

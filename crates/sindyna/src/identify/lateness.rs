@@ -4,7 +4,8 @@ use sindyna_core::FitError;
 use sindyna_core::number::significant;
 use sindyna_sindy::{Disturbances, Doubt, Expr, Identified, Model, Refitted};
 
-use super::asked::Asked;
+use super::as_read::is_spoilt;
+use super::asked::{Asked, Delay, Lag};
 use super::lag::forgotten;
 use super::likeliest::{FINELY, likeliest};
 use super::looked::Looked;
@@ -73,6 +74,19 @@ pub(super) fn with_lateness<E: From<FitError>>(
     }
     let log = known_to(log, if is_lag { error } else { error * kept.data.dt() });
     Ok(Looked { found, identifier, log })
+}
+
+/// What was `looked` for and found, with a note where equations leave more than noise with a delay or a lag that nobody `asked` for.
+pub(super) fn unconfirmed<E>(mut looked: Looked, asked: &Asked<'_, E>) -> Looked {
+    let is_open = |note: &Note| match note {
+        Note::Delayed { .. } => asked.delay == Delay::Auto,
+        Note::Lagged { .. } => asked.lag == Lag::Auto,
+        _ => false,
+    };
+    if is_spoilt(&looked.found) && looked.log.notes.iter().any(is_open) {
+        looked.log.notes.push(Note::LateUnconfirmed);
+    }
+    looked
 }
 
 /// The standard error of a parameter from what is missed with it and `by` less and more, of so many `values`: of the mean square of what is left, which is a parabola. `None` if that is none.

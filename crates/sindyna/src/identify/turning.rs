@@ -10,7 +10,7 @@ use super::trial::TOLD_APART;
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
 
-/// What was `looked` up, or the same with states as angles of which equations have other terms than linear ones, where these explain the data better by `TOLD_APART`: a state without a unit that has a rate, measured or not, may turn.
+/// What was `looked` up, or the same with states as angles of which equations have other terms than linear ones, where these leave noise alone and explain the data better by `TOLD_APART`: a state without a unit that has a rate, measured or not, may turn.
 /// Products with its cosine are candidates of angles alone.
 ///
 /// # Errors
@@ -74,9 +74,9 @@ fn as_angles<E: From<FitError>>(looked: &Looked, names: &[String], asked: &Asked
     Ok(found.map(Looked::from))
 }
 
-/// Whether equations with angles leave noise alone where those without do, and have a better score.
+/// Whether equations with angles leave noise alone, and have a better score.
 fn is_better(turned: &Looked, given: &Looked) -> bool {
     let scores = turned.found.report.score.zip(given.found.report.score);
     let is_told = scores.is_some_and(|(turned, given)| turned + TOLD_APART < given);
-    is_told && (is_spoilt(&given.found) || !is_spoilt(&turned.found))
+    is_told && !is_spoilt(&turned.found)
 }
