@@ -184,7 +184,11 @@ fn as_read_so<E: From<FitError>>(
     if let Some(nothing) = nothing.filter(|_| otherwise.is_none()) {
         return Err(nothing.into());
     }
-    let (log, kept, identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
+    let (mut log, kept, mut identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
+    if let Some(chosen) = chosen.as_ref().filter(|chosen| !chosen.angles.is_empty()) {
+        log = log.with_angles(&chosen.angles, false);
+        identifier = (asked.identifier)(&log.spec)?;
+    }
     // Disturbances, and a search that was not finished, say nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
     let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
     let tells = |first: &Identified| {

@@ -19,6 +19,8 @@ pub(super) struct Chosen {
     pub(super) reading: Reading,
     /// Rates that were not measured, as (name, state), with which equations leave nothing to explain.
     pub(super) rates: Vec<(String, String)>,
+    /// States that are angles, though neither names nor units say so.
+    pub(super) angles: Vec<String>,
     /// Whether equations of pieces speak for it, and it leaves more than noise of a part too.
     pub(super) disturbed: bool,
 }
@@ -121,24 +123,35 @@ pub(super) fn told_apart<E: From<FitError>>(
     // Rates that were not measured explain what inputs that act otherwise do only by more terms; what these do not explain better is not looked for.
     let are_open = disturbed.is_none() && !matches!(asked.unmeasured, Unmeasured::Given(_));
     let with = if are_open { trial.with_rates(Reading::GIVEN, steps, all.first().cloned())? } else { None };
-    let otherwise = with.as_ref().filter(|tried| !tried.rates.is_empty());
+    let with_rates = with.as_ref().filter(|tried| !tried.rates.is_empty());
+    let spoilt = with_rates.filter(|tried| tried.spoilt);
+    if let Some((turned, angles)) = spoilt.map(|tried| trial.with_angles(tried, steps)).transpose()?.flatten() {
+        return Ok(Some(Chosen { reading: Reading::GIVEN, rates: turned.rates, angles, disturbed: false }));
+    }
+    let longer = spoilt.map(|tried| trial.with_rates_of_rates(tried, steps)).transpose()?.flatten();
+    let otherwise = longer.as_ref().or(with_rates);
     let mut explorer = Explorer::new(&trial, steps, structure, open()).less_than(otherwise);
     explorer.explore(&mut all, &search)?;
     if let Some(lagged) = explorer.lagged(&all, &search)? {
         let reading = explorer.refined(&lagged)?;
-        return Ok(Some(Chosen { reading, rates: Vec::new(), disturbed: false }));
+        return Ok(Some(Chosen { reading, rates: Vec::new(), angles: Vec::new(), disturbed: false }));
     }
     // Those of other samples are not compared.
     all.retain(|tried| tried.reading.lag == 0.0);
     if let Some(first) = disturbed {
         // As it stands nothing explains it.
         if let Some(tried) = all.iter().rev().find(|tried| tried.reading != Reading::GIVEN && tried.explained) {
-            return Ok(Some(Chosen { reading: tried.reading, rates: Vec::new(), disturbed: false }));
+            return Ok(Some(Chosen {
+                reading: tried.reading,
+                rates: Vec::new(),
+                angles: Vec::new(),
+                disturbed: false,
+            }));
         }
         // Pieces do not tell how inputs change between rows, once these are late.
         let told: Vec<Reading> = others.iter().filter(|of| of.between.is_held() || of.rows == 0.0).copied().collect();
         let best = least_missed(log, kept, first, (&told, margins(&told)), asked)?;
-        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), disturbed: true }));
+        return Ok(best.map(|reading| Chosen { reading, rates: Vec::new(), angles: Vec::new(), disturbed: true }));
     }
     if are_open {
         let search = |trial: &Trial<'_, E>, reading: Reading| {
@@ -148,20 +161,21 @@ pub(super) fn told_apart<E: From<FitError>>(
         let mut with = Vec::from_iter(with.clone());
         // Where all that was found without them leaves more than noise, with other readings too.
         if all.iter().all(|tried| tried.spoilt) {
-            let mut explorer = Explorer::new(&trial, steps, None, open());
+            let mut explorer = Explorer::new(&trial, steps, None, open()).less_than(longer.as_ref());
             explorer.explore(&mut with, &search)?;
             if let Some(lagged) = explorer.lagged(&with, &search)? {
                 let reading = explorer.refined(&lagged)?;
-                return Ok(Some(Chosen { reading, rates: lagged.rates, disturbed: false }));
+                return Ok(Some(Chosen { reading, rates: lagged.rates, angles: Vec::new(), disturbed: false }));
             }
         }
         with.retain(|tried| !tried.rates.is_empty() && tried.reading.lag == 0.0);
         all.extend(with);
+        all.extend(longer.clone());
     }
     // Whatever a longer search may find.
     let seen = |best: &Tried| if best.explained { best.rates.clone() } else { Vec::new() };
     let Some(best) = best_of(&all, others.len() + 1) else { return Ok(None) };
-    Ok(Some(Chosen { reading: explorer.refined(best)?, rates: seen(best), disturbed: false }))
+    Ok(Some(Chosen { reading: explorer.refined(best)?, rates: seen(best), angles: Vec::new(), disturbed: false }))
 }
 
 /// What is found in so many of the first steps of `kept` that it leaves more than noise, or in all.

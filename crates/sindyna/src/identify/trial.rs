@@ -7,7 +7,8 @@ use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, hidden, is_better, with_rates_in, with_rates_of};
+use super::turning::{told, turning};
+use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, hidden, is_better, longer, with_rates_in, with_rates_of};
 use crate::logs::{Log, Samples};
 
 /// Part of the usual effort for each reading.
@@ -86,6 +87,29 @@ impl<E: From<FitError>> Trial<'_, E> {
             }
             None => first,
         })
+    }
+
+    /// What is found with the rates of `before`, and those of them of which that leaves what no term explains; `None` if nothing is, or it is no better.
+    pub(super) fn with_rates_of_rates(&self, before: &Tried, steps: usize) -> Result<Option<Tried>, E> {
+        let Some(rates) = longer(&before.found, &self.log.spec, &before.rates)? else { return Ok(None) };
+        let rates = Unmeasured::Given(rates);
+        let longer = Trial { rates: &rates, ..*self }.with_rates(before.reading, steps, None)?;
+        Ok(longer.filter(|longer| is_better(&longer.found, &before.found)))
+    }
+
+    /// What is found with the rates of `before` and states as angles that could be, where that explains so many steps and they told apart from those without; and which.
+    pub(super) fn with_angles(&self, before: &Tried, steps: usize) -> Result<Option<(Tried, Vec<String>)>, E> {
+        let (spec, _) = with_rates_in(&self.log.spec, &before.rates)?;
+        let names = turning(self.log, &spec, &before.found);
+        if names.is_empty() {
+            return Ok(None);
+        }
+        (self.asked.say)(&told(&names));
+        let log = self.log.with_angles(&names, false);
+        let rates = Unmeasured::Given(before.rates.clone());
+        let turned = Trial { log: &log, rates: &rates, ..*self }.with_rates(before.reading, steps, None)?;
+        let is_better = |turned: &Tried| turned.explained && turned.score + TOLD_APART < before.score;
+        Ok(turned.filter(is_better).map(|turned| (turned, names)))
     }
 
     /// How far so many steps with `reading` miss the equations `of`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.

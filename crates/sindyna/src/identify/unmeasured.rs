@@ -144,6 +144,18 @@ pub(super) fn lone(first: &Identified, spec: &Spec, choice: &Unmeasured) -> Unme
     Unmeasured::Given(rates.into_iter().map(|(rate, of)| (rate, spec.state[of].name.clone())).collect())
 }
 
+/// The rates `pairs`, and those of them of which the equations `found` with them leave what no term explains; `None` if there are none of these.
+pub(super) fn longer(
+    found: &Identified,
+    spec: &Spec,
+    pairs: &[(String, String)],
+) -> Result<Option<Vec<(String, String)>>, FitError> {
+    let (spec, _) = with_rates_in(spec, pairs)?;
+    let more = suggested(found, &spec, Of::Part);
+    let named = more.iter().map(|(rate, of)| (rate.clone(), spec.state[*of].name.clone()));
+    Ok((!more.is_empty()).then(|| pairs.iter().cloned().chain(named).collect()))
+}
+
 /// The rates of the states whose equations leave what a state that was not measured may explain, in chains that are not too long.
 fn suggested(found: &Identified, spec: &Spec, samples: Of) -> Vec<(String, usize)> {
     let has_rate = |i: usize| spec.state.iter().any(|s| s.kind == Kind::RateOf(i));
