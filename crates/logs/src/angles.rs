@@ -24,12 +24,12 @@ pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[
     states.iter().enumerate().filter_map(turning).collect()
 }
 
-/// Whether the name or the unit of a state says that it may be an angle: a position may be one under a torque.
+/// Whether the name or the unit of a state says that it may be an angle: the position of a joint may be one under a torque.
 pub(crate) fn may_be(column: &Column, inputs: &[&Column]) -> bool {
     let is_torque =
         |c: &&Column| roles::is_torque(&c.name) || ["Nm", "N m", "N\u{b7}m", "N*m"].contains(&c.unit.as_str());
     match column.unit.as_str() {
-        "" => roles::is_angle(&column.name) || (roles::is_position(&column.name) && inputs.iter().any(is_torque)),
+        "" => roles::is_angle(&column.name) || (roles::is_of_a_joint(&column.name) && inputs.iter().any(is_torque)),
         unit => units::is_angle(unit),
     }
 }

@@ -1,6 +1,8 @@
 //! What a column is called.
 
-/// A column as the header names it: `th`, or `th [rad]` with its unit.
+use crate::units;
+
+/// A column as the header names it: `th`, or `th [rad]` with its unit, or `th_deg`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Column {
     pub(crate) name: String,
@@ -17,7 +19,7 @@ impl Column {
             Some((name, unit)) if !name.trim().is_empty() => {
                 Self { name: name.trim().to_owned(), unit: unit.trim().to_owned() }
             }
-            _ => Self { name: header.to_owned(), unit: String::new() },
+            _ => Self { name: header.to_owned(), unit: units::named(header).into() },
         }
     }
 }

@@ -135,9 +135,10 @@ fn role(name: &str) -> Option<Role> {
     found.map(|(_, role)| *role)
 }
 
-/// Whether `name` is that of a position.
-pub(crate) fn is_position(name: &str) -> bool {
-    role(name) == Some(Role::Position)
+/// Whether `name` is that of a position, and not of a length in space.
+pub(crate) fn is_of_a_joint(name: &str) -> bool {
+    const LENGTHS: [&str; 6] = ["x", "y", "z", "height", "level", "displacement"];
+    role(name) == Some(Role::Position) && !has_word(name, &LENGTHS)
 }
 
 /// Whether `name` is that of the derivative of a rate.

@@ -17,8 +17,8 @@ const FREQUENCIES: usize = 3;
 /// With a, b straight variables (no angles), q, r rates, w waves (sine and cosine of angles, of twice an angle, of sums and
 /// differences of two):
 ///
-/// - 1, a, a², a³, a b, a² b: polynomials up to degree three,
-/// - a·|a| and sign a of states, drag and dry friction; of states that stay positive √a, a·ln a, growth by Gompertz, and sign a only if
+/// - 1, a, a², a³, a b, a² b, and a b u of an input u: polynomials up to degree three,
+/// - a·|a| and sign a of states, drag and dry friction; u·|u| of inputs of both signs, propellers; of states that stay positive √a, a·ln a, growth by Gompertz, and sign a only if
 ///   they are rates,
 /// - u·√a of inputs u and states a that stay positive, valves; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
 ///   that are joined,
@@ -57,6 +57,13 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
             terms.add(variable(a).times(call(Function::Log, variable(a))), None);
             controls.iter().for_each(|&u| terms.add(variable(u).times(root.clone()), None));
         }
+    }
+    let both = |u: &&usize| extents[**u].low < 0.0 && extents[**u].high > 0.0;
+    for &u in controls.iter().filter(both) {
+        terms.add(variable(u).times(call(Function::Abs, variable(u))), None);
+    }
+    for (a, b) in pairs(&states) {
+        controls.iter().for_each(|&u| terms.add(variable(a).times(variable(b)).times(variable(u)), None));
     }
     let meet = |&(a, b): &(usize, usize)| extents[a].low < extents[b].high && extents[b].low < extents[a].high;
     for (a, b) in pairs(&lengths).into_iter().filter(meet) {

@@ -48,7 +48,7 @@ const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
 const FREQUENCIES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
 
-/// Part of the range, below the lowest value, where the zero of √(a − c) is looked for first, and how far.
+/// Part of the range, below the lowest value, where the zero of √(a − c) is looked for first, and how far; above the highest one that of √(c − a).
 const BELOW: f64 = 0.2;
 const FAR_BELOW: f64 = 4.0;
 
@@ -63,15 +63,16 @@ const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
 /// The same of exponents.
 const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
 const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
+const NEGATIVE_EXPONENTS: [f64; 2] = [-1.0, -2.0];
 
 /// Candidate terms with a parameter c that the data tell, one for each value with which fits start. With a, b straight variables (no angles):
 ///
 /// - tanh(a/c): saturation and smooth friction, of all of them; of those that are no rates:
 /// - max(a − c, 0) and max(c − a, 0), a stop, a valve or a diode; max(a − c, 0) − max(−c − a, 0), clearance or a dead zone,
-/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero; (a + c)⁴, radiation at
+/// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero, and √(c − a), into what is supplied at c; (a + c)⁴, radiation at
 ///   temperatures that are not measured from absolute zero; where they are
-///   positive but for noise a/(c + a); where they are positive a^c, and e^(−c/a), a reaction (Arrhenius),
-/// - the exponentials and ratios times each other b, the roots times inputs.
+///   positive but for noise a/(c + a); where they are positive a^c with positive and negative c, and e^(−c/a), a reaction (Arrhenius),
+/// - the exponentials, ratios and negative powers times each other b, negative powers also times b², as forces of magnets and charges are, and the roots times inputs.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
         !matches!(inputs[*i].role, Role::Angle | Role::Turning)
@@ -126,7 +127,9 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
         for factor in std::iter::once(Expr::Constant(1.0)).chain(inputs_alone.map(|&b| Expr::Variable(b))) {
             let bounds = (extent.at(-FAR_BELOW), extent.low);
             let zero = place(extent.at(-BELOW), bounds);
-            terms.add(factor.times(call(Function::Sqrt, Expr::Sub(x(), c(0)))), vec![zero]);
+            terms.add(factor.clone().times(call(Function::Sqrt, Expr::Sub(x(), c(0)))), vec![zero]);
+            let supply = place(extent.at(1.0 + BELOW), (extent.high, extent.at(1.0 + FAR_BELOW)));
+            terms.add(factor.times(call(Function::Sqrt, Expr::Sub(c(0), x()))), vec![supply]);
         }
         let absolute = Expr::Power(Box::new(Expr::Add(x(), c(0))), 4);
         for spans in ABSOLUTE {
@@ -162,9 +165,17 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             }
         }
         if extent.low > 0.0 {
+            let power = call(Function::Exp, Expr::Mul(c(0), Box::new(call(Function::Log, Expr::Variable(a)))));
             for exponent in EXPONENTS {
-                let power = Expr::Mul(c(0), Box::new(call(Function::Log, Expr::Variable(a))));
-                terms.add(call(Function::Exp, power), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
+                terms.add(power.clone(), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
+            }
+            let squares = factors.iter().skip(1).map(|factor| factor.clone().to_power(2));
+            for factor in factors.iter().cloned().chain(squares) {
+                for start in NEGATIVE_EXPONENTS {
+                    let bounds = (-EXPONENT_BOUNDS.1, -EXPONENT_BOUNDS.0);
+                    let exponent = Parameter { start, bounds, measure: Measure::Of(1.0) };
+                    terms.add(factor.clone().times(power.clone()), vec![exponent]);
+                }
             }
         }
     }

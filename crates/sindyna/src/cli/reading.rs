@@ -253,6 +253,7 @@ fn instead(note: &Note) -> &'static str {
         Note::Rounded { .. } | Note::Printed { .. } | Note::Lattice { .. } => "; --precision f64 turns this off",
         Note::MissingCode { .. } => "; --missing none turns this off",
         Note::Layout { .. } => "; --delimiter changes this",
+        Note::Radians { .. } => "; --units COLUMN=rad turns this off",
         Note::Delayed { .. } => "; --delay 0 turns this off",
         Note::Lagged { .. } => "; --lag 0 turns this off",
         Note::InterSample { given: false, .. } => "; --intersample zoh turns this off",
