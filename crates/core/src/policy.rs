@@ -50,6 +50,21 @@ impl<P: Policy + ?Sized> Policy for Arc<P> {
     }
 }
 
+/// A borrowed policy is the same policy.
+impl<P: Policy + ?Sized> Policy for &P {
+    fn act_batch(&self, observations: ArrayView2<'_, f64>, mode: Mode, rng: &mut Rng, actions: ArrayViewMut2<'_, f64>) {
+        (**self).act_batch(observations, mode, rng, actions);
+    }
+
+    fn act(&self, observation: &[f64], mode: Mode, rng: &mut Rng, action: &mut [f64]) {
+        (**self).act(observation, mode, rng, action);
+    }
+
+    fn begin(&self) -> Option<Box<dyn Memory + '_>> {
+        (**self).begin()
+    }
+}
+
 /// A policy in the middle of an episode, with what it keeps in mind: a plan, say.
 pub trait Memory: Send {
     /// Writes the next action for the next `observation` (m) of the episode.

@@ -26,6 +26,7 @@ mod reading;
 mod readings;
 mod robot;
 mod trial;
+mod turnable;
 mod turning;
 mod unmeasured;
 

@@ -106,6 +106,10 @@ fn a_policy_acts_on_the_state_in_which_its_action_will_act() {
         let earned = mean_return(at, &run, twin);
         let most = if controller == "sac" { 1.6 } else { 1.4 };
         assert!(earned > most * best, "{run}: {earned} of {best}");
+        // What is told of it after training is what it earns on the equations of another log.
+        let told = json(&at.join(&run).join("summary.json"))["training"]["late"]["mean_return"].as_f64().unwrap();
+        assert!((told / earned - 1.0).abs() < 0.3, "{run}: {told}, {earned}");
+        assert!(text.contains("return in the model, with inputs that act so late: "), "{text}");
     }
     let program = told(at, &["export", "late sac", "--to", "c", "--out", "-"]);
     assert!(program.contains("Inputs act 0.3 s late"), "{program}");

@@ -3,20 +3,28 @@
 use std::sync::Arc;
 
 use sindyna_control::Method;
-use sindyna_core::Policy;
+use sindyna_core::{Policy, Seed};
 use sindyna_dyna::Learned;
-use sindyna_record::run::{Coverage, Improvable};
+use sindyna_record::run::{Coverage, Evaluation, Improvable};
+use sindyna_sindy::Model;
 
+use crate::evaluation::evaluation;
 use crate::improvable::improvable;
 use crate::learner::Fitted;
-use crate::problem::Problem;
+use crate::predicting::Predicting;
+use crate::problem::{Late, Problem};
 use crate::reach::coverage;
+
+/// Episodes in the model with controls that act late.
+const EPISODES: usize = 20;
 
 /// What a policy does in its model.
 #[derive(Debug, Clone, Default)]
 pub struct InModel {
     /// Where it goes, beside the data of a run on a log.
     pub(crate) coverage: Option<Coverage>,
+    /// Returns of a policy whose controls act late, with that and with its predictions.
+    pub(crate) late: Option<Evaluation>,
     /// How far a policy that is no plan is from better plans.
     pub(crate) improvable: Option<Improvable>,
 }
@@ -36,9 +44,18 @@ pub fn in_model(
     let model = &fitted.0.model;
     let coverage = problem.log().and_then(|log| coverage(problem, (model, policy), log, begun));
     let plans = policy.begin().is_some();
+    let late = late(problem, model, policy);
     let follows = kept(learned).is_none_or(|name| name == Method::Lqr.name());
     let improvable = follows.then(|| improvable(problem, Arc::new(model.clone()), policy)).flatten();
-    (!plans || !stopped()).then_some(InModel { coverage, improvable })
+    (!plans || !stopped()).then_some(InModel { coverage, late, improvable })
+}
+
+/// Returns of `policy` in `model` with controls that act as late as those of `problem`, and with predictions for when they act; `None` where they act at once.
+fn late(problem: &dyn Problem, model: &Model, policy: &dyn Policy) -> Option<Evaluation> {
+    let system = problem.late(model)?;
+    let late = Late::of((problem.delay(), problem.lag()), problem.spec().dt);
+    let predicting = Predicting::new(policy, problem, model.clone(), late).ok()?;
+    evaluation(&*system, &predicting, EPISODES, Seed::new(0)).ok()
 }
 
 /// The planner that was kept, by name.

@@ -68,7 +68,8 @@ pub(crate) fn coverage(
         margin,
     });
     let (states, controls) = (states.collect(), controls.collect());
-    Some(Coverage { episodes: episodes as usize, share_outside: share, states, controls })
+    let terminated = rollouts.iter().filter(|rollout| rollout.terminated).count();
+    Some(Coverage { episodes: episodes as usize, terminated, share_outside: share, states, controls })
 }
 
 /// The mean distance of neighbouring values of control `j`: as far as the largest of so many may be from the end of what they are drawn from.

@@ -14,6 +14,8 @@ pub(crate) struct Rollout {
     pub(crate) earned: f64,
     /// Whether the episode came to its end; it did not where a step failed.
     pub(crate) ended: bool,
+    /// Whether a condition of the task ended it.
+    pub(crate) terminated: bool,
 }
 
 /// Episode number `episode` of the random `stream`: `policy` (its best actions) in `model`.
@@ -26,7 +28,8 @@ pub(crate) fn rollout(
     let (spec, task) = (problem.spec(), problem.task());
     let mut rng = Seed::new(0).stream(stream, episode);
     let mut system = Simulated::new(Bounded::new(model, &spec.state), &*task, problem.sensors().without_noise());
-    let mut rollout = Rollout { states: Vec::new(), controls: Vec::new(), earned: 0.0, ended: false };
+    let mut rollout =
+        Rollout { states: Vec::new(), controls: Vec::new(), earned: 0.0, ended: false, terminated: false };
     if system.reset(&mut rng).is_err() {
         return rollout;
     }
@@ -38,6 +41,7 @@ pub(crate) fn rollout(
         rollout.states.push(system.state().to_vec());
         rollout.controls.push(system.control().to_vec());
         rollout.earned += outcome.reward;
+        rollout.terminated = outcome.terminated;
         rollout.ended = outcome.terminated || outcome.truncated;
     }
     rollout

@@ -26,7 +26,7 @@ pub fn of(
     in_model: Option<InModel>,
 ) -> Summary {
     let (spec, threshold) = (problem.spec(), problem.protocol().solved_at);
-    let InModel { coverage, improvable } = in_model.unwrap_or_default();
+    let InModel { coverage, late, improvable } = in_model.unwrap_or_default();
     let identification = learned.model.as_ref().map(|fitted| {
         let model = &fitted.0.model;
         let account = Account::new(&fitted.0, spec);
@@ -87,6 +87,7 @@ pub fn of(
             improvable,
             failure: learned.failure.as_ref().map(ToString::to_string),
             coverage,
+            late,
         },
         from_log: problem.log().is_some(),
         input_lag: Some(problem.lag()).filter(|lag| *lag > 0.0),

@@ -154,6 +154,9 @@ pub struct Training {
     /// Where the policy goes in the model, and where the data were; told where there was no evaluation because there is no system.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub coverage: Option<Coverage>,
+    /// Returns in the model with inputs that act as late as they do, on the states that are predicted for that; where they act late.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub late: Option<Evaluation>,
     /// What to collect next; told where the interval of the prediction is wide, and the models that the data allow disagree.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub collect: Option<Collect>,
@@ -216,6 +219,9 @@ pub struct Prediction {
 pub struct Coverage {
     /// Episodes in the model.
     pub episodes: usize,
+    /// How many of them a condition of the task ended before their last step.
+    #[serde(default)]
+    pub terminated: usize,
     /// Share of their steps with a state or a control beyond the range of the data; angles aside.
     pub share_outside: f64,
     /// Each state.

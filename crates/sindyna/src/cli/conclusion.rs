@@ -83,7 +83,7 @@ impl Conclusion<'_> {
         }
         if let Some(delay) = self.summary.input_delay_seconds {
             text += &format!(
-                "delay of the inputs: {} s; the policy acts on the state predicted for that time; `sindyna evaluate RUN --model DIR` includes the delay\n",
+                "delay of the inputs: {} s; the policy acts on the state predicted for that time\n",
                 significant(delay, 6)
             );
         }
@@ -92,6 +92,9 @@ impl Conclusion<'_> {
                 "lag of the inputs: first order, {} s; what actuators deliver is part of the state, and computed from the actions\n",
                 significant(lag, 6)
             );
+        }
+        if let Some(late) = &training.late {
+            text += &report((None, "in the model, with inputs that act so late"), late, false);
         }
         if let Some(collect) = &training.collect {
             text += &wanted(collect);
@@ -173,13 +176,16 @@ fn wanted(Collect { share, states, controls }: &Collect) -> String {
 }
 
 /// Where the policy goes and what it does, and where the data were.
-fn covered(Coverage { episodes, share_outside, states, controls }: &Coverage) -> String {
+fn covered(Coverage { episodes, terminated, share_outside, states, controls }: &Coverage) -> String {
     let range = |(low, high): (f64, f64)| format!("{} to {}", significant(low, 3), significant(high, 3));
     let mut text = format!(
         "not evaluated: there is no system, only a log. In {} in the model, {:.0} % of the steps are beyond the data\n",
         plural(*episodes, "episode"),
         100.0 * share_outside
     );
+    if *terminated > 0 {
+        text += &format!("the task's condition for termination ended {terminated} of these episodes early\n");
+    }
     for of in states.iter().chain(controls) {
         let ChannelRange { channel, unit, data, policy, .. } = of;
         let beyond = if of.is_beyond() { "  beyond the data" } else { "" };

@@ -7,7 +7,7 @@ use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::turning::{told, turning};
+use super::turnable::{told, turning};
 use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, hidden, is_better, longer, with_rates_in, with_rates_of};
 use crate::logs::{Log, Samples};
 

@@ -1,14 +1,14 @@
 //! States that are angles although neither names nor units say so.
 
-use sindyna_core::{FitError, Kind, Spec};
-use sindyna_sindy::{Expr, Identified, Model};
+use sindyna_core::FitError;
 
 use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use super::looked::Looked;
 use super::trial::TOLD_APART;
+use super::turnable::{could_turn, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
-use crate::logs::{Log, Note};
+use crate::logs::Note;
 
 /// What was `looked` up, or the same with states as angles of which equations have other terms than linear ones, where these leave noise alone and explain the data better by `TOLD_APART`: a state without a unit that has a rate, measured or not, may turn.
 /// Products with its cosine are candidates of angles alone.
@@ -16,42 +16,23 @@ use crate::logs::{Log, Note};
 /// # Errors
 /// [`FitError::Interrupted`] does not lose what was found.
 pub(super) fn with_turning<E: From<FitError>>(looked: Looked, asked: &Asked<'_, E>) -> Result<Looked, E> {
-    let names = turning(&looked.log, looked.identifier.spec(), &looked.found);
-    if names.is_empty() || looked.log.derivatives.is_some() {
+    if looked.log.derivatives.is_some() {
         return Ok(looked);
     }
-    (asked.say)(&told(&names));
-    match as_angles(&looked, &names, asked) {
-        Err(_) if !asked.watch.go_on() => Ok(looked.interrupted()),
-        Ok(Some(turned)) if is_better(&turned, &looked) => Ok(turned),
-        Ok(_) | Err(_) => Ok(looked),
+    let (spec, found) = (looked.identifier.spec(), &looked.found);
+    let bent = turning(&looked.log, spec, found);
+    let all: Vec<String> = could_turn(&looked.log, spec).map(|i| spec.state[i].name.clone()).collect();
+    let more = Some(all).filter(|all| is_spoilt(found) && !bent.is_empty() && bent != *all);
+    // Of a mechanism one coordinate may turn with another one, of which no equation has terms.
+    for names in std::iter::once(bent).filter(|names| !names.is_empty()).chain(more) {
+        (asked.say)(&told(&names));
+        match as_angles(&looked, &names, asked) {
+            Err(_) if !asked.watch.go_on() => return Ok(looked.interrupted()),
+            Ok(Some(turned)) if is_better(&turned, &looked) => return Ok(turned),
+            Ok(_) | Err(_) => {}
+        }
     }
-}
-
-/// The states of `log` that could be angles, whose rates are states of the system `spec`, and of which some equation `found` of it has a term that is not linear in them; those that are called as angles also where equations
-/// leave what no term explains.
-pub(super) fn turning(log: &Log, spec: &Spec, found: &Identified) -> Vec<String> {
-    let spoilt = is_spoilt(found);
-    let open = |i: &usize| {
-        let state = &spec.state[*i];
-        let could = log.could_turn.iter().find(|(name, _)| *name == state.name);
-        let has_rate = spec.state.iter().any(|s| s.kind == Kind::RateOf(*i));
-        let speaks = |named: bool| is_bent(&found.model, *i) || (named && spoilt);
-        state.kind == Kind::Plain && has_rate && could.is_some_and(|(_, named)| speaks(*named))
-    };
-    (0..spec.state_dim()).filter(open).map(|i| spec.state[i].name.clone()).collect()
-}
-
-/// What is tried, as it is told.
-pub(super) fn told(names: &[String]) -> String {
-    format!("trying {} as {}", names.join(" and "), if names.len() > 1 { "angles" } else { "an angle" })
-}
-
-/// Whether a term of `model` has the state `i` and is not that alone.
-fn is_bent(model: &Model, i: usize) -> bool {
-    let terms = model.terms();
-    let used = (0..model.states().len()).flat_map(|equation| model.coefficients(equation));
-    used.map(|entry| &terms[entry.term]).any(|term| term.has(i) && *term != Expr::Variable(i))
+    Ok(looked)
 }
 
 /// What is found in the log of `looked` with the states `names` as angles, and with the rates that were not measured in it.

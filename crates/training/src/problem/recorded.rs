@@ -7,12 +7,12 @@ use ndarray::{Axis, s};
 use sindyna_core::number::significant;
 use sindyna_core::{Channel, Dataset, Environment, Observe as _, Protocol, Seed, Sensors, Spec, Task};
 use sindyna_logs::{Clock, Log, LogError, LogOptions, Note};
-use sindyna_sindy::{Form, Identified};
+use sindyna_sindy::{Form, Identified, Model};
 
 use super::actuators::{self, commanded};
 use super::late::LatePlant;
 use super::log_source::{Contents, LogSource, columns};
-use super::{Late, Played, Problem};
+use super::{Late, OwnSystem, Played, Problem};
 use crate::Error;
 use crate::task_file::TaskFile;
 
@@ -268,6 +268,15 @@ impl Problem for Recorded {
 
     fn lag(&self) -> f64 {
         self.lag
+    }
+
+    fn late(&self, model: &Model) -> Option<Arc<dyn Problem>> {
+        let late = Late::of((self.delay, self.lag), self.spec().dt);
+        if late.is_now() {
+            return None;
+        }
+        let plant = LatePlant::new(Arc::new(model.clone()), late, self.spec().state_dim());
+        Some(Arc::new(OwnSystem::driven(self.task.task(), self.task.sensors(), move || plant.clone())))
     }
 
     fn identified(&self) -> Option<&Identified> {

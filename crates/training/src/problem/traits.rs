@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use sindyna_core::{Dataset, Dynamics, Environment, Protocol, Sensors, Spec, Task};
-use sindyna_sindy::Identified;
+use sindyna_sindy::{Identified, Model};
 
 use crate::Error;
 
@@ -55,6 +55,12 @@ pub trait Problem: Send + Sync {
     /// Time \[s\] after which controls begin to act.
     fn delay(&self) -> f64 {
         0.0
+    }
+
+    /// The same task on the system that moves as `model`, whose controls act late; `None` where they act at once.
+    fn late(&self, model: &Model) -> Option<Arc<dyn Problem>> {
+        let _ = model;
+        None
     }
 
     /// Time constant \[s\] of the lag through which controls act; 0 for none. What actuators deliver are the last states, one for each control, which follow from the controls: no sensor shows them.

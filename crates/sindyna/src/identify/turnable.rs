@@ -1,0 +1,38 @@
+//! Which states may be angles, though neither names nor units say so.
+
+use sindyna_core::{Kind, Spec};
+use sindyna_sindy::{Expr, Identified, Model};
+
+use super::as_read::is_spoilt;
+use crate::logs::Log;
+
+/// The states of `log` that could be angles, whose rates are states of the system `spec`.
+pub(super) fn could_turn<'a>(log: &'a Log, spec: &'a Spec) -> impl Iterator<Item = usize> + 'a {
+    let open = |i: &usize| {
+        let state = &spec.state[*i];
+        let has_rate = spec.state.iter().any(|s| s.kind == Kind::RateOf(*i));
+        state.kind == Kind::Plain && has_rate && log.could_turn.iter().any(|(name, _)| *name == state.name)
+    };
+    (0..spec.state_dim()).filter(open)
+}
+
+/// The states of `log` that could be angles, whose rates are states of the system `spec`, and of which some equation `found` of it has a term that is not linear in them; those that are called as angles also where equations
+/// leave what no term explains.
+pub(super) fn turning(log: &Log, spec: &Spec, found: &Identified) -> Vec<String> {
+    let spoilt = is_spoilt(found);
+    let is_named = |i: usize| log.could_turn.iter().any(|(name, named)| *named && *name == spec.state[i].name);
+    let speaks = |i: &usize| is_bent(&found.model, *i) || (spoilt && is_named(*i));
+    could_turn(log, spec).filter(speaks).map(|i| spec.state[i].name.clone()).collect()
+}
+
+/// What is tried, as it is told.
+pub(super) fn told(names: &[String]) -> String {
+    format!("trying {} as {}", names.join(" and "), if names.len() > 1 { "angles" } else { "an angle" })
+}
+
+/// Whether a term of `model` has the state `i` and is not that alone.
+fn is_bent(model: &Model, i: usize) -> bool {
+    let terms = model.terms();
+    let used = (0..model.states().len()).flat_map(|equation| model.coefficients(equation));
+    used.map(|entry| &terms[entry.term]).any(|term| term.has(i) && *term != Expr::Variable(i))
+}
