@@ -91,6 +91,9 @@ const LIKELY: [&str; 15] = [
 /// Words of what is set from outside, whatever quantity it is a setting of.
 const COMMANDS: [&str; 8] = ["command", "commanded", "cmd", "setpoint", "set", "ref", "reference", "desired"];
 
+/// Those of them that name what a state is to be, not what an actuator does.
+const REFERENCES: [&str; 5] = ["setpoint", "set", "ref", "reference", "desired"];
+
 /// Words that tell how a value came about, not what it is.
 const HOW: [&str; 12] =
     ["meas", "measured", "filt", "filtered", "raw", "act", "actual", "joint", "motor", "state", "angular", "cart"];
@@ -192,7 +195,7 @@ fn may_follow(name: &str, columns: &[String]) -> bool {
     let own = words(name);
     let asks_for_it = |command: &String| {
         let more: Vec<String> = words(command).into_iter().filter(|word| !COMMANDS.contains(&word.as_str())).collect();
-        more.is_empty() || more.iter().any(|word| own.contains(word))
+        (more.is_empty() && !has_word(command, &REFERENCES)) || more.iter().any(|word| own.contains(word))
     };
     !is_command(name) && columns.iter().filter(|other| is_command(other)).any(asks_for_it)
 }
@@ -259,6 +262,10 @@ mod tests {
         check(&["current", "speed", "command"], Some((&["current", "speed"], &["command"])));
         check(&["speed", "speed_ref"], Some((&["speed"], &["speed_ref"])));
         check(&["position", "speed", "torque", "command"], None);
+        check(
+            &["position", "velocity", "voltage", "setpoint"],
+            Some((&["position", "velocity"], &["voltage", "setpoint"])),
+        );
         check(&["speed", "yaw_rate", "steering_angle", "throttle", "steering_command"], None);
         check(&["pos_meas1", "pos_filt1", "vel_meas1", "tau_meas1"], None);
         check(&["x", "v", "u", "reward"], None);

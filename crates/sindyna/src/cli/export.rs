@@ -108,7 +108,13 @@ pub(crate) fn run(args: &Args) -> Result<Answer, Failure> {
     let planner = planner(directory).map_or_else(String::new, |name| {
         format!("no policy was written: the planner of --controller {name} is not exported\n")
     });
-    let told = format!("{model}\n{}\n\nwritten: {}{note}\n{planner}", Stepping::of(&model), paths.join(", "));
+    let is_late = config(directory).and_then(|config| config.data).is_some_and(|data| data.delay > 0.0);
+    let late = if is_late && program.policy.is_some() {
+        "the inputs act late: the policy takes the observation predicted for when they act, and the written program predicts none\n"
+    } else {
+        ""
+    };
+    let told = format!("{model}\n{}\n\nwritten: {}{note}\n{planner}{late}", Stepping::of(&model), paths.join(", "));
     Answer::new(Verdict::Done, told, &result)
 }
 

@@ -18,7 +18,9 @@ impl Looked {
     pub(super) fn interrupted(mut self) -> Self {
         let warning = "the search was interrupted: other readings of the log (delays and lags of the inputs, first-order hold, angles, \
                        unmeasured rates) were not tried to the end";
-        self.found.report.warnings.push(warning.into());
+        if self.found.report.warnings.iter().all(|told| told != warning) {
+            self.found.report.warnings.push(warning.into());
+        }
         self
     }
 }
