@@ -54,6 +54,23 @@ fn a_vessel_empties_to_the_pressure_around_it() {
     }
 }
 
+/// A vessel that is filled by a valve from a supply at 8 bar.
+fn supplied(x: &[f64], u: f64) -> Vec<f64> {
+    vec![1.2 * opening(u) * (8.0 - x[0]).max(0.0).sqrt() - 0.25 * x[0]]
+}
+
+#[test]
+fn a_supply_presses_by_what_its_pressure_is_above() {
+    for seed in 0..3 {
+        let found = identified(&["p"], 0.3, &under_valves(supplied, &[2.0], 0.3, 0.002, seed));
+        let report = &found.report.equations[0];
+        let [supply] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
+        let root = found.report.features[supply.term].clone();
+        assert!(root.starts_with("u·sqrt(") && (supply.value - 8.0).abs() < 0.3, "{root}");
+        assert_equation(&found, 0, &[("p", -0.25), (&root, 1.2)], 0.05);
+    }
+}
+
 #[test]
 fn a_valve_lets_through_what_the_level_presses() {
     for seed in 0..3 {

@@ -1,0 +1,76 @@
+//! Laws of nature with powers, and products of inputs with states.
+
+mod recorded;
+
+use recorded::{Field, assert_equation, equation, record_held, spec};
+use sindyna_core::Kind;
+use sindyna_sindy::{Identified, Identifier};
+
+/// What is found in 500 samples of `field` under inputs between −1 and 1, with noise of a thousandth.
+fn found(states: &[(&str, Kind)], (field, start): (Field, &[f64]), dt: f64, seed: u64) -> Identified {
+    let recording = record_held(field, start, (500, dt), (0.001, 1.0, false), 5, seed);
+    Identifier::new(&spec(states, dt)).identify_recordings(std::slice::from_ref(&recording)).expect("equations")
+}
+
+/// Expects the terms of `truth` in equation `i`, of which those that end with ^ have exponents inside, near `exponents`.
+fn assert_powers(found: &Identified, i: usize, truth: &[(&str, f64)], exponents: &[f64]) {
+    let report = &found.report.equations[i];
+    let inside: Vec<f64> = report.parameters.iter().map(|inside| inside.value).collect();
+    assert_eq!(inside.len(), exponents.len(), "{:?}", equation(found, i));
+    for exponent in exponents {
+        let near = inside.iter().any(|value| (value - exponent).abs() < 0.05 * exponent.abs());
+        assert!(near, "{exponent}: {:?}", equation(found, i));
+    }
+    assert_eq!(report.support.len(), truth.len(), "{:?}", equation(found, i));
+    for (begins, coefficient) in truth {
+        let is_meant = |term: &str| if begins.ends_with('^') { term.starts_with(begins) } else { term == *begins };
+        let at = report.support.iter().position(|term| is_meant(&found.report.features[*term]));
+        let at = at.unwrap_or_else(|| panic!("{begins}: {:?}", equation(found, i)));
+        let off = report.coefficients[at] / coefficient - 1.0;
+        assert!(off.abs() < 0.05, "{begins}: {:?}", equation(found, i));
+    }
+}
+
+/// A tank with a wall that leans outwards, filled and emptied by pumps.
+fn leaning(x: &[f64], u: f64) -> Vec<f64> {
+    vec![0.8 * u / x[0].powf(1.6) + 0.3 - 0.1 * x[0]]
+}
+
+/// A capacitor with a load of constant power.
+fn loaded(x: &[f64], u: f64) -> Vec<f64> {
+    vec![4.0 + 3.0 * u - 0.4 * x[0] - 5.0 / x[0]]
+}
+
+#[test]
+fn powers_may_be_negative() {
+    for seed in 0..3 {
+        let leaning = found(&[("h", Kind::Plain)], (leaning, &[3.0]), 0.4, seed);
+        assert_powers(&leaning, 0, &[("1", 0.3), ("h", -0.1), ("u\u{b7}h^", 0.8)], &[-1.6]);
+    }
+    // Multiplied by v the equation has no such term, and a third one is told so.
+    for seed in 0..2 {
+        let loaded = found(&[("v", Kind::Plain)], (loaded, &[6.0]), 0.3, seed);
+        assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
+    }
+}
+
+/// A boat whose propeller turns both ways.
+fn propelled(x: &[f64], u: f64) -> Vec<f64> {
+    vec![1.5 * u * u.abs() - 0.6 * x[0]]
+}
+
+/// Those who may fall ill, and those who are, under measures u.
+fn epidemic(x: &[f64], u: f64) -> Vec<f64> {
+    let infected = (1.2 - 0.8 * u) * x[0] * x[1];
+    vec![0.5 - 0.1 * x[0] - infected, infected - 0.7 * x[1]]
+}
+
+#[test]
+fn inputs_act_by_their_squares_and_on_products() {
+    for seed in 0..3 {
+        let boat = found(&[("v", Kind::Plain)], (propelled, &[0.1]), 0.1, seed);
+        assert_equation(&boat, 0, &[("u\u{b7}abs u", 1.5), ("v", -0.6)], 0.05);
+        let epidemic = found(&[("S", Kind::Plain), ("I", Kind::Plain)], (epidemic, &[0.8, 0.4]), 0.1, seed);
+        assert_equation(&epidemic, 1, &[("I", -0.7), ("S\u{b7}I", 1.2), ("S\u{b7}I\u{b7}u", -0.8)], 0.05);
+    }
+}
