@@ -3,12 +3,15 @@
 use super::Role;
 use crate::expr::{Expr, Function};
 
+/// What the modulus of a control costs more.
+const RARE: u32 = 6;
+
 /// The complexity of `expr`; factors add up.
 ///
 /// Powers count their degree and the sine or cosine of an angle its frequency, all times two. A power of an angle is
 /// dearer than its sine by one, because an equation of motion must not change when the angle goes round once
 /// (θ̇² sin θ, not θ̇² θ). Waves of lengths are rarer, and those of rates and controls hardly ever mean anything. A modulus
-/// counts one, so that v² is meant where v·|v| is the same, and a positive part what its argument does; other functions count one factor.
+/// counts one, so that v² is meant where v·|v| is the same, that of a control more, since propellers are rarer than cubes, and a positive part what its argument does; other functions count one factor.
 pub(crate) fn complexity(expr: &Expr, roles: &[Role]) -> u32 {
     match expr {
         Expr::Constant(_) => 2,
@@ -22,7 +25,10 @@ pub(crate) fn complexity(expr: &Expr, roles: &[Role]) -> u32 {
         },
         Expr::Power(a, n) => complexity(a, roles).saturating_mul(n.unsigned_abs()),
         Expr::Call(Function::Sin | Function::Cos, argument) => wave(argument, roles),
-        Expr::Call(Function::Abs, argument) => 1 + complexity(argument, roles),
+        Expr::Call(Function::Abs, argument) => {
+            let is_control = matches!(**argument, Expr::Variable(i) if roles.get(i) == Some(&Role::Control));
+            1 + complexity(argument, roles) + if is_control { RARE } else { 0 }
+        }
         Expr::Call(Function::PositivePart, argument) => complexity(argument, roles),
         Expr::Call(_, argument) => 2 + complexity(argument, roles),
         Expr::Neg(a) => complexity(a, roles),

@@ -63,7 +63,7 @@ const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
 /// The same of exponents.
 const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
 const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
-const NEGATIVE_EXPONENTS: [f64; 2] = [-1.0, -2.0];
+const NEGATIVE_EXPONENT: f64 = -1.5;
 
 /// Candidate terms with a parameter c that the data tell, one for each value with which fits start. With a, b straight variables (no angles):
 ///
@@ -171,11 +171,9 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             }
             let squares = factors.iter().skip(1).map(|factor| factor.clone().to_power(2));
             for factor in factors.iter().cloned().chain(squares) {
-                for start in NEGATIVE_EXPONENTS {
-                    let bounds = (-EXPONENT_BOUNDS.1, -EXPONENT_BOUNDS.0);
-                    let exponent = Parameter { start, bounds, measure: Measure::Of(1.0) };
-                    terms.add(factor.clone().times(power.clone()), vec![exponent]);
-                }
+                let bounds = (-EXPONENT_BOUNDS.1, -EXPONENT_BOUNDS.0);
+                let exponent = Parameter { start: NEGATIVE_EXPONENT, bounds, measure: Measure::Of(1.0) };
+                terms.add(factor.times(power.clone()), vec![exponent]);
             }
         }
     }

@@ -190,7 +190,7 @@ impl<'a> Evaluating<'a> {
 fn searched(stage: Stage, seconds: u64) -> String {
     match stage {
         Stage::Search { spent } => {
-            format!("searching for equations: {seconds} s, {:.0} % of the search budget", 100.0 * spent)
+            format!("searching for equations: {seconds} s, {:.0} % of this search", 100.0 * spent)
         }
         Stage::Rounding => format!("searching for equations at the level of rounding: {seconds} s"),
         _ => format!("searching for equations: {seconds} s"),
@@ -203,10 +203,7 @@ mod tests {
 
     #[test]
     fn a_search_tells_how_much_of_what_is_allowed_it_has_spent() {
-        assert_eq!(
-            searched(Stage::Search { spent: 0.254 }, 12),
-            "searching for equations: 12 s, 25 % of the search budget"
-        );
+        assert_eq!(searched(Stage::Search { spent: 0.254 }, 12), "searching for equations: 12 s, 25 % of this search");
         assert_eq!(searched(Stage::Rounding, 0), "searching for equations at the level of rounding: 0 s");
     }
 }

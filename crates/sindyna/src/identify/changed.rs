@@ -18,6 +18,9 @@ const EFFORT: f64 = 0.25;
 /// Standard errors by which a coefficient differs.
 const APART: f64 = 6.0;
 
+/// The same of standard errors that tell how pieces disagree, of a coefficient that may differ: its change is a part of that.
+const DISAGREEING: f64 = 2.0;
+
 /// A warning with the equations at the beginning and at the end of `log`, where `found` holds for most of it, if both have the same terms and leave noise alone there, and a coefficient differs: no equations
 /// hold for all of it.
 ///
@@ -69,7 +72,7 @@ fn moved(found: &Identified, first: &Model, last: &Model) -> bool {
     let of = |(i, equation): (usize, &EquationReport)| {
         let pairs = first.coefficients(i).iter().zip(last.coefficients(i));
         let mut apart = pairs.zip(&equation.standard_errors);
-        apart.any(|((a, b), error)| (a.coefficient - b.coefficient).abs() > APART * error * (2.0 / PART).sqrt())
+        apart.any(|((a, b), error)| (a.coefficient - b.coefficient).abs() > DISAGREEING * error * (2.0 / PART).sqrt())
     };
     found.report.equations.iter().enumerate().any(of)
 }
