@@ -22,25 +22,6 @@ fn radians(unit: &str) -> Option<(f64, &'static str)> {
     })
 }
 
-/// The unit of an angle or its rate in degrees, or of a speed in revolutions, that the end of a column's name tells: `roll_deg`, `gyro_dps`, `motor_rpm`. None of one that is called a temperature.
-pub(crate) fn named(column: &str) -> &'static str {
-    const NAMED: [(&str, &str); 9] = [
-        ("_deg", "deg"),
-        ("_degs", "deg"),
-        ("_degrees", "deg"),
-        ("_deg_s", "deg/s"),
-        ("_degps", "deg/s"),
-        ("_deg_per_s", "deg/s"),
-        ("_dps", "deg/s"),
-        ("_rpm", "rpm"),
-        ("_rps", "rev/s"),
-    ];
-    let name = column.to_lowercase();
-    let of = NAMED.iter().find_map(|(end, unit)| Some((name.strip_suffix(end)?, *unit)));
-    let is_temperature = |stem: &str| stem.split('_').any(|word| word == "t" || word.starts_with("temp"));
-    of.filter(|(stem, _)| !is_temperature(stem)).map_or("", |(_, unit)| unit)
-}
-
 /// Columns that were in degrees or turns, in radians.
 #[derive(Default)]
 pub(crate) struct Converted {
@@ -108,23 +89,6 @@ mod tests {
         assert!(log.notes.iter().any(|n| n.to_string() == "steer is converted from deg to radians"));
         let steer = log.data.rollouts().next().unwrap().controls[[3, 0]];
         assert!((steer - (20.0 * 0.75_f64.sin()).to_radians()).abs() < 1e-12, "{steer}");
-    }
-
-    #[test]
-    fn names_end_with_units() {
-        use super::named;
-        for (name, unit) in [
-            ("roll_deg", "deg"),
-            ("tilt_deg", "deg"),
-            ("Gyro_DPS", "deg/s"),
-            ("motor_rpm", "rpm"),
-            ("temp_deg", ""),
-            ("oven_temperature_deg", ""),
-            ("deg", ""),
-            ("sol_rad", ""),
-        ] {
-            assert_eq!(named(name), unit, "{name}");
-        }
     }
 
     #[test]

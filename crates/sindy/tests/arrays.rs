@@ -231,7 +231,11 @@ fn required_forbidden_and_signed_terms_are_respected() {
     let found = with(EquationConstraint::Required("w^2".into()));
     assert!(terms(&found).iter().any(|(name, _)| name == "w²"), "{:?}", terms(&found));
     assert!(terms(&found).iter().any(|(name, c)| name == "u" && (c - 2.0).abs() < 0.1));
-    let found = with(EquationConstraint::Forbidden("u".into()));
+    let without = |identifier: Identifier, term: &str| {
+        identifier.with_constraint("w", EquationConstraint::Forbidden(term.into())).expect("a term")
+    };
+    // u·|u| and u³ together are nearly u.
+    let found = without(without(identifier(), "u"), "u*abs(u)").identify_recordings(&data).expect("equations");
     assert!(terms(&found).iter().all(|(name, _)| name != "u"));
     assert!(
         !found.report.equations[1].reached_floor,
