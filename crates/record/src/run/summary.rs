@@ -35,7 +35,7 @@ pub struct Summary {
     /// Whether there was no system, only a recorded log.
     #[serde(default)]
     pub from_log: bool,
-    /// Time after which the inputs begin to act \[s\], where they act late; the policy then acts on the state predicted for that time, and returns in the model are without the delay.
+    /// Time after which the inputs begin to act \[s\], where they act late; the policy then acts on the state predicted for that time, and returns in the model are without the delay, but for [`Training::late`].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub input_delay_seconds: Option<f64>,
     /// Time constant of the lag through which the inputs act \[s\], where they do; what actuators deliver is then part of the state.
