@@ -74,3 +74,19 @@ fn inputs_act_by_their_squares_and_on_products() {
         assert_equation(&epidemic, 1, &[("I", -0.7), ("S\u{b7}I", 1.2), ("S\u{b7}I\u{b7}u", -0.8)], 0.05);
     }
 }
+
+/// The flow through a compressor, which turns over where the pressure that it makes falls.
+fn surging(x: &[f64], u: f64) -> Vec<f64> {
+    vec![3.5 - 10.0 * x[1] + 40.0 * x[0].powi(2) - 55.0 * x[0].powi(3), 6.0 * x[0] - (4.5 + 1.5 * u) * x[1]]
+}
+
+#[test]
+fn less_than_half_a_wave_is_a_parabola() {
+    for seed in 0..4 {
+        let recording = record_held(surging, &[0.5, 0.6], (1000, 0.01), (0.004, 1.0, false), 10, seed);
+        let states = spec(&[("flow", Kind::Plain), ("pressure", Kind::Plain)], 0.01);
+        let flow = Identifier::new(&states).identify_recordings(std::slice::from_ref(&recording)).expect("equations");
+        assert_equation(&flow, 0, &[("1", 3.5), ("pressure", -10.0), ("flow\u{b2}", 40.0), ("flow\u{b3}", -55.0)], 0.05);
+        assert!(flow.report.equations[0].equally_good.is_empty(), "{:?}", flow.report.equations[0].equally_good);
+    }
+}

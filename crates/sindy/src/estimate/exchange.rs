@@ -182,7 +182,9 @@ impl Problem<'_> {
                     improved = Some(rival);
                 }
             }
-            finished.push(self.spent.get() <= self.budget);
+            let has_others = self.rates[i].is_none() && !self.choice(i).is_empty();
+            let is_compared = !has_others || !regression.choice.is_empty();
+            finished.push(is_compared && self.spent.get() <= self.budget);
         }
         Near { regressions, rivals, others, improved, finished }
     }

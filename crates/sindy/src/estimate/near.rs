@@ -5,6 +5,8 @@ use super::problem::Problem;
 use super::propose::THOROUGHLY;
 use super::regression::Regression;
 use crate::Triangle;
+use crate::design::{Path, averages};
+use crate::expr::Expr;
 use crate::library::Term;
 use crate::shooting::{Flow, linearised};
 
@@ -50,7 +52,8 @@ impl Problem<'_> {
         let structure = (&supports[..], &self.given()[..], &free[..]);
         // Kinks of candidates are found one by one once they are fitted.
         let acts = |j: usize| along.supports.iter().flatten().any(|&k| k == j);
-        let flow = Flow::trying(terms, structure, self.rates, self.n_controls, along.flow.stepping(), &acts);
+        let trying =
+            |terms: &[Term]| Flow::trying(terms, structure, self.rates, self.n_controls, along.flow.stepping(), &acts);
         let first: usize = supports[..i].iter().map(Vec::len).sum();
         let fit = &along.fit;
         let coefficient =
@@ -58,10 +61,14 @@ impl Problem<'_> {
         let now: Vec<f64> = choice.iter().map(|&j| coefficient(j)).collect();
         let (before, after) = (&fit.xi[..first], &fit.xi[first + along.supports[i].len()..]);
         let xi = [before, &now, after].concat();
-        let all = self.working(|work| {
-            let go_on = self.watch.asks();
-            linearised(&flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, (work, go_on))
-        })?;
+        let linearised_with = |flow: &Flow| {
+            self.working(|work| {
+                let go_on = self.watch.asks();
+                linearised(flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, (work, go_on))
+            })
+        };
+        let all = linearised_with(&trying(terms))
+            .or_else(|| linearised_with(&trying(&self.without_undefined(terms, along, choice)?)))?;
         // The other equations first, so that what they explain can be taken out; then the terms, and coefficients instead of changes.
         let (others, terms) = (before.len() + after.len(), first..first + choice.len());
         let alone = |c: usize| vec![(c, 1.0)];
@@ -69,5 +76,32 @@ impl Problem<'_> {
         columns.extend(terms.clone().map(alone));
         columns.push(terms.zip(now).chain([(xi.len(), 1.0)]).collect());
         Some(all.combined(&columns).trailing(others))
+    }
+
+    /// `terms` with zero for those of `choice` that are not finite, or have no finite slope, somewhere on the way of `along`: a root or a logarithm of what noise
+    /// alone keeps positive. `None` if all are.
+    fn without_undefined(&self, terms: &[Term], along: &Hypothesis, choice: &[usize]) -> Option<Vec<Term>> {
+        let acts = |j: &usize| along.supports.iter().flatten().any(|k| k == j);
+        let mut told: Vec<(usize, Term)> = Vec::new();
+        for &j in choice.iter().filter(|j| !acts(j)) {
+            let of = |expr: Expr, rate| Term { expr, rate, shape: None, ..terms[j].clone() };
+            told.push((j, of(terms[j].expr.clone(), terms[j].rate)));
+            let slopes = (0..self.rates.len()).filter_map(|state| terms[j].expr.derivative(state));
+            told.extend(slopes.map(|slope| (j, of(slope, None))));
+        }
+        let (of, told): (Vec<usize>, Vec<Term>) = told.into_iter().unzip();
+        let path = Path::Model { flow: &along.flow, xi: &along.fit.xi, x: &along.fit.x };
+        let mut terms = terms.to_vec();
+        let mut undefined = false;
+        for (at, segment) in self.segments.iter().enumerate() {
+            let averages = averages(&told, segment, at, &path);
+            for (column, &j) in averages.columns().into_iter().zip(&of) {
+                if column.iter().any(|v| !v.is_finite()) {
+                    terms[j].expr = Expr::Constant(0.0);
+                    undefined = true;
+                }
+            }
+        }
+        undefined.then_some(terms)
     }
 }

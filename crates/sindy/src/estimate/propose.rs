@@ -87,9 +87,16 @@ impl Problem<'_> {
         promising.into_iter().map(|j| regression(j, THOROUGHLY)).collect()
     }
 
-    /// The average of each of `terms` over each step of `path` (T, F), one array per segment.
+    /// The average of each of `terms` over each step of `path` (T, F), one array per segment; zero for terms that are not finite somewhere.
     pub(super) fn averaged(&self, terms: &[Term], path: &Path<'_>) -> Vec<Array2<f64>> {
-        self.segments.iter().enumerate().map(|(at, s)| averages(terms, s, at, path)).collect()
+        let mut all: Vec<Array2<f64>> =
+            self.segments.iter().enumerate().map(|(at, s)| averages(terms, s, at, path)).collect();
+        for j in 0..terms.len() {
+            if all.iter().any(|theta| theta.column(j).iter().any(|v| !v.is_finite())) {
+                all.iter_mut().for_each(|theta| theta.column_mut(j).fill(0.0));
+            }
+        }
+        all
     }
 
     fn regression(

@@ -26,7 +26,7 @@ const FREQUENCIES: usize = 3;
 /// - tan u, v·tan u of a state or another input, and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
 /// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
-/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates.
+/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates, and of which the values go through half a period or more: less of a wave is a parabola.
 pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> Vec<Term> {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
@@ -112,7 +112,7 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
         lengths.iter().for_each(|&a| terms.add(variable(a), Some(l)));
     }
     for k in 1..=FREQUENCIES {
-        lengths.iter().for_each(|&a| {
+        lengths.iter().filter(|&&a| extents[a].turns(k as f64)).for_each(|&a| {
             [Function::Sin, Function::Cos].into_iter().for_each(|f| terms.add(Expr::wave(f, k, variable(a)), None));
         });
     }

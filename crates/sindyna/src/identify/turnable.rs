@@ -16,13 +16,21 @@ pub(super) fn could_turn<'a>(log: &'a Log, spec: &'a Spec) -> impl Iterator<Item
     (0..spec.state_dim()).filter(open)
 }
 
-/// The states of `log` that could be angles, whose rates are states of the system `spec`, and of which some equation `found` of it has a term that is not linear in them; those that are called as angles also where equations
+/// The states of `log` that could be angles, whose rates are states of the system `spec`, and of which some equation `found` of it has other terms than themselves; those that are called as angles also where equations
 /// leave what no term explains.
 pub(super) fn turning(log: &Log, spec: &Spec, found: &Identified) -> Vec<String> {
     let spoilt = is_spoilt(found);
     let is_named = |i: usize| log.could_turn.iter().any(|(name, named)| *named && *name == spec.state[i].name);
     let speaks = |i: &usize| is_bent(&found.model, *i) || (spoilt && is_named(*i));
     could_turn(log, spec).filter(speaks).map(|i| spec.state[i].name.clone()).collect()
+}
+
+/// Those of the states `names` of `spec` of which some equation `found` has a term that is not linear in them.
+pub(super) fn curved(spec: &Spec, found: &Identified, names: &[String]) -> Vec<String> {
+    let terms = |i: usize| terms_with(&found.model, i);
+    let is_curved = |i: usize| terms(i).any(|term| term.derivative(i).is_some_and(|slope| slope.has(i)));
+    let place = |name: &String| spec.state.iter().position(|state| state.name == *name);
+    names.iter().filter(|name| place(name).is_some_and(is_curved)).cloned().collect()
 }
 
 /// What is tried, as it is told.
@@ -32,7 +40,11 @@ pub(super) fn told(names: &[String]) -> String {
 
 /// Whether a term of `model` has the state `i` and is not that alone.
 fn is_bent(model: &Model, i: usize) -> bool {
-    let terms = model.terms();
+    terms_with(model, i).any(|term| *term != Expr::Variable(i))
+}
+
+/// The terms of the equations of `model` that have the state `i`.
+fn terms_with(model: &Model, i: usize) -> impl Iterator<Item = &Expr> {
     let used = (0..model.states().len()).flat_map(|equation| model.coefficients(equation));
-    used.map(|entry| &terms[entry.term]).any(|term| term.has(i) && *term != Expr::Variable(i))
+    used.map(|entry| &model.terms()[entry.term]).filter(move |term| term.has(i))
 }

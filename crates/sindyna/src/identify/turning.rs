@@ -6,7 +6,7 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use super::looked::Looked;
 use super::trial::TOLD_APART;
-use super::turnable::{could_turn, told, turning};
+use super::turnable::{could_turn, curved, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
 
@@ -23,8 +23,10 @@ pub(super) fn with_turning<E: From<FitError>>(looked: Looked, asked: &Asked<'_, 
     let bent = turning(&looked.log, spec, found);
     let all: Vec<String> = could_turn(&looked.log, spec).map(|i| spec.state[i].name.clone()).collect();
     let more = Some(all).filter(|all| is_spoilt(found) && !bent.is_empty() && bent != *all);
-    // Of a mechanism one coordinate may turn with another one, of which no equation has terms.
-    for names in std::iter::once(bent).filter(|names| !names.is_empty()).chain(more) {
+    // Products may be those of another state that turns. Of a mechanism one coordinate may turn with another one, of which no equation has terms.
+    let curved = curved(spec, found, &bent);
+    let first = Some(curved).filter(|curved| *curved != bent);
+    for names in first.into_iter().chain([bent]).filter(|names| !names.is_empty()).chain(more) {
         (asked.say)(&told(&names));
         match as_angles(&looked, &names, asked) {
             Err(_) if !asked.watch.go_on() => return Ok(looked.interrupted()),
@@ -60,9 +62,9 @@ fn as_angles<E: From<FitError>>(looked: &Looked, names: &[String], asked: &Asked
     Ok(found.map(Looked::from))
 }
 
-/// Whether equations with angles leave noise alone, and have a better score.
+/// Whether equations with angles leave noise alone, and those without do not or have a worse score.
 fn is_better(turned: &Looked, given: &Looked) -> bool {
     let scores = turned.found.report.score.zip(given.found.report.score);
     let is_told = scores.is_some_and(|(turned, given)| turned + TOLD_APART < given);
-    is_told && !is_spoilt(&turned.found)
+    !is_spoilt(&turned.found) && (is_told || is_spoilt(&given.found))
 }

@@ -11,6 +11,7 @@ mod ordinary;
 mod other_logs;
 mod reading;
 mod rounded;
+mod undefined;
 
 use std::fmt::Write as _;
 use std::fs;
