@@ -86,7 +86,12 @@ fn less_than_half_a_wave_is_a_parabola() {
         let recording = record_held(surging, &[0.5, 0.6], (1000, 0.01), (0.004, 1.0, false), 10, seed);
         let states = spec(&[("flow", Kind::Plain), ("pressure", Kind::Plain)], 0.01);
         let flow = Identifier::new(&states).identify_recordings(std::slice::from_ref(&recording)).expect("equations");
-        assert_equation(&flow, 0, &[("1", 3.5), ("pressure", -10.0), ("flow\u{b2}", 40.0), ("flow\u{b3}", -55.0)], 0.05);
+        assert_equation(
+            &flow,
+            0,
+            &[("1", 3.5), ("pressure", -10.0), ("flow\u{b2}", 40.0), ("flow\u{b3}", -55.0)],
+            0.05,
+        );
         assert!(flow.report.equations[0].equally_good.is_empty(), "{:?}", flow.report.equations[0].equally_good);
     }
 }
