@@ -67,8 +67,8 @@ impl Problem<'_> {
                 linearised(flow, self.segments, (&xi, &fit.x), &fit.sigma, along.part, (work, go_on))
             })
         };
-        let all = linearised_with(&trying(terms))
-            .or_else(|| linearised_with(&trying(&self.without_undefined(terms, along, choice)?)))?;
+        let defined = || self.watch.go_on().then(|| self.without_undefined(terms, along, choice)).flatten();
+        let all = linearised_with(&trying(terms)).or_else(|| linearised_with(&trying(&defined()?)))?;
         // The other equations first, so that what they explain can be taken out; then the terms, and coefficients instead of changes.
         let (others, terms) = (before.len() + after.len(), first..first + choice.len());
         let alone = |c: usize| vec![(c, 1.0)];

@@ -34,7 +34,7 @@ impl Identifier {
             return tiers;
         }
         let inputs = self.inputs();
-        let mut terms = general(&inputs, &self.speeds(), &self.extents(segments));
+        let mut terms = general(&inputs, &self.rates(), &self.extents(segments));
         let same = self.unchanging(segments);
         terms.retain(|t| !same.iter().any(|&i| t.expr.has(i) || t.rate == Some(i)));
         // Terms of the user's own, and those of declared rates.

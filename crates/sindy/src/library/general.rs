@@ -1,5 +1,6 @@
 //! The candidate terms of a system about which nothing is known but the roles of its variables.
 
+use std::collections::BTreeSet;
 use std::f64::consts::FRAC_PI_2;
 
 use super::{Extent, Input, Role, Term, complexity};
@@ -11,8 +12,8 @@ const OF_A_RATE: u32 = 3;
 /// Highest frequency of waves of lengths.
 const FREQUENCIES: usize = 3;
 
-/// Candidate terms over the variables `inputs` (n + k), of which `rates` are states that are rates of others and whose values on all data are those of
-/// `extents`.
+/// Candidate terms over the variables `inputs` (n + k), where `rates` has the state that is the rate of each state, if one is (n), and whose values on all data are
+/// those of `extents`.
 ///
 /// With a, b straight variables (no angles), q, r rates, w waves (sine and cosine of angles, of twice an angle, of sums and
 /// differences of two):
@@ -26,14 +27,16 @@ const FREQUENCIES: usize = 3;
 /// - tan u, v·tan u of a state or another input, and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
 /// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
-/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates, and of which the values go through half a period or more: less of a wave is a parabola.
-pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> Vec<Term> {
+/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates, and that have a rate, and may turn, or go through half a period or more: less of a wave is a
+///   parabola.
+pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Extent]) -> Vec<Term> {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
     let straight = of(|r| !matches!(r, Role::Angle | Role::Turning));
     let states = of(|r| matches!(r, Role::Plain | Role::Rate));
     let (lengths, controls) = (of(|r| r == Role::Plain), of(|r| r == Role::Control));
     let speeds: Vec<usize> = of(|r| r == Role::Rate);
+    let of_states: BTreeSet<usize> = rates.iter().flatten().copied().collect();
     let mut terms = Terms::new(inputs);
     terms.add(Expr::Constant(1.0), None);
     for power in 1..=3 {
@@ -102,17 +105,17 @@ pub(crate) fn general(inputs: &[Input], rates: &[usize], extents: &[Extent]) -> 
         terms.add(call(Function::Sin, variable(u)), None);
     }
     if !angles.is_empty() {
-        for &l in rates {
+        for &l in &of_states {
             terms.add(Expr::Constant(1.0), Some(l));
             all.iter().for_each(|wave| terms.add(wave.clone(), Some(l)));
         }
     }
     // Ratios with denominators 1 + x: equations of states that are no rates, multiplied by theirs.
-    for &l in lengths.iter().filter(|l| !rates.contains(l)) {
+    for &l in lengths.iter().filter(|l| !of_states.contains(l)) {
         lengths.iter().for_each(|&a| terms.add(variable(a), Some(l)));
     }
     for k in 1..=FREQUENCIES {
-        lengths.iter().filter(|&&a| extents[a].turns(k as f64)).for_each(|&a| {
+        lengths.iter().filter(|&&a| rates[a].is_some() || extents[a].turns(k as f64)).for_each(|&a| {
             [Function::Sin, Function::Cos].into_iter().for_each(|f| terms.add(Expr::wave(f, k, variable(a)), None));
         });
     }

@@ -26,7 +26,7 @@ impl Extent {
         }
     }
 
-    /// Whether the values go through at least half a period of sin ka.
+    /// Whether the values go through half a period of sin ka or more.
     pub(crate) fn turns(self, k: f64) -> bool {
         k * (self.high - self.low) >= PI
     }
@@ -51,9 +51,9 @@ const AWAY: f64 = 2.0;
 const WIDTHS: [f64; 3] = [0.3, 1.0, 3.0];
 const WIDTH_BOUNDS: (f64, f64) = (0.03, 4.0);
 
-/// The same of angular frequencies, times the spread; the values go through half a period at least.
+/// The same of angular frequencies, times the spread.
 const FREQUENCIES: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
-const HIGHEST_FREQUENCY: f64 = 10.0;
+const FREQUENCY_BOUNDS: (f64, f64) = (0.4, 10.0);
 
 /// Part of the range, below the lowest value, where the zero of √(a − c) is looked for first, and how far; above the highest one that of √(c − a).
 const BELOW: f64 = 0.2;
@@ -122,9 +122,8 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             let width = positive(0.5, (SMALLEST, LINEAR), extent.spread);
             terms.add(call(Function::Tanh, argument), vec![location, width]);
         }
-        let half_a_period = PI * extent.spread / (extent.high - extent.low);
-        for times in FREQUENCIES.into_iter().filter(|&times| times > half_a_period) {
-            let frequency = positive(times, (half_a_period, HIGHEST_FREQUENCY), 1.0 / extent.spread);
+        for times in FREQUENCIES {
+            let frequency = positive(times, FREQUENCY_BOUNDS, 1.0 / extent.spread);
             for f in [Function::Sin, Function::Cos] {
                 terms.add(call(f, Expr::Mul(c(0), x())), vec![frequency.clone()]);
             }

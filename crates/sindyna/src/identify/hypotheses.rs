@@ -184,13 +184,19 @@ fn as_read_so<E: From<FitError>>(
     if let Some(nothing) = nothing.filter(|_| otherwise.is_none()) {
         return Err(nothing.into());
     }
-    let (mut log, kept, mut identifier, first) = otherwise.unwrap_or((log, kept, identifier, first));
-    if let Some(chosen) = chosen.as_ref().filter(|chosen| !chosen.angles.is_empty()) {
-        log = log.with_angles(&chosen.angles, false);
-        identifier = (asked.identifier)(&log.spec)?;
-    }
+    let (mut log, kept, mut identifier, mut first) = otherwise.unwrap_or((log, kept, identifier, first));
     // Disturbances, and a search that was not finished, say nothing of rates that were not measured, unless only positions were, or a part of the log speaks for them.
     let seen = chosen.as_ref().map_or(&[][..], |chosen| &chosen.rates);
+    if let Some(chosen) = chosen.as_ref().filter(|chosen| !chosen.angles.is_empty()) {
+        let turned = log.with_angles(&chosen.angles, false);
+        let own = (asked.identifier)(&turned.spec)?;
+        match if seen.is_empty() { first_look(&own, &kept, asked) } else { Ok(first.clone()) } {
+            Ok(found) => (log, identifier, first) = (turned, own, found),
+            Err(FitError::Interrupted) => return Err(FitError::Interrupted.into()),
+            // What was found in a part is none in all.
+            Err(_) => {}
+        }
+    }
     let tells = |first: &Identified| {
         let has_lone = matches!(lone(first, &log.spec, asked.unmeasured), Unmeasured::Given(_));
         let is_finished = first.report.search_complete && !is_disturbed(first);

@@ -125,7 +125,8 @@ pub(super) fn told_apart<E: From<FitError>>(
     let with = if are_open { trial.with_rates(Reading::GIVEN, steps, all.first().cloned())? } else { None };
     let with_rates = with.as_ref().filter(|tried| !tried.rates.is_empty());
     let spoilt = with_rates.filter(|tried| tried.spoilt);
-    if let Some((turned, angles)) = spoilt.map(|tried| trial.with_angles(tried, steps)).transpose()?.flatten() {
+    let as_it_stands = with_rates.or(all.first()).filter(|tried| tried.spoilt);
+    if let Some((turned, angles)) = as_it_stands.map(|tried| trial.with_angles(tried, steps)).transpose()?.flatten() {
         return Ok(Some(Chosen { reading: Reading::GIVEN, rates: turned.rates, angles, disturbed: false }));
     }
     let longer = spoilt.map(|tried| trial.with_rates_of_rates(tried, steps)).transpose()?.flatten();

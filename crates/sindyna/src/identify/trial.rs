@@ -100,16 +100,21 @@ impl<E: From<FitError>> Trial<'_, E> {
     /// What is found with the rates of `before` and states as angles that could be, where that explains so many steps and they told apart from those without; and which.
     pub(super) fn with_angles(&self, before: &Tried, steps: usize) -> Result<Option<(Tried, Vec<String>)>, E> {
         let (spec, _) = with_rates_in(&self.log.spec, &before.rates)?;
-        let names = turning(self.log, &spec, &before.found);
-        if names.is_empty() {
-            return Ok(None);
+        for names in turning(self.log, &spec, &before.found) {
+            (self.asked.say)(&told(&names));
+            let log = self.log.with_angles(&names, false);
+            let rates = Unmeasured::Given(before.rates.clone());
+            let trial = Trial { log: &log, rates: &rates, ..*self };
+            let turned = match before.rates[..] {
+                [] => trial.without_rates(before.reading, steps)?,
+                _ => trial.with_rates(before.reading, steps, None)?,
+            };
+            let is_better = |turned: &Tried| turned.explained && turned.score + TOLD_APART < before.score;
+            if let Some(turned) = turned.filter(is_better) {
+                return Ok(Some((turned, names)));
+            }
         }
-        (self.asked.say)(&told(&names));
-        let log = self.log.with_angles(&names, false);
-        let rates = Unmeasured::Given(before.rates.clone());
-        let turned = Trial { log: &log, rates: &rates, ..*self }.with_rates(before.reading, steps, None)?;
-        let is_better = |turned: &Tried| turned.explained && turned.score + TOLD_APART < before.score;
-        Ok(turned.filter(is_better).map(|turned| (turned, names)))
+        Ok(None)
     }
 
     /// How far so many steps with `reading` miss the equations `of`, whose coefficients are fitted to them, as −2 ln L; infinite if they do not follow these.

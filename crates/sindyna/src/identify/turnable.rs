@@ -16,26 +16,29 @@ pub(super) fn could_turn<'a>(log: &'a Log, spec: &'a Spec) -> impl Iterator<Item
     (0..spec.state_dim()).filter(open)
 }
 
-/// The states of `log` that could be angles, whose rates are states of the system `spec`, and of which some equation `found` of it has other terms than themselves; those that are called as angles also where equations
-/// leave what no term explains.
-pub(super) fn turning(log: &Log, spec: &Spec, found: &Identified) -> Vec<String> {
+/// States that are to be tried as angles together, one choice after the other: those of `log` that could be, whose rates are states of the system `spec`, of which some equation `found` of it has a term that is not
+/// linear in them; then those of which it has a product, too, which may be that of another state that turns. Those that are called as angles are among the second ones also where equations leave what no term explains.
+pub(super) fn turning(log: &Log, spec: &Spec, found: &Identified) -> Vec<Vec<String>> {
     let spoilt = is_spoilt(found);
     let is_named = |i: usize| log.could_turn.iter().any(|(name, named)| *named && *name == spec.state[i].name);
     let speaks = |i: &usize| is_bent(&found.model, *i) || (spoilt && is_named(*i));
-    could_turn(log, spec).filter(speaks).map(|i| spec.state[i].name.clone()).collect()
-}
-
-/// Those of the states `names` of `spec` of which some equation `found` has a term that is not linear in them.
-pub(super) fn curved(spec: &Spec, found: &Identified, names: &[String]) -> Vec<String> {
-    let terms = |i: usize| terms_with(&found.model, i);
-    let is_curved = |i: usize| terms(i).any(|term| term.derivative(i).is_some_and(|slope| slope.has(i)));
-    let place = |name: &String| spec.state.iter().position(|state| state.name == *name);
-    names.iter().filter(|name| place(name).is_some_and(is_curved)).cloned().collect()
+    let names = |of: &dyn Fn(&usize) -> bool| -> Vec<String> {
+        could_turn(log, spec).filter(of).map(|i| spec.state[i].name.clone()).collect()
+    };
+    let mut choices = vec![names(&|i| is_curved(&found.model, *i)), names(&speaks)];
+    choices.dedup();
+    choices.retain(|names| !names.is_empty());
+    choices
 }
 
 /// What is tried, as it is told.
 pub(super) fn told(names: &[String]) -> String {
     format!("trying {} as {}", names.join(" and "), if names.len() > 1 { "angles" } else { "an angle" })
+}
+
+/// Whether a term of `model` is not linear in the state `i`.
+fn is_curved(model: &Model, i: usize) -> bool {
+    terms_with(model, i).any(|term| term.derivative(i).is_some_and(|slope| slope.has(i)))
 }
 
 /// Whether a term of `model` has the state `i` and is not that alone.

@@ -6,7 +6,7 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use super::looked::Looked;
 use super::trial::TOLD_APART;
-use super::turnable::{could_turn, curved, told, turning};
+use super::turnable::{could_turn, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
 
@@ -20,13 +20,11 @@ pub(super) fn with_turning<E: From<FitError>>(looked: Looked, asked: &Asked<'_, 
         return Ok(looked);
     }
     let (spec, found) = (looked.identifier.spec(), &looked.found);
-    let bent = turning(&looked.log, spec, found);
+    let choices = turning(&looked.log, spec, found);
     let all: Vec<String> = could_turn(&looked.log, spec).map(|i| spec.state[i].name.clone()).collect();
-    let more = Some(all).filter(|all| is_spoilt(found) && !bent.is_empty() && bent != *all);
-    // Products may be those of another state that turns. Of a mechanism one coordinate may turn with another one, of which no equation has terms.
-    let curved = curved(spec, found, &bent);
-    let first = Some(curved).filter(|curved| *curved != bent);
-    for names in first.into_iter().chain([bent]).filter(|names| !names.is_empty()).chain(more) {
+    // Of a mechanism one coordinate may turn with another one, of which no equation has terms.
+    let is_more = is_spoilt(found) && choices.last().is_some_and(|last| *last != all);
+    for names in choices.into_iter().chain(is_more.then_some(all)) {
         (asked.say)(&told(&names));
         match as_angles(&looked, &names, asked) {
             Err(_) if !asked.watch.go_on() => return Ok(looked.interrupted()),
