@@ -170,8 +170,10 @@ impl Problem<'_> {
         let n = self.rates.len();
         // Where more than noise is left, standard errors tell nothing, and a shift by some of them is none.
         if best.fit.expansion > 0.0 && self.is_settled(&best) {
-            let Hypothesis { flow, fit, part, .. } = &mut best;
+            let Hypothesis { flow, part, .. } = &best;
+            let mut fit = best.fit.clone();
             self.working(|work| fit.integrate_over_states(flow, self.segments, *part, (work, self.watch.asks())));
+            best = best.moved(fit, self);
         }
         let (constant, not_held) = (OnceCell::new(), OnceCell::new());
         let is_constant = |i: usize| constant.get_or_init(|| self.halves_agree(&best))[i];
@@ -205,7 +207,9 @@ impl Problem<'_> {
         };
         let doubts: Vec<Option<Doubt>> = (0..n).map(doubt).collect();
         if let Some(told) = self.is_settled(&best).then(|| self.whatever_the_inputs((&best, None))).flatten() {
-            best.fit.take(told);
+            let mut fit = best.fit.clone();
+            fit.take(told);
+            best = best.moved(fit, self);
         }
         let contradicted = regressions.iter().map(|r| r.contradicted(TOLD_APART, |support| self.penalty(support)));
         let contradicted = contradicted.collect();

@@ -85,6 +85,35 @@ impl Hypothesis {
         self.innovations.get_or_init(found).as_deref()
     }
 
+    /// The same with the coefficients and parameters of `fit`, which are those of this one moved as a linearisation tells. Where parameters inside terms are moved farther than
+    /// that holds, so that the equations follow the data worse than it says, they stay, with the standard errors of `fit`.
+    pub(super) fn moved(self, fit: Fit, problem: &Problem<'_>) -> Self {
+        let mut rest = &fit.xi[self.coefficients().len()..];
+        let mut inside = Vec::new();
+        for (j, own) in &self.inside {
+            let (values, later) = rest.split_at(own.len());
+            inside.push((*j, values.to_vec()));
+            rest = later;
+        }
+        let moved = Self { fit, inside, innovations: OnceCell::new(), ..self.clone() };
+        if self.inside.is_empty() {
+            return moved;
+        }
+        let shift: Vec<f64> = moved.fit.xi.iter().zip(&self.fit.xi).map(|(to, from)| to - from).collect();
+        let costs = self.fit.triangle.length(&shift).powi(2);
+        let left = |of: &Self| {
+            let squares = of.innovations(problem)?.iter().flatten().map(|v| v * v).sum::<f64>();
+            Some(squares).filter(|squares| squares.is_finite())
+        };
+        match (left(&self), left(&moved)) {
+            (Some(before), Some(after)) if after <= before + 2.0 * costs + TOLD_APART => moved,
+            _ => {
+                let Fit { errors, triangle, .. } = moved.fit;
+                Self { fit: Fit { errors, triangle, ..self.fit }, ..self }
+            }
+        }
+    }
+
     /// Where a fit begins that goes on from this one.
     pub(super) fn start(&self) -> Start<'_> {
         Start { xi: self.coefficients(), inside: &self.inside, x: &self.fit.x, sigma: &self.fit.sigma }

@@ -56,3 +56,20 @@ fn a_motor_has_no_third_state_because_its_voltage_was_rounded() {
         }
     }
 }
+
+/// Equations with parameters inside terms are told as they were fitted, also where these are hardly known and errors of inputs that were written with six digits would move them far: coefficients
+/// were moved, and the parameters not.
+#[test]
+fn equations_follow_the_data_as_well_as_the_fit_did() {
+    let temp = tempfile::tempdir().unwrap();
+    let log = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/electrode.csv");
+    let args = ["identify", log, "--states", "eta", "--inputs", "i", "--no-report", "--out", "electrode"];
+    let (code, stdout, stderr) = parts(&sindyna(temp.path(), &args));
+    assert_eq!(code, 0, "{stdout}{stderr}");
+    let account = json(&temp.path().join("electrode/identify.json"));
+    assert!(!account["equations"][0]["terms"].as_array().unwrap().is_empty(), "{stdout}");
+    // After the header of the table: RMSE over one step.
+    let row = stdout.split("prediction of").nth(1).unwrap().lines().nth(1).unwrap();
+    let step: f64 = row.split_whitespace().nth(1).unwrap().parse().unwrap();
+    assert!(step < 2.0 * 0.00078, "one step: {step}: {stdout}");
+}
