@@ -323,15 +323,6 @@ impl Triangle {
         Some((&inverse * inverse.tr_mul(&DVector::from_column_slice(g))).iter().copied().collect())
     }
 
-    /// ‖Θ ξ‖ for coefficients `xi` of the first columns.
-    pub(crate) fn length(&self, xi: &[f64]) -> f64 {
-        let mut sum = vec![0.0; self.r.nrows()];
-        for (j, c) in xi.iter().enumerate() {
-            sum.iter_mut().zip(self.column(j)).for_each(|(sum, v)| *sum += c * v);
-        }
-        norm(&sum)
-    }
-
     /// ‖Θ_S ξ − y‖ for coefficients `xi` of the columns `support`.
     #[must_use]
     pub fn residual_norm(&self, support: &[usize], xi: &[f64], target: usize) -> f64 {

@@ -99,8 +99,8 @@ impl Hypothesis {
         if self.inside.is_empty() {
             return moved;
         }
-        let shift: Vec<f64> = moved.fit.xi.iter().zip(&self.fit.xi).map(|(to, from)| to - from).collect();
-        let costs = self.fit.triangle.length(&shift).powi(2);
+        let shift = moved.fit.xi.iter().zip(&self.fit.xi).map(|(to, from)| to - from).enumerate();
+        let costs = self.fit.triangle.combined(&[shift.collect()]).norm(0).powi(2);
         let left = |of: &Self| {
             let squares = of.innovations(problem)?.iter().flatten().map(|v| v * v).sum::<f64>();
             Some(squares).filter(|squares| squares.is_finite())
