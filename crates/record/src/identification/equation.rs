@@ -152,6 +152,12 @@ impl Equation {
         self.is_ambiguous() || self.doubt.as_deref() == Some(told(Doubt::OtherTerms))
     }
 
+    /// Whether the data do not determine one of its coefficients.
+    #[must_use]
+    pub fn is_undetermined(&self) -> bool {
+        self.doubt.as_deref() == Some(told(Doubt::Undetermined))
+    }
+
     /// Whether another lag of the inputs was found that explains the data as well.
     #[must_use]
     pub fn has_other_lag(&self) -> bool {
@@ -160,7 +166,7 @@ impl Equation {
 
     /// Whether nothing speaks against the equation but other terms that explain the data as well, or may do.
     pub(super) fn has_rivals(&self) -> bool {
-        let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished, Doubt::OtherLag].map(told);
+        let of_rivals = [Doubt::OtherTerms, Doubt::Unfinished, Doubt::OtherLag, Doubt::Undetermined].map(told);
         self.is_ambiguous() || self.doubt.as_deref().is_some_and(|doubt| of_rivals.contains(&doubt))
     }
 }
@@ -189,6 +195,9 @@ fn told(doubt: Doubt) -> &'static str {
         Doubt::NoMotion => "but no equation has a term: no candidate term explains more than noise",
         Doubt::Large => {
             "ten times the noise that the smoothness of the signal allows: a term is missing or approximated"
+        }
+        Doubt::Undetermined => {
+            "but the data do not determine one of its coefficients, which is less than two standard errors"
         }
         Doubt::OtherLag => "but another lag of the inputs fits equally well",
         Doubt::Disturbed => "correlated in most segments of the log: the system is disturbed, or a term is missing",

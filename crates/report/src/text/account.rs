@@ -90,10 +90,13 @@ fn claim(account: &Account) -> &'static str {
         (Some(Certainty::Ambiguous), _) if account.equations.iter().any(Equation::has_other_lag) => {
             "ambiguous (another lag of the inputs fits equally well), "
         }
-        (Some(Certainty::Ambiguous), _) if !account.equations.iter().any(Equation::has_known_rivals) => {
-            "ambiguous (other sets of terms may fit equally well: not all were tried), "
+        (Some(Certainty::Ambiguous), _) if account.equations.iter().any(Equation::has_known_rivals) => {
+            "ambiguous (other sets of terms fit equally well), "
         }
-        (Some(Certainty::Ambiguous), _) => "ambiguous (other sets of terms fit equally well), ",
+        (Some(Certainty::Ambiguous), _) if account.equations.iter().any(Equation::is_undetermined) => {
+            "ambiguous (the data do not determine one of the coefficients), "
+        }
+        (Some(Certainty::Ambiguous), _) => "ambiguous (other sets of terms may fit equally well: not all were tried), ",
         (Some(_), NoiseSource::Estimated) => "adequate among the candidate terms, ",
         _ => "",
     }

@@ -49,7 +49,7 @@ pub enum Doubt {
     Large,
     /// It leaves more than rounding, and there is said to be no other error.
     AboveRounding,
-    /// A coefficient is smaller than its standard error: its term explains a single sample, or nothing.
+    /// A coefficient is less than two standard errors: its term explains a single sample, or nothing, or the equation may be multiplied by anything.
     Undetermined,
     /// It follows short pieces of the data alone, each from a start of its own; what disturbs the system between and in them is not known.
     Disturbed,

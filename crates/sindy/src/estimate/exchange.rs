@@ -64,10 +64,17 @@ impl Problem<'_> {
             near = self.near(&best, &|_| true);
             near.note(&best, &mut compared);
         }
-        let likeliest = best.clone();
+        let mut likeliest = best.clone();
         for _ in 0..PASSES {
-            let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
-            best = simpler;
+            // From simpler terms the way may lead on to better ones.
+            let better = near.improved.take().filter(|better| better.score < likeliest.score);
+            if let Some(better) = better {
+                likeliest = better.clone();
+                best = better;
+            } else {
+                let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
+                best = simpler;
+            }
             near = self.near(&best, &|_| true);
             near.note(&best, &mut compared);
         }

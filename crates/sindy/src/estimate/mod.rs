@@ -25,6 +25,7 @@ mod problem;
 mod propose;
 mod prune;
 mod regression;
+mod rest;
 mod rounds;
 mod scheme;
 mod search;

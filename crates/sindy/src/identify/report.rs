@@ -172,9 +172,12 @@ fn inside(found: &Estimate, support: &[usize]) -> Vec<InsideParameter> {
     .collect()
 }
 
-/// That a coefficient is below its standard error; those of equations that are solved for together are not known.
+/// Standard errors that a coefficient is at least: the interval of 95 % of another contains zero.
+const DETERMINED: f64 = 2.0;
+
+/// That a coefficient is below two standard errors; those of equations that are solved for together are not known.
 fn undetermined(coefficients: &[f64], errors: &[f64]) -> Option<Doubt> {
-    let is_below = |(c, error): (&f64, &f64)| error.is_finite() && *error > c.abs();
+    let is_below = |(c, error): (&f64, &f64)| error.is_finite() && DETERMINED * *error > c.abs();
     coefficients.iter().zip(errors).any(is_below).then_some(Doubt::Undetermined)
 }
 
@@ -240,12 +243,7 @@ impl Report {
             binomial(2 * order, order).sqrt() * levels[head] / dt.powi(order as i32)
         };
         let of_noise = |values: &Vec<f64>| if found.rounding.is_some() { Vec::new() } else { values.clone() };
-        // Where noise is left, terms are weighed against it.
-        let doubt = |i: usize| {
-            let exact =
-                found.rounding.as_ref().and_then(|_| undetermined(&found.fits[i].coefficients, &found.errors[i]));
-            found.doubts[i].or(exact)
-        };
+        let doubt = |i: usize| found.doubts[i].or_else(|| undetermined(&found.fits[i].coefficients, &found.errors[i]));
         let equations = found.fits.iter().zip(names).enumerate().map(|(i, (fit, state))| EquationReport {
             state: state.clone(),
             residual: of_a_step(&found.sigma, i),

@@ -1,7 +1,5 @@
 //! Candidate terms with parameters inside.
 
-use std::f64::consts::PI;
-
 use super::shape::{Measure, Parameter, Shape, parameter};
 use super::{Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
@@ -26,9 +24,9 @@ impl Extent {
         }
     }
 
-    /// Whether the values go through half a period of sin ka or more.
-    pub(crate) fn turns(self, k: f64) -> bool {
-        k * (self.high - self.low) >= PI
+    /// Whether the values go through `radians` of sin ka or more.
+    pub(crate) fn goes_through(self, radians: f64, k: f64) -> bool {
+        k * (self.high - self.low) >= radians
     }
 
     /// The value some `part` of the range above the lowest.
@@ -67,8 +65,9 @@ const PARABOLIC: f64 = 10.0;
 const KINKS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
 
-/// The same of exponents.
+/// The same of exponents, and of those in products.
 const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
+const PARTLY: [f64; 2] = [0.5, 1.5];
 const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 const NEGATIVE_EXPONENT: f64 = -1.5;
 
@@ -79,7 +78,8 @@ const NEGATIVE_EXPONENT: f64 = -1.5;
 /// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero, and √(c − a), into what is supplied at c; (a + c)⁴, radiation at
 ///   temperatures that are not measured from absolute zero; where they are
 ///   positive but for noise a/(c + a); where they are positive a^c with positive and negative c, and e^(−c/a), a reaction (Arrhenius),
-/// - the exponentials, ratios and negative powers times each other b, negative powers also times b², as forces of magnets and charges are, and the roots times inputs.
+/// - e^(a/c) − e^(−a/c), reactions at an electrode, of values of both signs,
+/// - the exponentials, ratios and powers times each other b, negative powers also times b², as forces of magnets and charges are, and the roots times inputs.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
         !matches!(inputs[*i].role, Role::Angle | Role::Turning)
@@ -114,6 +114,13 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             let zone = Expr::Sub(Box::new(beyond(*x(), *c(0))), Box::new(below));
             for part in DEAD_ZONES {
                 terms.add(zone.clone(), vec![scale(part, 1.0)]);
+            }
+            let sinh = Expr::Sub(
+                Box::new(call(Function::Exp, over_c())),
+                Box::new(call(Function::Exp, Expr::Neg(Box::new(over_c())))),
+            );
+            for times in WIDTHS {
+                terms.add(sinh.clone(), vec![positive(times, WIDTH_BOUNDS, extent.spread)]);
             }
         }
         for at in [0.25, 0.5, 0.75] {
@@ -176,7 +183,11 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             for exponent in EXPONENTS {
                 terms.add(power.clone(), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
             }
-            let squares = factors.iter().skip(1).map(|factor| factor.clone().to_power(2));
+            let products = factors.iter().skip(1);
+            for (factor, exponent) in products.clone().flat_map(|factor| PARTLY.map(|exponent| (factor, exponent))) {
+                terms.add(factor.clone().times(power.clone()), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
+            }
+            let squares = products.map(|factor| factor.clone().to_power(2));
             for factor in factors.iter().cloned().chain(squares) {
                 let bounds = (-EXPONENT_BOUNDS.1, -EXPONENT_BOUNDS.0);
                 let exponent = Parameter { start: NEGATIVE_EXPONENT, bounds, measure: Measure::Of(1.0) };
