@@ -14,8 +14,8 @@ use crate::Triangle;
 use crate::data::{sample_of, stretches};
 use crate::library::Term;
 
-/// Values of a single parameter that are looked at, between its bounds.
-const SCANNED: usize = 16;
+/// Values of a single parameter where terms are linearised, between its bounds.
+const SCANNED: usize = 8;
 
 /// Families that are looked at more closely, of those that explain most.
 const CLOSELY: usize = 2 * FAMILIES;
@@ -89,7 +89,7 @@ impl Problem<'_> {
         self.free(&others.map(|(_, support)| support.clone()).collect::<Vec<_>>())
     }
 
-    /// Of each family that may stand at `place` in equation `i`, with some of its parameters, what explains most beside plain terms there.
+    /// Of each family that may stand at `place` in equation `i`, linearised at some of its parameters, what explains most beside plain terms there.
     fn scanned(&self, (along, i): (&Hypothesis, usize), place: &Place) -> Vec<Found> {
         let (mut looked, elsewhere) = (Vec::<(usize, Vec<f64>)>::new(), self.elsewhere(along, i));
         for &j in &place.shaped {
@@ -102,9 +102,12 @@ impl Problem<'_> {
         }
         let own = &along.supports[i];
         let (mut terms, first) = (self.terms.to_vec(), self.terms.len());
+        let mut inside = Vec::with_capacity(looked.len());
         for (j, at) in &looked {
-            let Some(shape) = &self.terms[*j].shape else { continue };
+            let (begins, Some(shape)) = (terms.len(), &self.terms[*j].shape) else { continue };
             terms.push(Term { expr: shape.at(at), shape: None, ..self.terms[*j].clone() });
+            terms.extend(if elsewhere.contains(j) { Vec::new() } else { self.slopes(*j, at) });
+            inside.push((begins..terms.len()).collect::<Vec<_>>());
         }
         let beside: Vec<usize> = place.beside.iter().copied().filter(|k| !own.contains(k)).collect();
         let choice: Vec<usize> = own.iter().copied().chain(beside).chain(first..terms.len()).collect();
@@ -116,8 +119,11 @@ impl Problem<'_> {
         let rest = Rest::without(&triangle, columns(&place.kept).into_iter());
         let most = self.n_parameters(&place.group);
         let mut found: Vec<Found> = Vec::new();
-        for (c, (j, at)) in (choice.len() - looked.len()..).zip(&looked) {
-            let (own, Some(rest)) = (self.n_parameters(&[*j]), rest.and(c)) else { continue };
+        for (inside, (j, at)) in inside.iter().zip(&looked) {
+            let own = self.n_parameters(&[*j]);
+            let Some(rest) = columns(inside).into_iter().try_fold(rest.clone(), |rest, c| rest.and(c)) else {
+                continue;
+            };
             let (ways, work) = rest.forward(&columns(&place.beside), most - own);
             self.charge(work);
             let told = |(chosen, left): (Vec<usize>, f64)| {

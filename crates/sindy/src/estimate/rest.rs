@@ -6,6 +6,7 @@ use crate::Triangle;
 const LEFT: f64 = 1e-9;
 
 /// Columns of a triangle, without what others explain of them.
+#[derive(Clone)]
 pub(super) struct Rest<'a> {
     triangle: &'a Triangle,
     /// Orthonormal columns that span these others.

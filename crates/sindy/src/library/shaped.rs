@@ -115,12 +115,11 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             for part in DEAD_ZONES {
                 terms.add(zone.clone(), vec![scale(part, 1.0)]);
             }
-            let sinh = Expr::Sub(
-                Box::new(call(Function::Exp, over_c())),
-                Box::new(call(Function::Exp, Expr::Neg(Box::new(over_c())))),
-            );
+            // Two exponentials with one parameter are one function, sinh, as far-fetched as one of them.
+            let (one, other) = (call(Function::Exp, over_c()), call(Function::Exp, Expr::Neg(Box::new(over_c()))));
+            let sinh = Expr::Sub(Box::new(one.clone()), Box::new(other));
             for times in WIDTHS {
-                terms.add(sinh.clone(), vec![positive(times, WIDTH_BOUNDS, extent.spread)]);
+                terms.add_like(&one, sinh.clone(), vec![positive(times, WIDTH_BOUNDS, extent.spread)]);
             }
         }
         for at in [0.25, 0.5, 0.75] {
@@ -219,9 +218,14 @@ impl Shaped {
     }
 
     fn add(&mut self, formula: Expr, parameters: Vec<Parameter>) {
+        self.add_like(&formula.clone(), formula, parameters);
+    }
+
+    /// Adds a term that is as far-fetched as `like`.
+    fn add_like(&mut self, like: &Expr, formula: Expr, parameters: Vec<Parameter>) {
+        let complexity = complexity(&Shape::new(like.clone(), parameters.clone()).plainest(), &self.roles);
         let shape = Shape::new(formula, parameters);
         let expr = shape.at(&shape.start());
-        let complexity = complexity(&shape.plainest(), &self.roles);
         self.terms.push(Term { name: shape.name(&self.names), expr, complexity, rate: None, shape: Some(shape) });
     }
 }
