@@ -19,7 +19,7 @@ fn assert_powers(found: &Identified, i: usize, truth: &[(&str, f64)], exponents:
     assert_eq!(inside.len(), exponents.len(), "{:?}", equation(found, i));
     for exponent in exponents {
         let near = inside.iter().any(|value| (value - exponent).abs() < 0.05 * exponent.abs());
-        assert!(near, "{exponent}: {:?}", equation(found, i));
+        assert!(near, "{exponent}: {found}");
     }
     assert_eq!(report.support.len(), truth.len(), "{:?}", equation(found, i));
     for (begins, coefficient) in truth {
@@ -48,11 +48,16 @@ fn powers_may_be_negative() {
         let leaning = found(&[("h", Kind::Plain)], (leaning, &[3.0]), 0.4, seed);
         assert_powers(&leaning, 0, &[("1", 0.3), ("h", -0.1), ("u\u{b7}h^", 0.8)], &[-1.6]);
     }
-    // Multiplied by v the equation has no such term, and a third one is told so.
-    for seed in 0..2 {
+    // Multiplied by v the equation has no such term, and other terms imitate it: what is not found is told.
+    let mut found_it = 0;
+    for seed in 0..6 {
         let loaded = found(&[("v", Kind::Plain)], (loaded, &[6.0]), 0.3, seed);
-        assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
+        if loaded.report.equations[0].doubt.is_none() {
+            assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
+            found_it += 1;
+        }
     }
+    assert!(found_it >= 2, "{found_it}");
 }
 
 /// What is fed between 0.3 and 1.3, a fan that turns as fast, or a current.
@@ -93,7 +98,7 @@ fn powers_and_exponentials_are_no_sums_of_other_terms() {
         assert_powers(&of("m", fed, 4.0, 0.2), 0, &[("m", -0.35), ("u\u{b7}m^", 0.9)], &[0.7]);
         assert_powers(&of("x", pulled, 2.0, 0.1), 0, &[("x", -0.4), ("u\u{b2}\u{b7}x^", 6.0)], &[-2.0]);
         let fanned = of("T", fanned, 380.0, 0.4);
-        assert_equation(&fanned, 0, &[("1", 9.0), ("sqrt u", 31.9), ("T\u{b7}sqrt u", -0.11)], 0.05);
+        assert_powers(&fanned, 0, &[("1", 9.0), ("u^", 31.9), ("T\u{b7}u^", -0.11)], &[0.5, 0.5]);
         let charged = found(&[("v", Kind::Plain)], (charged, &[0.0]), 0.02, seed);
         assert_powers(&charged, 0, &[("u", 3.0), ("v", -0.7), ("exp(v/", -0.125)], &[0.16]);
     }

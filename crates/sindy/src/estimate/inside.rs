@@ -233,7 +233,7 @@ impl Problem<'_> {
 
     /// The best of the sets of terms `own`, the first columns of `triangle`, that has `candidate`, which has the columns `inside`: one term
     /// after the other is left out, the one that is missed least.
-    pub(super) fn with_fewer(
+    fn with_fewer(
         &self,
         triangle: (&Triangle, f64),
         (own, candidate, at): (&[usize], &Candidate, &[f64]),

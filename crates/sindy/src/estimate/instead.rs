@@ -10,7 +10,6 @@ use super::problem::Problem;
 use super::regression::{Proposal, likelihood};
 use super::rest::Rest;
 use super::search::SAMPLE;
-use crate::Triangle;
 use crate::data::{sample_of, stretches};
 use crate::library::Term;
 
@@ -35,18 +34,19 @@ impl Problem<'_> {
         let part = sample.as_ref().map(|_| best.part_of(&stretches(self.segments, SAMPLE)));
         let problem = Problem { segments: sample.as_deref().unwrap_or(self.segments), ..*self };
         let along = part.as_ref().unwrap_or(best);
-        let mut found: Vec<Found> = Vec::new();
-        for place in self.places_inside(best, i) {
+        let places = self.places_inside(best, i);
+        let mut found: Vec<(&Place, Found)> = Vec::new();
+        for place in &places {
             if !self.may_spend() {
                 return Vec::new();
             }
-            found.extend(problem.scanned((along, i), &place));
+            let looked = self.looked(along, i, place);
+            found.extend(problem.linearised_inside((along, i), place, &looked).into_iter().map(|found| (place, found)));
         }
-        found.sort_by(|a, b| a.score.total_cmp(&b.score));
+        found.sort_by(|a, b| a.1.score.total_cmp(&b.1.score));
         found.truncate(CLOSELY);
-        self.best_of_families(
-            found.into_iter().filter_map(|found| problem.with_parameters((along, i), found)).collect(),
-        )
+        let proposed = |(place, found)| problem.with_parameters((along, i), place, found);
+        self.best_of_families(found.into_iter().filter_map(proposed).collect())
     }
 
     /// Where terms with parameters inside may stand in equation `i` of `best`: one place for each set of variables that they are functions of.
@@ -89,8 +89,8 @@ impl Problem<'_> {
         self.free(&others.map(|(_, support)| support.clone()).collect::<Vec<_>>())
     }
 
-    /// Of each family that may stand at `place` in equation `i`, linearised at some of its parameters, what explains most beside plain terms there.
-    fn scanned(&self, (along, i): (&Hypothesis, usize), place: &Place) -> Vec<Found> {
+    /// Terms that may stand at `place` in equation `i` of `along`, each with some of its parameters.
+    fn looked(&self, along: &Hypothesis, i: usize, place: &Place) -> Vec<(usize, Vec<f64>)> {
         let (mut looked, elsewhere) = (Vec::<(usize, Vec<f64>)>::new(), self.elsewhere(along, i));
         for &j in &place.shaped {
             let Some(shape) = &self.terms[j].shape else { continue };
@@ -100,10 +100,20 @@ impl Problem<'_> {
             let is_new = |at: &Vec<f64>| !looked.iter().any(|(k, other)| self.are_alike(&[*k], &[j]) && other == at);
             looked.extend(all.into_iter().filter(is_new).map(|at| (j, at)).collect::<Vec<_>>());
         }
-        let own = &along.supports[i];
+        looked
+    }
+
+    /// Of each family of terms `looked` at, which may stand at `place` in equation `i`, linearised at its parameters, what explains most beside plain terms there.
+    fn linearised_inside(
+        &self,
+        (along, i): (&Hypothesis, usize),
+        place: &Place,
+        looked: &[(usize, Vec<f64>)],
+    ) -> Vec<Found> {
+        let (own, elsewhere) = (&along.supports[i], self.elsewhere(along, i));
         let (mut terms, first) = (self.terms.to_vec(), self.terms.len());
         let mut inside = Vec::with_capacity(looked.len());
-        for (j, at) in &looked {
+        for (j, at) in looked {
             let (begins, Some(shape)) = (terms.len(), &self.terms[*j].shape) else { continue };
             terms.push(Term { expr: shape.at(at), shape: None, ..self.terms[*j].clone() });
             terms.extend(if elsewhere.contains(j) { Vec::new() } else { self.slopes(*j, at) });
@@ -119,100 +129,56 @@ impl Problem<'_> {
         let rest = Rest::without(&triangle, columns(&place.kept).into_iter());
         let most = self.n_parameters(&place.group);
         let mut found: Vec<Found> = Vec::new();
-        for (inside, (j, at)) in inside.iter().zip(&looked) {
-            let own = self.n_parameters(&[*j]);
-            let Some(rest) = columns(inside).into_iter().try_fold(rest.clone(), |rest, c| rest.and(c)) else {
-                continue;
-            };
-            let (ways, work) = rest.forward(&columns(&place.beside), most - own);
+        for (inside, (j, at)) in inside.iter().zip(looked) {
+            let (inside, parameters) = (columns(inside), self.n_parameters(&[*j]));
+            let Some(rest) = inside.iter().try_fold(rest.clone(), |rest, &c| rest.and(c)) else { continue };
+            let (ways, work) = rest.forward(&columns(&place.beside), most - parameters);
             self.charge(work);
-            let told = |(chosen, left): (Vec<usize>, f64)| {
+            let scored = |(chosen, left): (Vec<usize>, f64)| {
                 let beside = chosen.iter().map(|&c| choice[c]);
                 let kept: Vec<usize> = place.kept.iter().copied().chain(beside).collect();
                 let support = [&kept[..], &[*j]].concat();
-                let score = likelihood(triangle.n_rows(), support.len(), (left, least)) + self.penalty(&support);
-                Found { term: *j, at: at.clone(), kept, score, base }
+                (likelihood(triangle.n_rows(), support.len(), (left, least)) + self.penalty(&support), kept)
             };
-            let best = ways.into_iter().map(told).min_by(|a, b| a.score.total_cmp(&b.score));
-            let Some(best) = best else { continue };
-            match found.iter_mut().find(|other| self.are_alike(&[other.term], &[*j])) {
-                Some(other) if other.score <= best.score => {}
-                Some(other) => *other = best,
+            let best = ways.into_iter().map(scored).min_by(|a, b| a.0.total_cmp(&b.0));
+            let Some((score, kept)) = best else { continue };
+            let known = found.iter().position(|other| self.are_alike(&[other.term], &[*j]));
+            if known.is_some_and(|at| found[at].score <= score) {
+                continue;
+            }
+            let all: Vec<usize> = columns(&kept).into_iter().chain(inside).collect();
+            let target = triangle.n_columns() - 1;
+            // With its slopes a coefficient says nothing of its own.
+            let own = triangle.solve_unit(&all[..=kept.len()], target).last().copied().unwrap_or(0.0);
+            let coefficients = triangle.solve_unit(&all, target);
+            let best = Found { term: *j, at: at.clone(), kept, coefficients, own, score, base };
+            match known {
+                Some(at) => found[at] = best,
                 None => found.push(best),
             }
         }
         found
     }
 
-    /// What was `found` for equation `i` of `along`, with its parameters fitted and without the terms that are not missed then; `None` if it explains much less than the terms of `along` do.
-    fn with_parameters(&self, (along, i): (&Hypothesis, usize), found: Found) -> Option<Proposal> {
-        let Found { term, mut at, kept, base, .. } = found;
-        let others = along.supports[i].iter().copied().filter(|j| !kept.contains(j));
-        let all = kept.iter().copied().chain(others).collect();
-        let free = !self.elsewhere(along, i).contains(&term);
-        let replaced = Replaced { along, i, term, free, kept: &kept, all };
-        let mut now = self.scores(&replaced, &[at.clone()])?.pop()?;
-        for _ in 0..if free { REFINED } else { 0 } {
-            let Some(step) = self.step(&replaced, &at).filter(|_| self.may_spend()) else { break };
-            if step.iter().all(|change| change.abs() < STAYS) {
-                break;
-            }
-            let shape = self.terms[term].shape.as_ref()?;
-            let part = |part: &f64| at.iter().zip(&step).map(|(v, change)| v + part * change).collect::<Vec<f64>>();
-            let tried: Vec<Vec<f64>> = PARTS.iter().map(part).filter(|at| shape.is_within(at)).collect();
-            let scores = self.scores(&replaced, &tried)?;
-            let better = tried.into_iter().zip(scores).min_by(|a, b| a.1.total_cmp(&b.1));
-            let Some((to, better)) = better.filter(|(_, better)| *better < now) else { break };
-            (at, now) = (to, better);
+    /// What was `found` for equation `i` of `along`, with its parameters fitted and the terms beside it chosen anew; `None` if it explains much less than the terms of `along` do.
+    fn with_parameters(&self, (along, i): (&Hypothesis, usize), place: &Place, mut found: Found) -> Option<Proposal> {
+        let shape = self.terms[found.term].shape.as_ref()?;
+        for _ in 0..REFINED {
+            let changes = found.coefficients[found.kept.len() + 1..].iter();
+            let step: Vec<f64> = changes.map(|change| (change / found.own).clamp(-BELIEVED, BELIEVED)).collect();
+            let part =
+                |part: &f64| found.at.iter().zip(&step).map(|(v, change)| v + part * change).collect::<Vec<f64>>();
+            let to = PARTS.iter().map(part).find(|at| shape.is_within(at));
+            let stays = step.iter().all(|change| change.abs() < STAYS);
+            let Some(at) = to.filter(|_| !stays && self.may_spend()) else { break };
+            found = self.linearised_inside((along, i), place, &[(found.term, at)]).pop()?;
         }
-        let (triangle, columns) = self.around(&replaced, &at)?;
-        let candidate = Candidate { term, slopes: columns[1..].to_vec() };
-        let triangle = (&triangle, self.least_near(along));
-        let proposal = self.with_fewer(triangle, (&kept, &candidate, &at), columns, i)?;
-        (proposal.score - base <= NEAR).then_some(proposal)
-    }
-
-    /// The score of the terms of `replaced` with each of the parameters `looked`.
-    fn scores(&self, replaced: &Replaced<'_>, looked: &[Vec<f64>]) -> Option<Vec<f64>> {
-        let Replaced { along, i, term, kept, all, .. } = replaced;
-        let (least, mut terms) = (self.least_near(along), self.terms.to_vec());
-        let first = terms.len();
-        for at in looked {
-            let expr = self.terms[*term].shape.as_ref()?.at(at);
-            terms.push(Term { expr, shape: None, ..self.terms[*term].clone() });
-        }
-        let choice: Vec<usize> = all.iter().copied().chain(first..terms.len()).collect();
-        let triangle = self.triangle_near(&terms, along, *i, &choice)?;
-        let support = [&kept[..], &[*term]].concat();
-        let columns = |at: usize| (0..kept.len()).chain([all.len() + at]).collect::<Vec<_>>();
-        let of = |at: usize| self.scored_columns((&triangle, least), &columns(at), &support).0;
-        Some((0..looked.len()).map(of).collect())
-    }
-
-    /// What a step of Gauss–Newton changes of the parameters inside the term of `replaced`, which are `at`.
-    fn step(&self, replaced: &Replaced<'_>, at: &[f64]) -> Option<Vec<f64>> {
-        let (triangle, inside) = self.around(replaced, at)?;
-        let least = self.least_near(replaced.along);
-        let support = [replaced.kept, &[replaced.term]].concat();
-        let columns: Vec<usize> = (0..replaced.kept.len()).chain(inside).collect();
-        // From where the coefficient is without the slopes: with them it says nothing of its own.
-        let (_, without) = self.scored_columns((&triangle, least), &columns[..support.len()], &support);
-        let (_, with) = self.scored_columns((&triangle, least), &columns, &support);
-        let coefficient = without.last().copied().filter(|c| *c != 0.0)?;
-        let changes = with[support.len()..].iter().map(|change| (change / coefficient).clamp(-BELIEVED, BELIEVED));
-        Some(changes.collect()).filter(|step: &Vec<f64>| step.iter().all(|change| change.is_finite()))
-    }
-
-    /// The triangle of all terms of `replaced`, its term with parameters inside, which are `at`, and the derivatives of that by these; also the columns of the latter.
-    fn around(&self, replaced: &Replaced<'_>, at: &[f64]) -> Option<(Triangle, Vec<usize>)> {
-        let Replaced { along, i, term, free, all, .. } = replaced;
-        let mut terms = self.terms.to_vec();
-        let first = terms.len();
-        let expr = self.terms[*term].shape.as_ref()?.at(at);
-        terms.push(Term { expr, shape: None, ..self.terms[*term].clone() });
-        terms.extend(if *free { self.slopes(*term, at) } else { Vec::new() });
-        let choice: Vec<usize> = all.iter().copied().chain(first..terms.len()).collect();
-        Some((self.triangle_near(&terms, along, *i, &choice)?, (all.len()..choice.len()).collect()))
+        let Found { term, at, kept, coefficients, own, score, base } = found;
+        let slopes = (0..coefficients.len() - kept.len() - 1).collect();
+        let candidate = Candidate { term, slopes };
+        let support = [&kept[..], &[term]].concat();
+        let proposal = self.proposed((&candidate, &at), support, coefficients, (score, own))?;
+        (score - base <= NEAR).then_some(proposal)
     }
 
     /// Of which states and inputs the term `j` is a function.
@@ -241,21 +207,10 @@ struct Found {
     at: Vec<f64>,
     /// The terms beside it.
     kept: Vec<usize>,
+    /// Coefficients of these, of the term, and of its slopes; and that of the term without slopes.
+    coefficients: Vec<f64>,
+    own: f64,
     score: f64,
     /// The score of the terms that it takes the place of.
     base: f64,
-}
-
-/// Terms of an equation that others take the place of.
-struct Replaced<'a> {
-    along: &'a Hypothesis,
-    /// The equation.
-    i: usize,
-    /// The term with parameters inside, and those that stand beside it.
-    term: usize,
-    kept: &'a [usize],
-    /// Whether no other equation has it.
-    free: bool,
-    /// These, and the other terms of the equation.
-    all: Vec<usize>,
 }

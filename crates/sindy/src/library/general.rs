@@ -27,7 +27,7 @@ const FREQUENCIES: usize = 3;
 /// - 1, a, a², a³, a b, a² b, and a b u of an input u: polynomials up to degree three,
 /// - a·|a| and sign a of states, drag and dry friction; u·|u| of inputs of both signs, propellers; of states that stay positive a·ln a, growth by Gompertz, and sign a only if
 ///   they are rates,
-/// - √a of states and inputs a that stay positive, and u·√a of inputs u, valves and fans, b·√u; of states that noise alone makes negative sign(a)·√|a| and a·√|a|, what flows out of tanks and over weirs; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
+/// - √a of states a that stay positive, and u·√a of inputs u, valves; of states that noise alone makes negative sign(a)·√|a| and a·√|a|, what flows out of tanks and over weirs; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
 ///   that are joined,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
 /// - tan u, v·tan u of a state or another input, and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
@@ -80,11 +80,6 @@ pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Exte
         if positive {
             terms.add(variable(a).times(call(Function::Log, variable(a))), None);
         }
-    }
-    for (u, root) in controls.iter().filter_map(|&u| Some((u, root(u)?))) {
-        let others = straight.iter().filter(|&&a| a != u).map(|&a| variable(a));
-        terms.add(root.clone(), None);
-        others.for_each(|a| terms.add(a.times(root.clone()), None));
     }
     let both = |u: &&usize| extents[**u].low < 0.0 && extents[**u].high > 0.0;
     for &u in controls.iter().filter(both) {
