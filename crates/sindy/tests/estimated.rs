@@ -268,7 +268,7 @@ fn parts_that_need_no_other_states_are_found_beside_one_that_no_terms_can_say() 
         ]
     };
     let kinds = [("x", Kind::Plain), ("v", Kind::RateOf(0)), ("y", Kind::Plain), ("w", Kind::RateOf(2))];
-    for seed in 1..4 {
+    for seed in 0..3 {
         let mut recording = record(field, &[1.0, 0.0, 0.5, 0.0, 2.5, 0.0], (400, 0.05), (5e-3, 1.0, false), seed);
         recording.states = recording.states.slice(ndarray::s![.., ..4]).to_owned();
         let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");

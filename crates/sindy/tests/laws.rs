@@ -12,19 +12,18 @@ fn found(states: &[(&str, Kind)], (field, start): (Field, &[f64]), dt: f64, seed
     Identifier::new(&spec(states, dt)).identify_recordings(std::slice::from_ref(&recording)).expect("equations")
 }
 
-/// Expects the terms of `truth` in equation `i`, of which those that end with ^ or / have parameters inside, near `exponents`.
+/// Expects the terms of `truth` in equation `i`, of which those that end with ^ have exponents inside, near `exponents`.
 fn assert_powers(found: &Identified, i: usize, truth: &[(&str, f64)], exponents: &[f64]) {
     let report = &found.report.equations[i];
     let inside: Vec<f64> = report.parameters.iter().map(|inside| inside.value).collect();
     assert_eq!(inside.len(), exponents.len(), "{:?}", equation(found, i));
     for exponent in exponents {
         let near = inside.iter().any(|value| (value - exponent).abs() < 0.05 * exponent.abs());
-        assert!(near, "{exponent}: {found}");
+        assert!(near, "{exponent}: {:?}", equation(found, i));
     }
     assert_eq!(report.support.len(), truth.len(), "{:?}", equation(found, i));
     for (begins, coefficient) in truth {
-        let is_meant =
-            |term: &str| if begins.ends_with(['^', '/']) { term.starts_with(begins) } else { term == *begins };
+        let is_meant = |term: &str| if begins.ends_with('^') { term.starts_with(begins) } else { term == *begins };
         let at = report.support.iter().position(|term| is_meant(&found.report.features[*term]));
         let at = at.unwrap_or_else(|| panic!("{begins}: {:?}", equation(found, i)));
         let off = report.coefficients[at] / coefficient - 1.0;
@@ -48,83 +47,10 @@ fn powers_may_be_negative() {
         let leaning = found(&[("h", Kind::Plain)], (leaning, &[3.0]), 0.4, seed);
         assert_powers(&leaning, 0, &[("1", 0.3), ("h", -0.1), ("u\u{b7}h^", 0.8)], &[-1.6]);
     }
-    // Multiplied by v the equation has no such term, and other terms imitate it: what is not found is told.
-    let mut found_it = 0;
-    for seed in 0..6 {
+    // Multiplied by v the equation has no such term, and a third one is told so.
+    for seed in 0..2 {
         let loaded = found(&[("v", Kind::Plain)], (loaded, &[6.0]), 0.3, seed);
-        if loaded.report.equations[0].doubt.is_none() {
-            assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
-            found_it += 1;
-        }
-    }
-    assert!(found_it >= 2, "{found_it}");
-}
-
-/// What is fed between 0.3 and 1.3, a fan that turns as fast, or a current.
-fn between(u: f64) -> f64 {
-    0.8 + 0.5 * u
-}
-
-/// What grows by a power of its mass where it is fed.
-fn fed(x: &[f64], u: f64) -> Vec<f64> {
-    vec![0.9 * between(u) * x[0].powf(0.7) - 0.35 * x[0]]
-}
-
-/// What is cooled by a fan.
-fn fanned(x: &[f64], u: f64) -> Vec<f64> {
-    vec![9.0 - 0.11 * between(u).sqrt() * (x[0] - 290.0)]
-}
-
-/// What is pulled by a magnet, and held back by a damper.
-fn pulled(x: &[f64], u: f64) -> Vec<f64> {
-    vec![6.0 * between(u).powi(2) / x[0].powi(2) - 0.4 * x[0]]
-}
-
-/// An electrode.
-fn charged(x: &[f64], u: f64) -> Vec<f64> {
-    vec![3.0 * u - 0.7 * x[0] - 0.25 * (x[0] / 0.16).sinh()]
-}
-
-/// Sums of roots and polynomials, or of waves, say nearly the same.
-#[test]
-fn powers_and_exponentials_are_no_sums_of_other_terms() {
-    for seed in 0..3 {
-        let of = |name: &str, field: Field, start: f64, dt: f64| {
-            let mut recording = record_held(field, &[start], (600, dt), (0.004, 1.0, false), 10, seed);
-            recording.controls.mapv_inplace(between);
-            let spec = spec(&[(name, Kind::Plain)], dt);
-            Identifier::new(&spec).identify_recordings(std::slice::from_ref(&recording)).expect("equations")
-        };
-        assert_powers(&of("m", fed, 4.0, 0.2), 0, &[("m", -0.35), ("u\u{b7}m^", 0.9)], &[0.7]);
-        assert_powers(&of("x", pulled, 2.0, 0.1), 0, &[("x", -0.4), ("u\u{b2}\u{b7}x^", 6.0)], &[-2.0]);
-        let fanned = of("T", fanned, 380.0, 0.4);
-        assert_powers(&fanned, 0, &[("1", 9.0), ("u^", 31.9), ("T\u{b7}u^", -0.11)], &[0.5, 0.5]);
-        let charged = found(&[("v", Kind::Plain)], (charged, &[0.0]), 0.02, seed);
-        assert_powers(&charged, 0, &[("u", 3.0), ("v", -0.7), ("exp(v/", -0.125)], &[0.16]);
-    }
-}
-
-/// What flows out of a tank and over a weir, both empty at first.
-fn emptying(x: &[f64], u: f64) -> Vec<f64> {
-    vec![0.6 * between(u) - 0.45 * x[0].max(0.0).sqrt()]
-}
-
-fn overflowing(x: &[f64], u: f64) -> Vec<f64> {
-    vec![0.7 * between(u) - 1.3 * x[0].max(0.0).powf(1.5)]
-}
-
-#[test]
-fn what_noise_alone_makes_negative_has_roots() {
-    for seed in 0..4 {
-        let of = |field: Field, dt: f64| {
-            let mut recording = record_held(field, &[0.0], (600, dt), (0.01, 1.0, false), 20, seed);
-            recording.controls.mapv_inplace(between);
-            recording.states[[0, 0]] = -0.002;
-            let spec = spec(&[("h", Kind::Plain)], dt);
-            Identifier::new(&spec).identify_recordings(std::slice::from_ref(&recording)).expect("equations")
-        };
-        assert_equation(&of(emptying, 0.3), 0, &[("u", 0.6), ("sign h\u{b7}sqrt(abs h)", -0.45)], 0.05);
-        assert_equation(&of(overflowing, 0.1), 0, &[("u", 0.7), ("h\u{b7}sqrt(abs h)", -1.3)], 0.05);
+        assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
     }
 }
 

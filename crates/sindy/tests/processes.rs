@@ -143,7 +143,7 @@ fn a_furnace_radiates_by_its_temperature_above_absolute_zero() {
             let report = &found.report.equations[0];
             let [inside] = &report.parameters[..] else { panic!("{:?}", equation(&found, 0)) };
             let power = &found.report.features[inside.term];
-            assert!(power.starts_with("(T + ") && power.ends_with("⁴"), "{power}: {found}");
+            assert!(power.starts_with("(T + ") && power.ends_with("⁴"), "{power}");
             assert!((inside.value / zero - 1.0).abs() < 0.02, "{inside:?}");
         }
     }
@@ -181,7 +181,7 @@ fn a_reaction_follows_arrhenius_and_not_a_sum_of_other_terms() {
         let reaction = found.report.features[energy.term].clone();
         let at = report.support.iter().position(|term| *term == energy.term).expect("it is in the equation");
         let rate = report.coefficients[at] * (-energy.value / 350.0).exp();
-        assert!((energy.value - 6500.0).abs() < 100.0, "{energy:?}: {found}");
+        assert!((energy.value - 6500.0).abs() < 100.0, "{energy:?}");
         assert!((rate / -(19.0 - 6500.0 / 350.0_f64).exp() - 1.0).abs() < 0.02, "{rate}");
         assert_equation(&found, 0, &[("1", 0.88), ("c", -0.4), (&reaction, report.coefficients[at])], 0.03);
         found_it += 1;

@@ -64,17 +64,10 @@ impl Problem<'_> {
             near = self.near(&best, &|_| true);
             near.note(&best, &mut compared);
         }
-        let mut likeliest = best.clone();
+        let likeliest = best.clone();
         for _ in 0..PASSES {
-            // From simpler terms the way may lead on to better ones.
-            let better = near.improved.take().filter(|better| better.score < likeliest.score);
-            if let Some(better) = better {
-                likeliest = better.clone();
-                best = better;
-            } else {
-                let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
-                best = simpler;
-            }
+            let Some(simpler) = self.simpler(&best, &near.others, likeliest.score) else { break };
+            best = simpler;
             near = self.near(&best, &|_| true);
             near.note(&best, &mut compared);
         }

@@ -7,7 +7,7 @@ use super::regression::{Inside, Proposal};
 use super::search::SAMPLE;
 use crate::Triangle;
 use crate::data::{Signals, sample_of, stretches};
-use crate::library::Term;
+use crate::library::{Shape, Term};
 
 /// Terms of an equation that leaves noise alone, up to which none is looked for that explains it with fewer.
 pub(super) const SIMPLE: usize = 4;
@@ -80,11 +80,9 @@ impl Problem<'_> {
                 // Once others have been found, with their parameters.
                 let shared = at >= equations.len();
                 let of = (&best.supports[..], &best.inside[..], best.flow.stepping());
-                // Along the measured path first: near equations that are far from the true ones all candidates look alike, at a high price.
-                let measured = if round == 0 { self.measured_inside(of, signals, i, shared) } else { Vec::new() };
-                let better = self.best_of(measured, &best, i, &mut tried);
-                let near = || self.best_of(self.propose_inside(&best, i), &best, i, &mut tried);
-                let Some(better) = better.or_else(near) else { break };
+                let mut proposals = if round == 0 { self.measured_inside(of, signals, i, shared) } else { Vec::new() };
+                proposals.extend(self.propose_inside(&best, i));
+                let Some(better) = self.best_of(proposals, &best, i, &mut tried) else { break };
                 best = better;
                 if self.is_noise(&best, i) {
                     break;
@@ -132,8 +130,7 @@ impl Problem<'_> {
             for candidate in batch {
                 let columns: Vec<usize> = (first..=first + candidate.slopes.len()).collect();
                 first += columns.len();
-                let at = self.start_of(candidate);
-                let proposal = self.with_fewer((&triangle, least), (own, candidate, &at), columns, i);
+                let proposal = self.with_fewer((&triangle, least), (own, candidate), columns, i);
                 found.push(proposal.map(|proposal| (proposal.score - base, proposal)));
             }
         }
@@ -167,7 +164,7 @@ impl Problem<'_> {
         let used = self.free(supports);
         let mut candidates = Vec::new();
         for j in self.n_plain..self.terms.len() {
-            let Some(shape) = self.terms[j].shape.as_ref().filter(|_| self.may_be_tried(i, j)) else {
+            let Some(shape) = self.terms[j].shape.as_ref().filter(|shape| self.may_be_tried(i, j, shape)) else {
                 continue;
             };
             let is_like = |k: &&usize| self.terms[**k].shape.as_ref().is_some_and(|other| other.is_like(shape));
@@ -189,13 +186,17 @@ impl Problem<'_> {
     }
 
     /// Whether the term `j`, which has parameters inside, may be tried in equation `i`: kinks from the other side are written once they are found.
-    pub(super) fn may_be_tried(&self, i: usize, j: usize) -> bool {
-        self.allows_inside(i, j) && self.terms[j].shape.as_ref().is_some_and(|shape| shape.kink() != Some(-1.0))
+    fn may_be_tried(&self, i: usize, j: usize, shape: &Shape) -> bool {
+        self.allows_inside(i, j) && shape.kink() != Some(-1.0)
     }
 
-    /// Whether none of the terms `used` is the term `j` but for where its parameters begin.
-    pub(super) fn is_unlike(&self, used: &[usize], j: usize) -> bool {
-        !used.iter().any(|&k| self.are_alike(&[k], &[j]))
+    /// Whether the term `j`, which has parameters inside, may be added to equation `i` of `best`, which has none of its family.
+    pub(super) fn may_be_added(&self, best: &Hypothesis, i: usize, j: usize) -> bool {
+        let used = self.free(&best.supports);
+        let is_new = |shape: &&Shape| {
+            used.iter().all(|&k| self.terms[k].shape.as_ref().is_none_or(|other| !other.is_like(shape)))
+        };
+        self.terms[j].shape.as_ref().filter(is_new).is_some_and(|shape| self.may_be_tried(i, j, shape))
     }
 
     /// The derivatives of the term `j` by the parameters inside it where these are as `fitted`, as terms.
@@ -236,7 +237,7 @@ impl Problem<'_> {
     fn with_fewer(
         &self,
         triangle: (&Triangle, f64),
-        (own, candidate, at): (&[usize], &Candidate, &[f64]),
+        (own, candidate): (&[usize], &Candidate),
         inside: Vec<usize>,
         i: usize,
     ) -> Option<Proposal> {
@@ -260,7 +261,7 @@ impl Problem<'_> {
         }
         let (score, support, xi) = best;
         let own = xi.get(support.len() - 1).copied()?;
-        self.proposed((candidate, at), support, xi, (score, own))
+        self.proposed((candidate, &self.start_of(candidate)), support, xi, (score, own))
     }
 
     /// The proposal of the terms `support`, of which `candidate` is the last, linearised where its parameters are `at`, with coefficients `xi` that are followed

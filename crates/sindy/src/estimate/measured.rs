@@ -5,8 +5,7 @@ use ndarray::{Array2, Axis, concatenate, s};
 use super::inside::{Candidate, FAMILIES};
 use super::problem::Problem;
 use super::propose::{Effort, THOROUGHLY};
-use super::regression::{Inside, Proposal, Regression, likelihood};
-use super::rest::Rest;
+use super::regression::{Inside, Proposal, Regression};
 use super::search::{TIMES, measured};
 use crate::Triangle;
 use crate::data::Signals;
@@ -57,35 +56,27 @@ impl Problem<'_> {
         let least = self.least(i..=i, &signals.sigma);
         let without = self.subsets(i, (without, least), plain.clone(), None, (OTHERS + 1, RANKING));
         let bar = without.best(1.0, |support| self.penalty(support)).score;
-        let required: Vec<usize> = (0..plain.len()).filter(|&c| self.required(i).contains(&plain[c])).collect();
-        let free: Vec<usize> = (0..plain.len()).filter(|c| !required.contains(c)).collect();
         let mut first = plain.len();
-        let mut ranked: Vec<(f64, &Candidate, Vec<usize>)> = Vec::new();
+        let mut ranked: Vec<(f64, &Candidate, Triangle)> = Vec::new();
         for candidate in candidates.iter().take_while(|_| self.may_spend()) {
             let inside: Vec<usize> = candidate.columns().enumerate().map(|(at, _)| first + at).collect();
             first += inside.len();
-            let rest = Rest::without(&triangle, inside.iter().chain(&required).copied());
-            let (ways, work) = rest.forward(&free, OTHERS.saturating_sub(required.len()));
-            self.charge(work);
-            let score = |(chosen, left): &(Vec<usize>, f64)| {
-                let others: Vec<usize> = required.iter().chain(chosen).map(|&c| plain[c]).collect();
-                likelihood(triangle.n_rows(), others.len(), (*left, least)) + self.penalty(&others)
-            };
-            let best = ways.iter().map(score).fold(f64::INFINITY, f64::min);
-            ranked.push((best + self.penalty(&[candidate.term]), candidate, inside));
+            let own = triangle.with_others(plain.len(), &[&inside[..], &[all.len()]].concat());
+            let order = (plain.len()..plain.len() + inside.len()).chain(0..plain.len()).chain([own.n_columns() - 1]);
+            let own = own.combined(&order.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
+            let others = own.trailing(inside.len());
+            let roughly = self.subsets(i, (others, least), plain.clone(), None, (OTHERS, RANKING));
+            let inside = self.penalty(&[candidate.term]);
+            ranked.push((roughly.best(1.0, |support| self.penalty(support)).score + inside, candidate, own));
         }
         // Of no use is what explains no more than the other terms do.
         ranked.retain(|r| r.0 < bar);
         ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let rows = Rows { i, theta: &theta, path: &path, plain: &plain, sigma: &signals.sigma, errors: &errors };
         let mut finalists: Vec<(&Candidate, Linearised)> = Vec::new();
-        for (_, candidate, inside) in ranked {
+        for (_, candidate, triangle) in ranked {
             let known = finalists.iter().any(|(other, _)| self.are_alike(&[candidate.term], &[other.term]));
             if !known && finalists.len() < FINALISTS {
-                let own = triangle.with_others(plain.len(), &[&inside[..], &[all.len()]].concat());
-                let order =
-                    (plain.len()..plain.len() + inside.len()).chain(0..plain.len()).chain([own.n_columns() - 1]);
-                let triangle = own.combined(&order.map(|c| vec![(c, 1.0)]).collect::<Vec<_>>());
                 finalists.push((candidate, Linearised { at: self.start_of(candidate), triangle }));
             }
         }

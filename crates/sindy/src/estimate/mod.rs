@@ -25,7 +25,6 @@ mod problem;
 mod propose;
 mod prune;
 mod regression;
-mod rest;
 mod rounds;
 mod scheme;
 mod search;

@@ -37,12 +37,6 @@ pub(super) struct Proposal {
     pub(super) residual: f64,
 }
 
-/// −2 ln L of `size` terms that leave the sum of squares `rss` of `rows`, whose mean is believed down to `least`.
-pub(super) fn likelihood(rows: usize, size: usize, (rss, least): (f64, f64)) -> f64 {
-    let rows = rows as f64;
-    rows * (rss / (rows - size as f64).max(1.0)).max(least).max(f64::MIN_POSITIVE).ln()
-}
-
 impl Regression {
     /// Of an equation that is not fitted.
     pub(super) fn none() -> Self {
@@ -89,7 +83,9 @@ impl Regression {
 
     /// −2 ln L of `size` terms that leave the sum of squares `rss`.
     pub(super) fn likelihood(&self, size: usize, rss: f64) -> f64 {
-        likelihood(self.triangle.n_rows(), size, (rss, self.least))
+        let rows = self.triangle.n_rows() as f64;
+        let free = (rows - size as f64).max(1.0);
+        rows * (rss / free).max(self.least).max(f64::MIN_POSITIVE).ln()
     }
 
     /// The columns of a subset, those of required terms among them.

@@ -1,19 +1,13 @@
 //! The candidate terms of a system about which nothing is known but the roles of its variables.
 
 use std::collections::BTreeSet;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 use super::{Extent, Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
 
 /// The complexity a derivative adds to the term it is multiplied by.
 const OF_A_RATE: u32 = 3;
-
-/// Part of the largest value by which noise makes what is positive negative, at most.
-const NEGATIVE: f64 = 0.1;
-
-/// Radians of a wave that the values of a state which may turn go through, at least: less is a constant or a straight line.
-const BENT: f64 = 1.0;
 
 /// Highest frequency of waves of lengths.
 const FREQUENCIES: usize = 3;
@@ -25,16 +19,16 @@ const FREQUENCIES: usize = 3;
 /// differences of two):
 ///
 /// - 1, a, a², a³, a b, a² b, and a b u of an input u: polynomials up to degree three,
-/// - a·|a| and sign a of states, drag and dry friction; u·|u| of inputs of both signs, propellers; of states that stay positive a·ln a, growth by Gompertz, and sign a only if
+/// - a·|a| and sign a of states, drag and dry friction; u·|u| of inputs of both signs, propellers; of states that stay positive √a, a·ln a, growth by Gompertz, and sign a only if
 ///   they are rates,
-/// - √a of states a that stay positive, and u·√a of inputs u, valves; of states that noise alone makes negative sign(a)·√|a| and a·√|a|, what flows out of tanks and over weirs; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
+/// - u·√a of inputs u and states a that stay positive, valves; sign(a − b)·√|a − b| of states that are neither angles nor rates and have values in common, tanks
 ///   that are joined,
 /// - w, a·w, a²·w, q r·w with simple waves; angles themselves: torsion springs,
 /// - tan u, v·tan u of a state or another input, and an input that stays within ±π/2: steering; sin u of one in radians: tilt,
 /// - v̇, v̇·w for the derivative of every rate: the entries of a mass matrix,
 /// - a·ḃ of states that are neither angles nor rates: ratios with denominators such as 1 + a, multiplied by these,
-/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates, and that have a rate, and may turn, and go through one radian of it, or half a period, or more:
-///   less of a wave is a straight line or a parabola.
+/// - sin ka, cos ka, k = 1, 2, 3, of states that are neither angles nor rates, and that have a rate, and may turn, or go through half a period or more: less of a wave is a
+///   parabola.
 pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Extent]) -> Vec<Term> {
     let of = |wanted: fn(Role) -> bool| (0..inputs.len()).filter(move |&i| wanted(inputs[i].role)).collect::<Vec<_>>();
     let angles = of(|r| matches!(r, Role::Angle | Role::Turning));
@@ -43,16 +37,6 @@ pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Exte
     let (lengths, controls) = (of(|r| r == Role::Plain), of(|r| r == Role::Control));
     let speeds: Vec<usize> = of(|r| r == Role::Rate);
     let of_states: BTreeSet<usize> = rates.iter().flatten().copied().collect();
-    let root = |a: usize| {
-        let positive = extents[a].low > 0.0;
-        let but_for_noise =
-            || inputs[a].role == Role::Plain && rates[a].is_none() && -extents[a].low < NEGATIVE * extents[a].high;
-        if positive {
-            return Some(call(Function::Sqrt, variable(a)));
-        }
-        but_for_noise()
-            .then(|| call(Function::Sign, variable(a)).times(call(Function::Sqrt, call(Function::Abs, variable(a)))))
-    };
     let mut terms = Terms::new(inputs);
     terms.add(Expr::Constant(1.0), None);
     for power in 1..=3 {
@@ -66,19 +50,15 @@ pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Exte
     }
     for &a in &states {
         terms.add(variable(a).times(call(Function::Abs, variable(a))), None);
-        let (positive, root) = (extents[a].low > 0.0, root(a));
-        if inputs[a].role == Role::Rate || root.is_none() {
+        let positive = extents[a].low > 0.0;
+        if inputs[a].role == Role::Rate || !positive {
             terms.add(call(Function::Sign, variable(a)), None);
         }
-        if let Some(root) = root {
-            terms.add(root.clone(), None);
-            controls.iter().for_each(|&u| terms.add(variable(u).times(root.clone()), None));
-            if !positive {
-                terms.add(variable(a).times(call(Function::Sqrt, call(Function::Abs, variable(a)))), None);
-            }
-        }
         if positive {
+            let root = call(Function::Sqrt, variable(a));
+            terms.add(root.clone(), None);
             terms.add(variable(a).times(call(Function::Log, variable(a))), None);
+            controls.iter().for_each(|&u| terms.add(variable(u).times(root.clone()), None));
         }
     }
     let both = |u: &&usize| extents[**u].low < 0.0 && extents[**u].high > 0.0;
@@ -135,8 +115,7 @@ pub(crate) fn general(inputs: &[Input], rates: &[Option<usize>], extents: &[Exte
         lengths.iter().for_each(|&a| terms.add(variable(a), Some(l)));
     }
     for k in 1..=FREQUENCIES {
-        let least = |a: usize| if rates[a].is_some() { BENT } else { PI };
-        lengths.iter().filter(|&&a| extents[a].goes_through(least(a), k as f64)).for_each(|&a| {
+        lengths.iter().filter(|&&a| rates[a].is_some() || extents[a].turns(k as f64)).for_each(|&a| {
             [Function::Sin, Function::Cos].into_iter().for_each(|f| terms.add(Expr::wave(f, k, variable(a)), None));
         });
     }

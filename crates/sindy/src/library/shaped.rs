@@ -1,5 +1,7 @@
 //! Candidate terms with parameters inside.
 
+use std::f64::consts::PI;
+
 use super::shape::{Measure, Parameter, Shape, parameter};
 use super::{Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
@@ -24,9 +26,9 @@ impl Extent {
         }
     }
 
-    /// Whether the values go through `radians` of sin ka or more.
-    pub(crate) fn goes_through(self, radians: f64, k: f64) -> bool {
-        k * (self.high - self.low) >= radians
+    /// Whether the values go through half a period of sin ka or more.
+    pub(crate) fn turns(self, k: f64) -> bool {
+        k * (self.high - self.low) >= PI
     }
 
     /// The value some `part` of the range above the lowest.
@@ -65,9 +67,8 @@ const PARABOLIC: f64 = 10.0;
 const KINKS: [f64; 9] = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9];
 const DEAD_ZONES: [f64; 6] = [0.1, 0.2, 0.35, 0.5, 0.65, 0.8];
 
-/// The same of exponents, and of those in products.
+/// The same of exponents.
 const EXPONENTS: [f64; 3] = [0.5, 1.5, 3.0];
-const PARTLY: [f64; 2] = [0.5, 1.5];
 const EXPONENT_BOUNDS: (f64, f64) = (0.2, 6.0);
 const NEGATIVE_EXPONENT: f64 = -1.5;
 
@@ -78,8 +79,7 @@ const NEGATIVE_EXPONENT: f64 = -1.5;
 /// - tanh((a − c₁)/c₂), a sigmoid; e^(a/c), e^(−a/c), a²/(c² + a²), sin(c a), cos(c a), √(a − c), the flow out of what is not empty at zero, and √(c − a), into what is supplied at c; (a + c)⁴, radiation at
 ///   temperatures that are not measured from absolute zero; where they are
 ///   positive but for noise a/(c + a); where they are positive a^c with positive and negative c, and e^(−c/a), a reaction (Arrhenius),
-/// - e^(a/c) − e^(−a/c), reactions at an electrode, of values of both signs,
-/// - the exponentials, ratios and powers times each other b, negative powers also times b², as forces of magnets and charges are, and the roots times inputs.
+/// - the exponentials, ratios and negative powers times each other b, negative powers also times b², as forces of magnets and charges are, and the roots times inputs.
 pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
     let straight = |i: &usize| {
         !matches!(inputs[*i].role, Role::Angle | Role::Turning)
@@ -114,12 +114,6 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             let zone = Expr::Sub(Box::new(beyond(*x(), *c(0))), Box::new(below));
             for part in DEAD_ZONES {
                 terms.add(zone.clone(), vec![scale(part, 1.0)]);
-            }
-            // Two exponentials with one parameter are one function, sinh, as far-fetched as one of them.
-            let (one, other) = (call(Function::Exp, over_c()), call(Function::Exp, Expr::Neg(Box::new(over_c()))));
-            let sinh = Expr::Sub(Box::new(one.clone()), Box::new(other));
-            for times in WIDTHS {
-                terms.add_like(&one, sinh.clone(), vec![positive(times, WIDTH_BOUNDS, extent.spread)]);
             }
         }
         for at in [0.25, 0.5, 0.75] {
@@ -182,11 +176,7 @@ pub(crate) fn shaped(inputs: &[Input], extents: &[Extent]) -> Vec<Term> {
             for exponent in EXPONENTS {
                 terms.add(power.clone(), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
             }
-            let products = factors.iter().skip(1);
-            for (factor, exponent) in products.clone().flat_map(|factor| PARTLY.map(|exponent| (factor, exponent))) {
-                terms.add(factor.clone().times(power.clone()), vec![positive(exponent, EXPONENT_BOUNDS, 1.0)]);
-            }
-            let squares = products.map(|factor| factor.clone().to_power(2));
+            let squares = factors.iter().skip(1).map(|factor| factor.clone().to_power(2));
             for factor in factors.iter().cloned().chain(squares) {
                 let bounds = (-EXPONENT_BOUNDS.1, -EXPONENT_BOUNDS.0);
                 let exponent = Parameter { start: NEGATIVE_EXPONENT, bounds, measure: Measure::Of(1.0) };
@@ -218,14 +208,9 @@ impl Shaped {
     }
 
     fn add(&mut self, formula: Expr, parameters: Vec<Parameter>) {
-        self.add_like(&formula.clone(), formula, parameters);
-    }
-
-    /// Adds a term that is as far-fetched as `like`.
-    fn add_like(&mut self, like: &Expr, formula: Expr, parameters: Vec<Parameter>) {
-        let complexity = complexity(&Shape::new(like.clone(), parameters.clone()).plainest(), &self.roles);
         let shape = Shape::new(formula, parameters);
         let expr = shape.at(&shape.start());
+        let complexity = complexity(&shape.plainest(), &self.roles);
         self.terms.push(Term { name: shape.name(&self.names), expr, complexity, rate: None, shape: Some(shape) });
     }
 }

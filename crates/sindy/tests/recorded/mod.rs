@@ -102,7 +102,7 @@ pub(crate) fn assert_equation(found: &Identified, i: usize, truth: &[(&str, f64)
     let terms = equation(found, i);
     let mut truth = truth.to_vec();
     truth.sort_by_key(|t| t.0);
-    assert_eq!(terms.iter().map(|t| t.0).collect::<Vec<_>>(), truth.iter().map(|t| t.0).collect::<Vec<_>>(), "{found}");
+    assert_eq!(terms.iter().map(|t| t.0).collect::<Vec<_>>(), truth.iter().map(|t| t.0).collect::<Vec<_>>());
     for ((name, c), (_, t)) in terms.iter().zip(&truth) {
         assert!((c / t - 1.0).abs() < within, "{name}: {c}, not {t}");
     }
