@@ -330,3 +330,16 @@ fn measured(found: &Estimate, mut i: usize) -> (usize, usize) {
     }
     (i, 1)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn coefficients_below_two_standard_errors_are_not_determined() {
+        assert_eq!(undetermined(&[3.0, -1.0], &[0.1, 0.6]), Some(Doubt::Undetermined));
+        assert_eq!(undetermined(&[3.0, -1.0], &[0.1, 0.4]), None);
+        // Known parts have no errors, and those of equations that are solved for together are not known.
+        assert_eq!(undetermined(&[3.0, 2.0], &[0.0, f64::INFINITY]), None);
+    }
+}
