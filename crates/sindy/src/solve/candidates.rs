@@ -1,5 +1,7 @@
 //! The best subsets found so far.
 
+use std::collections::BTreeSet;
+
 /// A subset of columns and its squared residual.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Candidate {
@@ -18,11 +20,13 @@ pub(crate) struct Kept {
     near: f64,
     /// Squared residuals up to this are of interest all the same.
     interesting: f64,
+    /// Subsets of which all exchanges were offered.
+    exchanged: BTreeSet<Vec<usize>>,
 }
 
 impl Kept {
     pub(crate) fn new(keep: usize, near: f64, interesting: f64) -> Self {
-        Self { best: Vec::new(), keep: keep.max(1), near, interesting }
+        Self { best: Vec::new(), keep: keep.max(1), near, interesting, exchanged: BTreeSet::new() }
     }
 
     /// Squared residuals above this are not kept.
@@ -35,12 +39,13 @@ impl Kept {
         }
     }
 
-    pub(crate) fn holds(&self, subset: &[usize]) -> bool {
-        self.best.iter().any(|c| c.subset == subset)
+    /// The squared residual of `subset`, if that is kept.
+    pub(crate) fn known(&self, subset: &[usize]) -> Option<f64> {
+        self.best.iter().find(|c| c.subset == subset).map(|c| c.rss)
     }
 
     pub(crate) fn offer(&mut self, rss: f64, subset: &[usize]) {
-        if rss.is_nan() || rss > self.cutoff() || self.holds(subset) {
+        if rss.is_nan() || rss > self.cutoff() || self.known(subset).is_some() {
             return;
         }
         let before = |c: &Candidate| c.rss.total_cmp(&rss).then_with(|| c.subset.as_slice().cmp(subset)).is_lt();
@@ -49,6 +54,11 @@ impl Kept {
         self.best.truncate(self.keep);
         let cutoff = self.cutoff();
         self.best.retain(|c| c.rss <= cutoff);
+    }
+
+    /// Whether the exchanges of `subset` were not offered yet; they are about to be.
+    pub(crate) fn is_new(&mut self, subset: &[usize]) -> bool {
+        self.exchanged.insert(subset.to_vec())
     }
 
     /// Whether a further candidate has to be better than the last one.

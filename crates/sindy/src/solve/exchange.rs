@@ -47,9 +47,12 @@ fn forward(problem: &Problem, subset: &[usize], kept: &mut Kept) -> Option<Candi
     best
 }
 
-/// Exchanges one column of `current` for another as long as that helps.
+/// Exchanges one column of `current` for another as long as that helps, and leads to a subset that no exchanges have come to yet: from there they go on as before.
 fn exchange(problem: &Problem, mut current: Candidate, kept: &mut Kept) {
     for _ in 0..ROUNDS {
+        if !kept.is_new(&current.subset) {
+            break;
+        }
         let Some(view) = View::new(problem, &current.subset) else { break };
         let mut better = None;
         for out in 0..current.subset.len() {
@@ -70,6 +73,8 @@ struct View<'a> {
     target: Vec<f64>,
     /// Squared length of what the subset leaves of the target, as far as columns reach.
     rss: f64,
+    /// Length of the target.
+    length: f64,
     /// R of the subset's columns in the basis, column after column (k, k).
     triangle: Vec<f64>,
     others: Vec<Other>,
@@ -80,18 +85,19 @@ struct View<'a> {
 /// A column that is not in the subset.
 struct Other {
     column: usize,
-    /// Squared length of what the subset leaves of it.
+    /// Squared length of what the subset leaves of it, and length of what that was computed from.
     distance: f64,
+    from: f64,
     /// Inner product of that with what it leaves of the target.
     reached: f64,
 }
 
 /// Squared length of what a subset leaves of a column, below which it is computed anew from the column.
-const TRUSTED: f64 = 1e-10;
+const TRUSTED: f64 = 1e-4;
 
-/// Part of what is cancelled, in a difference of squared lengths, by which the difference may be wrong; and part of the difference itself above which it
-/// is computed anew from columns.
-const CANCELLED: f64 = 1e-13;
+/// By how much rounding may change what orthogonal columns leave of one of unit length; and part of what a subset leaves of the target by which that may be wrong before it is computed anew
+/// from columns.
+const WRONG: f64 = 1e-14;
 const TOLD: f64 = 1e-3;
 
 /// Part of the target's length by which rounding may change what a subset leaves of it.
@@ -139,22 +145,24 @@ impl<'a> View<'a> {
         let other = |column: usize| {
             let a = problem.column(column);
             onto(a, &mut along);
-            let mut distance = 1.0 - square(&along[along.len() - k..]);
+            let (mut distance, mut from) = (1.0 - square(&along[along.len() - k..]), 1.0);
             let mut reached = dot(&residual, a);
             if distance < TRUSTED {
                 let mut left = a.to_vec();
                 take_out_all(&mut left, &basis);
                 problem.worked(4 * k, 1, 0);
                 (distance, reached) = (square(&left), dot(&residual, &left));
+                from = distance.sqrt();
             }
-            Other { column, distance, reached }
+            Other { column, distance, from, reached }
         };
         let others: Vec<Other> = (0..problem.n_columns()).filter(|j| !subset.contains(j)).map(other).collect();
         problem.worked((others.len() + 4 * k) * (k + 1), 0, 0);
         let (mut triangle, mut target) = (Vec::with_capacity(k * k), Vec::with_capacity(k));
         subset.iter().for_each(|&j| onto(problem.column(j), &mut triangle));
         onto(problem.target(), &mut target);
-        Some(Self { problem, subset, target, rss: square(&residual), triangle, others, along })
+        let length = square(problem.target()).sqrt();
+        Some(Self { problem, subset, target, rss: square(&residual), length, triangle, others, along })
     }
 
     /// The direction, in the basis, in which the subset's column number `out` alone reaches.
@@ -171,6 +179,26 @@ impl<'a> View<'a> {
         z
     }
 
+    /// What the subset leaves of the target with `other` in place of a column, and by how much that may be wrong: of the target that column alone reaches `freed`, of `other` the length `along` lies in its direction.
+    ///
+    /// It is |w|² − (w·v)²/|v|², w = r + f z, v = a + t z, with r and a what the subset leaves of the target and of `other`, and z of unit length orthogonal to both. By Lagrange's identity this is
+    /// (|r|²|a|² − (r·a)² + |t r − f a|²)/|v|², in which nothing of the size of f² is cancelled.
+    fn left(&self, other: &Other, freed: f64, along: f64) -> (f64, f64) {
+        let Self { rss, length, .. } = *self;
+        let Other { distance, from, reached, .. } = *other;
+        let (of_residual, of_column) = (along * along * rss, freed * freed * distance);
+        let apart = (rss * distance - reached * reached).max(0.0);
+        let crossed = (of_residual + of_column - 2.0 * along * freed * reached).max(0.0);
+        let distance_wrong = WRONG * (2.0 * from + WRONG);
+        let reached_wrong = WRONG * (length * from + rss.sqrt());
+        let rss_wrong = WRONG * length * (2.0 * rss.sqrt() + WRONG * length);
+        let wrong = (rss + freed * freed) * distance_wrong
+            + 2.0 * (reached.abs() + (along * freed).abs()) * reached_wrong
+            + WRONG * (rss * distance + of_residual + of_column);
+        let whole = distance + along * along;
+        ((apart + crossed) / whole, wrong / whole + rss_wrong)
+    }
+
     /// Offers the subset, without its column number `out` if there is one, with each other column added; `best` is the best of all so far.
     fn complete(&self, out: Option<usize>, best: &mut Option<Candidate>, kept: &mut Kept) {
         let Self { problem, subset, .. } = *self;
@@ -178,7 +206,6 @@ impl<'a> View<'a> {
         let z = out.map(|out| self.direction(out));
         let along = |of: &[f64]| z.as_ref().map_or(0.0, |z| dot(z, of));
         let freed = along(&self.target);
-        let total = self.rss + freed * freed;
         let rest = Rest::new(problem, subset, out);
         let mut order: Vec<(f64, usize)> = Vec::with_capacity(self.others.len());
         for (at, other) in self.others.iter().enumerate() {
@@ -187,9 +214,7 @@ impl<'a> View<'a> {
             if distance < DEPENDENT {
                 continue;
             }
-            let left = total - (other.reached + freed * t).powi(2) / distance;
-            // Rounding of what was cancelled.
-            let wrong = CANCELLED * total / distance;
+            let (left, wrong) = self.left(other, freed, t);
             let bound = if wrong < TOLD * left { Some(left - wrong) } else { rest.with(other.column) };
             order.extend(bound.map(|bound| (bound + problem.unreachable(), other.column)));
         }
@@ -207,7 +232,7 @@ impl<'a> View<'a> {
             let mut with = rest.columns.clone();
             with.insert(with.partition_point(|&i| i < j), j);
             // The same number, to the last bit, by whatever way a subset is met.
-            let Some(rss) = problem.rss(&with) else { continue };
+            let Some(rss) = kept.known(&with).or_else(|| problem.rss(&with)) else { continue };
             kept.offer(rss, &with);
             if best.as_ref().is_none_or(|b| rss < b.rss) {
                 *best = Some(Candidate { rss, subset: with });

@@ -178,9 +178,14 @@ pub(super) fn take_out_all(a: &mut [f64], basis: &[Vec<f64>]) {
         #[inline(always)]
         || {
             let whole = in_lanes(a, a);
-            basis.iter().for_each(|q| without(a, q));
+            // Closures that adaptors of iterators call may be compiled apart, without these instructions.
+            for q in basis {
+                without(a, q);
+            }
             if in_lanes(a, a) < CLEAN * whole {
-                basis.iter().for_each(|q| without(a, q));
+                for q in basis {
+                    without(a, q);
+                }
             }
         },
     );
@@ -205,5 +210,7 @@ fn in_lanes(a: &[f64], b: &[f64]) -> f64 {
 #[inline(always)]
 fn without(r: &mut [f64], q: &[f64]) {
     let along = in_lanes(r, q);
-    r.iter_mut().zip(q).for_each(|(r, q)| *r -= along * q);
+    for (r, q) in r.iter_mut().zip(q) {
+        *r -= along * q;
+    }
 }
