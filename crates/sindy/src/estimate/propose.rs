@@ -154,6 +154,8 @@ impl Problem<'_> {
             best = best.min(score);
             since > PATIENCE || support.len() >= most
         };
+        // Where nothing is left to fit what a regression proposes, it tells no more than which terms are alike.
+        let effort = if self.spent.get() < self.budget { effort } else { ROUGHLY };
         let solver = self.solver.within(effort.budget);
         let of = (choice.len() - n_required, effort.starts);
         let found = solver.candidates(&others, of, &complexity, self.watch.asks(), enough);

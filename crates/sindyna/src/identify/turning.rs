@@ -1,11 +1,11 @@
 //! States that are angles although neither names nor units say so.
 
-use sindyna_core::FitError;
+use sindyna_core::{FitError, Spec};
 
 use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use super::looked::Looked;
-use super::trial::TOLD_APART;
+use super::trial::{EFFORT, TOLD_APART};
 use super::turnable::{could_turn, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
@@ -37,6 +37,9 @@ pub(super) fn with_turning<E: From<FitError>>(looked: Looked, asked: &Asked<'_, 
 
 /// What is found in the log of `looked` with the states `names` as angles, and with the rates that were not measured in it.
 fn as_angles<E: From<FitError>>(looked: &Looked, names: &[String], asked: &Asked<'_, E>) -> Result<Option<Looked>, E> {
+    // What is explained without angles is searched for a clearer account alone.
+    let effort = if is_spoilt(&looked.found) { 1.0 } else { EFFORT };
+    let identifier = |spec: &Spec| Ok::<_, E>((asked.identifier)(spec)?.with_less_effort(effort));
     let mut log = looked.log.with_angles(names, false);
     let mut rates = Vec::new();
     log.notes.retain(|note| match note {
@@ -48,7 +51,7 @@ fn as_angles<E: From<FitError>>(looked: &Looked, names: &[String], asked: &Asked
     });
     let kept = (asked.kept)(&log)?;
     if rates.is_empty() {
-        let identifier = (asked.identifier)(&log.spec)?;
+        let identifier = identifier(&log.spec)?;
         let found = as_read(&identifier, &kept, asked.watch)?;
         return Ok(Some(Looked { found, identifier, log }));
     }
@@ -56,7 +59,7 @@ fn as_angles<E: From<FitError>>(looked: &Looked, names: &[String], asked: &Asked
         Unmeasured::Given(_) => Choice { first: None, asked: asked.unmeasured, seen: &[] },
         _ => Choice { first: None, asked: &Unmeasured::Auto, seen: &rates },
     };
-    let found = with_rates(&log, &kept, choice, |spec| (asked.identifier)(spec), (asked.watch, &|_| {}))?;
+    let found = with_rates(&log, &kept, choice, identifier, (asked.watch, &|_| {}))?;
     Ok(found.map(Looked::from))
 }
 
