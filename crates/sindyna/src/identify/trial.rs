@@ -7,7 +7,7 @@ use super::ahead::missed;
 use super::as_read::{as_read, is_explained, is_spoilt, recordings_of};
 use super::asked::Asked;
 use super::reading::Reading;
-use super::turnable::{told, turning};
+use super::turnable::{angles_of, told, turning};
 use super::unmeasured::{Choice, Enlarged, Of, Unmeasured, hidden, is_better, longer, with_rates_in, with_rates_of};
 use crate::logs::{Log, Samples};
 
@@ -110,8 +110,9 @@ impl<E: From<FitError>> Trial<'_, E> {
                 _ => trial.with_rates(before.reading, steps, None)?,
             };
             let is_better = |turned: &Tried| turned.explained && turned.score + TOLD_APART < before.score;
-            if let Some(turned) = turned.filter(is_better) {
-                return Ok(Some((turned, names)));
+            if let Some(found) = turned.filter(is_better) {
+                let names = angles_of(names, &spec, &found.found.model);
+                return Ok((!names.is_empty()).then_some((found, names)));
             }
         }
         Ok(None)

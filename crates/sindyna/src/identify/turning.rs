@@ -6,7 +6,7 @@ use super::as_read::{as_read, is_spoilt};
 use super::asked::Asked;
 use super::looked::Looked;
 use super::trial::{EFFORT, TOLD_APART};
-use super::turnable::{could_turn, told, turning};
+use super::turnable::{angles_of, could_turn, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
 
@@ -21,14 +21,19 @@ pub(super) fn with_turning<E: From<FitError>>(looked: Looked, asked: &Asked<'_, 
     }
     let (spec, found) = (looked.identifier.spec(), &looked.found);
     let choices = turning(&looked.log, spec, found);
-    let all: Vec<String> = could_turn(&looked.log, spec).map(|i| spec.state[i].name.clone()).collect();
+    let all: Vec<String> = could_turn(&looked.log, spec, &found.model).map(|i| spec.state[i].name.clone()).collect();
     // Of a mechanism one coordinate may turn with another one, of which no equation has terms.
     let is_more = is_spoilt(found) && choices.last().is_some_and(|last| *last != all);
     for names in choices.into_iter().chain(is_more.then_some(all)) {
         (asked.say)(&told(&names));
         match as_angles(&looked, &names, asked) {
             Err(_) if !asked.watch.go_on() => return Ok(looked.interrupted()),
-            Ok(Some(turned)) if is_better(&turned, &looked) => return Ok(turned),
+            Ok(Some(found)) if is_better(&found, &looked) => {
+                let angles = angles_of(names.clone(), found.identifier.spec(), &found.found.model);
+                let fewer =
+                    if angles.len() < names.len() { as_angles(&looked, &angles, asked).ok().flatten() } else { None };
+                return Ok(fewer.filter(|fewer| is_better(fewer, &looked)).unwrap_or(found));
+            }
             Ok(_) | Err(_) => {}
         }
     }
