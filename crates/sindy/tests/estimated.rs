@@ -6,7 +6,7 @@ use ndarray::Array2;
 use rand::RngExt as _;
 use recorded::{Field, assert_equation, equation, normal, record, record_held, spec};
 use sindyna_core::{Kind, Seed};
-use sindyna_sindy::{Identifier, Noise, Recording};
+use sindyna_sindy::{EquationReport, Identifier, Noise, Recording};
 
 const PLAIN: [(&str, Kind); 3] = [("x", Kind::Plain), ("y", Kind::Plain), ("z", Kind::Plain)];
 
@@ -274,6 +274,11 @@ fn parts_that_need_no_other_states_are_found_beside_one_that_no_terms_can_say() 
         let found = Identifier::new(&spec(&kinds, 0.05)).identify_recordings(&[recording]).expect("equations");
         assert_equation(&found, 1, &[("x", -4.0), ("v", -0.5), ("u", 3.0)], 0.05);
         assert!(found.report.equations[1].reached_floor, "seed {seed}: {found}");
+        // Terms are in the order of the candidates. States that follow wrong equations would move coefficients by more than their errors.
+        let EquationReport { coefficients, standard_errors, .. } = &found.report.equations[1];
+        for ((own, error), truth) in coefficients.iter().zip(standard_errors).zip([-4.0, -0.5, 3.0]) {
+            assert!((own - truth).abs() < 3.5 * error, "seed {seed}: {own} ± {error}, not {truth}");
+        }
         assert!(!found.report.equations[3].reached_floor, "seed {seed}: {found}");
     }
 }

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use ndarray::Axis;
 
 use super::account::{Doubt, Estimate};
-use super::problem::{Alone, Problem};
+use super::problem::{Alone, Problem, Separate};
 use super::search::accounted;
 use crate::Expr;
 use crate::data::Segment;
@@ -19,20 +19,24 @@ const SHARE: f64 = 0.05;
 const PASSES: usize = 2;
 
 impl Estimate {
-    /// An equation that was found without the other states is not doubted for terms of states that no terms explain: beside these they may seem as good.
-    pub(super) fn without_rivals_of(&mut self, alone: &[Alone]) {
+    /// The same where equations that no terms explain leave others as they were found without them: the states are fitted to all equations, and follow those that are wrong, too. That the terms of such a state may seem
+    /// as good is no doubt, either.
+    pub(super) fn with_separate(&mut self, alone: &[Alone]) {
         let unexplained: Vec<usize> =
             (0..self.doubts.len()).filter(|&i| self.doubts[i].is_some_and(Doubt::is_spoilt)).collect();
         for (i, alone) in alone.iter().enumerate() {
-            if alone.as_ref().is_none_or(|(support, _)| *support != self.fits[i].support) {
-                continue;
-            }
+            let Some(alone) = alone.as_ref().filter(|alone| alone.support == self.fits[i].support) else { continue };
             let terms = &self.terms;
-            let has = |j: usize| unexplained.iter().any(|&s| terms[j].expr.has(s) || terms[j].rate == Some(s));
-            self.fits[i].ties.retain(|tie| !tie.iter().any(|&j| has(j)));
-            if self.fits[i].ties.is_empty() && self.doubts[i] == Some(Doubt::OtherTerms) {
+            let has =
+                |j: usize| unexplained.iter().any(|&s| s != i && (terms[j].expr.has(s) || terms[j].rate == Some(s)));
+            let fit = &mut self.fits[i];
+            fit.ties.retain(|tie| !tie.iter().any(|&j| has(j)));
+            if fit.ties.is_empty() && unexplained.iter().any(|&s| s != i) {
+                fit.coefficients.clone_from(&alone.coefficients);
+                fit.residual = alone.residual;
+                fit.reached_floor = true;
+                self.errors[i].clone_from(&alone.errors);
                 self.doubts[i] = None;
-                self.fits[i].reached_floor = true;
             }
         }
     }
@@ -105,8 +109,9 @@ impl Problem<'_> {
         let floor: Vec<f64> = states.iter().map(|&i| self.floor[i]).collect();
         let back = |j: usize| chosen.iter().position(|&k| k == j);
         let told = |&i: &usize| -> Alone {
-            let (support, xi) = known[i].as_ref()?;
-            Some((support.iter().map(|&j| back(j)).collect::<Option<_>>()?, xi.clone()))
+            let known = known[i].as_ref()?;
+            let support = known.support.iter().map(|&j| back(j)).collect::<Option<_>>()?;
+            Some(Separate { support, ..known.clone() })
         };
         let known: Vec<Alone> = states.iter().map(told).collect();
         let spent = Cell::new(0);
@@ -130,7 +135,12 @@ impl Problem<'_> {
             return None;
         }
         let equation = |(k, fit): (usize, &crate::solve::Selected)| -> Alone {
-            rates[k].is_none().then(|| (fit.support.iter().map(|&j| chosen[j]).collect(), fit.coefficients.clone()))
+            rates[k].is_none().then(|| Separate {
+                support: fit.support.iter().map(|&j| chosen[j]).collect(),
+                coefficients: fit.coefficients.clone(),
+                errors: found.errors[k].clone(),
+                residual: fit.residual,
+            })
         };
         Some(found.fits.iter().enumerate().map(equation).collect())
     }

@@ -80,9 +80,11 @@ impl Problem<'_> {
                 // Once others have been found, with their parameters.
                 let shared = at >= equations.len();
                 let of = (&best.supports[..], &best.inside[..], best.flow.stepping());
-                let mut proposals = if round == 0 { self.measured_inside(of, signals, i, shared) } else { Vec::new() };
-                proposals.extend(self.propose_inside(&best, i));
-                let Some(better) = self.best_of(proposals, &best, i, &mut tried) else { break };
+                // Along the measured path first: near equations that are far from the true ones all candidates look alike, at a high price.
+                let measured = if round == 0 { self.measured_inside(of, signals, i, shared) } else { Vec::new() };
+                let better = self.best_of(measured, &best, i, &mut tried);
+                let near = || self.best_of(self.propose_inside(&best, i), &best, i, &mut tried);
+                let Some(better) = better.or_else(near) else { break };
                 best = better;
                 if self.is_noise(&best, i) {
                     break;

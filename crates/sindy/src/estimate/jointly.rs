@@ -1,7 +1,7 @@
 //! Terms with parameters inside in several equations at once, along the measured path: where one of them is wrong, no other can be judged by trajectories.
 
 use super::inside::SIMPLE;
-use super::problem::Problem;
+use super::problem::{Problem, Separate};
 use super::regression::{Inside, Proposal, Regression};
 use super::search::TIMES;
 use crate::data::Signals;
@@ -36,7 +36,7 @@ impl Problem<'_> {
             let dear = |p: &Proposal| p.score + (times - 1.0) * self.penalty(&p.support);
             let best = |i: usize| {
                 let mut plain = proposed[i].best(times, |support| self.penalty(support));
-                if let Some(Some((support, coefficients))) = self.alone.get(i) {
+                if let Some(Some(Separate { support, coefficients, .. })) = self.alone.get(i) {
                     plain = Proposal { support: support.clone(), coefficients: coefficients.clone(), ..plain };
                 }
                 let other = inside[i].iter().min_by(|a, b| dear(a).total_cmp(&dear(b)));

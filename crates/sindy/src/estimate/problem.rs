@@ -65,5 +65,16 @@ pub(crate) struct OfPart<'a> {
 /// Terms of each equation, and their coefficients one equation after the other.
 pub(crate) type Structure = (Vec<Vec<usize>>, Vec<f64>);
 
-/// Terms and coefficients of an equation that was found alone.
-pub(crate) type Alone = Option<(Vec<usize>, Vec<f64>)>;
+/// An equation that was found in a part of the system, and adequate there.
+#[derive(Debug, Clone)]
+pub(crate) struct Separate {
+    pub(super) support: Vec<usize>,
+    pub(super) coefficients: Vec<f64>,
+    /// Standard errors of the coefficients.
+    pub(super) errors: Vec<f64>,
+    /// RMS residual \[unit of the rate\].
+    pub(super) residual: f64,
+}
+
+/// The equation of a state that was found alone, if it was.
+pub(crate) type Alone = Option<Separate>;

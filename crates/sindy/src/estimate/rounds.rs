@@ -1,7 +1,7 @@
 //! Rounds of proposals, each along the path of what the last one found.
 
 use super::hypothesis::{Hypothesis, Start};
-use super::problem::Problem;
+use super::problem::{Problem, Separate};
 use super::regression::Regression;
 use super::search::{FAR, TIMES};
 use crate::data::Signals;
@@ -48,10 +48,11 @@ impl Problem<'_> {
     /// alone those.
     fn best_terms(&self, proposed: &[Regression], times: f64) -> (Vec<Vec<usize>>, Vec<f64>) {
         let of = |(i, r): (usize, &Regression)| {
-            self.alone.get(i).cloned().flatten().unwrap_or_else(|| {
-                let best = r.best(times, |support| self.penalty(support));
-                (best.support, best.coefficients)
-            })
+            if let Some(Some(Separate { support, coefficients, .. })) = self.alone.get(i) {
+                return (support.clone(), coefficients.clone());
+            }
+            let best = r.best(times, |support| self.penalty(support));
+            (best.support, best.coefficients)
         };
         let (supports, xi): (_, Vec<Vec<f64>>) = proposed.iter().enumerate().map(of).unzip();
         (supports, xi.concat())

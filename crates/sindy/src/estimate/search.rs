@@ -54,7 +54,7 @@ pub(super) fn estimated(problem: &Problem<'_>, stepping: Stepping) -> Option<Est
             let spent = Cell::new(problem.budget / 4 * 3);
             let again = searched(&Problem { alone: &alone, spent: &spent, ..*problem }, stepping);
             all = again.filter(|again| again.found.score < all.found.score).unwrap_or(all);
-            all.found.without_rivals_of(&alone);
+            all.found.with_separate(&alone);
         }
     }
     let Accounted { best, found, kept } = all;

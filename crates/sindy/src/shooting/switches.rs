@@ -3,13 +3,21 @@
 use crate::expr::{Expr, Function};
 
 /// The arguments of sign, modulus and positive part in some terms. With a variable m for the sign of each of them the terms are smooth: sign(a) is m,
-/// |a| is m a, max(a, 0) is (1 + m) a/2.
+/// |a| is m a, max(a, 0) is (1 + m) a/2. √|a| stays what it is: √(m a) ends where a jumps, in the middle of a step.
 #[derive(Debug, Clone)]
 pub(crate) struct Switches {
     /// Number of the first variable m.
     first: usize,
     /// The arguments, those within others before them.
     arguments: Vec<Expr>,
+}
+
+/// a of |a|.
+fn modulus(expr: &Expr) -> Option<&Expr> {
+    match expr {
+        Expr::Call(Function::Abs, a) => Some(a),
+        _ => None,
+    }
 }
 
 impl Switches {
@@ -28,6 +36,7 @@ impl Switches {
                 self.gather(a, n_states);
                 self.gather(b, n_states);
             }
+            Expr::Call(Function::Sqrt, a) if modulus(a).is_some() => self.gather(modulus(a).unwrap_or(a), n_states),
             Expr::Call(f, a) => {
                 self.gather(a, n_states);
                 let jumps = matches!(f, Function::Sign | Function::Abs | Function::PositivePart)
@@ -62,6 +71,10 @@ impl Switches {
             Expr::Sub(a, b) => Expr::Sub(of(a), of(b)),
             Expr::Mul(a, b) => Expr::Mul(of(a), of(b)),
             Expr::Div(a, b) => Expr::Div(of(a), of(b)),
+            Expr::Call(Function::Sqrt, a) if modulus(a).is_some() => {
+                let inside = Expr::Call(Function::Abs, of(modulus(a).unwrap_or(a)));
+                Expr::Call(Function::Sqrt, Box::new(inside))
+            }
             Expr::Call(f, a) => {
                 let sign =
                     || self.arguments.iter().position(|known| *known == **a).map(|j| Expr::Variable(self.first + j));

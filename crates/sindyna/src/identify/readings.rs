@@ -125,7 +125,9 @@ pub(super) fn told_apart<E: From<FitError>>(
     let with = if are_open { trial.with_rates(Reading::GIVEN, steps, all.first().cloned())? } else { None };
     let with_rates = with.as_ref().filter(|tried| !tried.rates.is_empty());
     let spoilt = with_rates.filter(|tried| tried.spoilt);
-    let as_it_stands = with_rates.or(all.first()).filter(|tried| tried.spoilt);
+    // Beside measured rates those of rates make up for inputs that act late, and angles help them to.
+    let of_positions = with_rates.filter(|_| matches!(rates, Unmeasured::Given(_)));
+    let as_it_stands = of_positions.or(all.first()).filter(|tried| tried.spoilt);
     if let Some((turned, angles)) = as_it_stands.map(|tried| trial.with_angles(tried, steps)).transpose()?.flatten() {
         return Ok(Some(Chosen { reading: Reading::GIVEN, rates: turned.rates, angles, disturbed: false }));
     }
