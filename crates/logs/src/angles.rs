@@ -7,7 +7,7 @@ use crate::recording::Recording;
 use crate::{Note, rates, roles, units};
 
 /// The states, whose columns are `states`, that turn as only angles do: beyond a whole turn, or from one end of it to the other at
-/// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are. A name is not enough for
+/// once. Their names or units say that they may be angles, or one of the `inputs` is a torque, under which positions are; what has no unit and goes on beyond such an end as it came is one whatever its name. A name is not enough for
 /// what goes beyond a turn: `Th` may be a temperature, and is no angle beside states none of which is its rate.
 pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[&Column]) -> Vec<(usize, Note)> {
     // Without time stamps no state is known to be the rate of another yet.
@@ -19,7 +19,9 @@ pub(crate) fn recognised(recordings: &[Recording], states: &[Column], inputs: &[
         let folds = folds(recordings, i, TAU);
         let turns = span(recordings, i) / TAU;
         let note = Note::Angle { state: column.name.clone(), turns: (!folds).then_some(turns) };
-        (may_be(column, inputs) && (folds || turns > 1.0 + 1e-6 && moves(i))).then_some((i, note))
+        let is_named = may_be(column, inputs) && (folds || turns > 1.0 + 1e-6 && moves(i));
+        let goes_on = column.unit.is_empty() && folds && goes_on(recordings, i, TAU);
+        (is_named || goes_on).then_some((i, note))
     };
     states.iter().enumerate().filter_map(turning).collect()
 }
@@ -75,6 +77,23 @@ fn folds(recordings: &[Recording], i: usize, turn: f64) -> bool {
     jumps > 0 && span(recordings, i) <= turn * (1.0 + BEYOND)
 }
 
+/// How many times as large as the other steps of an angle one across the end of its range may be.
+const LIKE_OTHERS: f64 = 2.0;
+
+/// Whether state `i`, which folds, moves on across the ends of its range by no more than elsewhere: one that is switched to and fro between two values does not.
+fn goes_on(recordings: &[Recording], i: usize, turn: f64) -> bool {
+    let (mut across, mut within) = (0.0_f64, 0.0_f64);
+    for recording in recordings {
+        let column = recording.states.column(i);
+        for (a, b) in column.iter().zip(column.iter().skip(1)) {
+            let step = (b - a).abs();
+            let largest = if step > 0.5 * turn { &mut across } else { &mut within };
+            *largest = largest.max(step.min((turn - step).abs()));
+        }
+    }
+    across <= LIKE_OTHERS * within
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -111,6 +130,10 @@ mod tests {
         check(|t| 2.0 * t, column("a", "rad"), none(), Some("turns"));
         check(|t| t.sin(), column("th", "rad"), none(), None);
         check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("th", ""), none(), Some("wrapped"));
+        check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("h", ""), none(), Some("wrapped"));
+        check(|t| (2.0 * t).sin().atan2((2.0 * t).cos()), column("h", "m"), none(), None);
+        check(|t| (2.0 * t) % TAU, column("dir", ""), none(), Some("wrapped"));
+        check(|t| 3.0 * (2.0 * t).sin().signum() + 0.01 * (50.0 * t).sin(), column("h", ""), none(), None);
         // Noise that was added after wrapping.
         check(
             |t| (2.0 * t).sin().atan2((2.0 * t).cos()) + 0.03 * (99.0 * t).sin(),

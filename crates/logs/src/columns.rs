@@ -5,11 +5,14 @@ use crate::recording::{Selected, Source, is_missing};
 use crate::table::Table;
 use crate::{DeclarationError, LogError, LogOptions, Note, Suggestion, TRAJECTORY, TimeUnit, roles, time};
 
-/// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that.
+/// `options` with states and inputs by the names of the columns of `table`, where none were named, and a note on that. Without inputs all columns are states.
 ///
 /// # Errors
 /// [`LogError::ColumnsNotNamed`] if their names do not tell.
 pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, Option<Note>), LogError> {
+    let is_autonomous = options.inputs == [crate::NO_INPUTS] && table.find(crate::NO_INPUTS).is_none();
+    let inputs = if is_autonomous { Vec::new() } else { options.inputs.clone() };
+    let options = &LogOptions { inputs, ..options.clone() };
     if !options.states.is_empty() {
         return Ok((options.clone(), None));
     }
@@ -25,6 +28,10 @@ pub(crate) fn named(table: &Table, options: &LogOptions) -> Result<(LogOptions, 
         (0..table.columns().len()).filter(|i| !reserved(*i)).map(|i| table.columns()[i].name.clone()).collect();
     if columns.iter().all(String::is_empty) {
         return Err(LogError::NoColumns { path: table.path().to_owned() });
+    }
+    if is_autonomous {
+        let states = columns.into_iter().filter(|name| !name.is_empty()).collect();
+        return Ok((LogOptions { states, ..options.clone() }, None));
     }
     if let Some((states, inputs)) = roles::told(&columns, &options.inputs) {
         let note = Note::Roles { states: states.clone(), inputs: inputs.clone() };

@@ -75,7 +75,7 @@ pub use held_out::{Samples, held_out};
 pub use inspection::{Inspection, Response, Signal};
 pub use log::Log;
 pub use note::Note;
-pub use options::{Clock, LogOptions, NO_TIME, TIME, TRAJECTORY};
+pub use options::{Clock, LogOptions, NO_INPUTS, NO_TIME, TIME, TRAJECTORY};
 pub use place::{Place, Row};
 pub use quality::{At, Finding};
 pub use quotient::{Difference, Quotient};

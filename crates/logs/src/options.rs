@@ -8,6 +8,9 @@ pub const TIME: &str = "t";
 /// What to name where no column is one of time stamps.
 pub const NO_TIME: &str = "none";
 
+/// What to name where no column is an input.
+pub const NO_INPUTS: &str = "none";
+
 /// Column that tells trajectories apart.
 pub const TRAJECTORY: &str = "trajectory";
 
@@ -29,7 +32,7 @@ pub struct LogOptions {
     pub gap: Option<f64>,
     /// Columns that are states; none for what the names of all columns say.
     pub states: Vec<String>,
-    /// Columns that are inputs, each held until the next row.
+    /// Columns that are inputs, each held until the next row; none for what the names of all columns say, [`NO_INPUTS`] for none.
     pub inputs: Vec<String>,
     /// States that are angles \[rad\]; `None` for what the data show.
     pub angles: Option<Vec<String>>,

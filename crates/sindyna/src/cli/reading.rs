@@ -16,7 +16,7 @@ pub(crate) struct ReadingOptions {
     /// Columns of states, such as `th,w` [default: recognised by their names]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     states: Vec<String>,
-    /// Columns of inputs, such as `u`; none for an autonomous system
+    /// Columns of inputs, such as `u`, or `none` for an autonomous system [default: recognised by their names where no states are named]
     #[arg(long, value_name = "NAMES", value_delimiter = ',', help_heading = "Log")]
     inputs: Vec<String>,
     /// States that are angles, or `none` [default: detected]

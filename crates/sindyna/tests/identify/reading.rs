@@ -23,6 +23,18 @@ fn without_options_names_tell_what_columns_are_or_the_call_is_shown() {
 }
 
 #[test]
+fn without_inputs_all_columns_are_states() {
+    let temp = tempfile::tempdir().unwrap();
+    let rows: String = (0..60)
+        .map(|k| 0.1 * f64::from(k))
+        .fold(String::new(), |rows, t| rows + &format!("{t},{:.9},{:.9}\n", (-0.5 * t).exp(), 3.0 * (-0.2 * t).exp()));
+    let (code, stdout, stderr) = identify(temp.path(), &format!("t,a,b\n{rows}"), &["--inputs", "none"]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(stdout.contains("states: a, b; inputs: none"), "{stdout}");
+    assert!(stdout.contains("ȧ = −0.5 a"), "{stdout}");
+}
+
+#[test]
 fn samples_are_taken_at_their_own_times_from_several_logs() {
     let temp = tempfile::tempdir().unwrap();
     for (name, start) in [("a.csv", 2.0), ("b.csv", -1.0)] {
