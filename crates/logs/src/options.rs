@@ -32,7 +32,7 @@ pub struct LogOptions {
     pub gap: Option<f64>,
     /// Columns that are states; none for what the names of all columns say.
     pub states: Vec<String>,
-    /// Columns that are inputs, each held until the next row; none for what the names of all columns say, [`NO_INPUTS`] for none.
+    /// Columns that are inputs, each held until the next row; none for what the names of all columns say, where no states are named either. [`NO_INPUTS`] for a system without inputs.
     pub inputs: Vec<String>,
     /// States that are angles \[rad\]; `None` for what the data show.
     pub angles: Option<Vec<String>>,

@@ -10,7 +10,7 @@ use super::turnable::{angles_of, could_turn, told, turning};
 use super::unmeasured::{Choice, Unmeasured, with_rates};
 use crate::logs::Note;
 
-/// What was `looked` up, or the same with states as angles of which equations have other terms than linear ones, where these leave noise alone and explain the data better by `TOLD_APART`: a state without a unit that has a rate, measured or not, may turn.
+/// What was `looked` up, or the same with states as angles of which equations have other terms than linear ones, where these leave noise alone and explain the data better by `TOLD_APART`: a state without a unit may turn that has a rate, measured or not, or whose rate does not depend on it.
 /// Products with its cosine are candidates of angles alone.
 ///
 /// # Errors
