@@ -47,10 +47,37 @@ fn powers_may_be_negative() {
         let leaning = found(&[("h", Kind::Plain)], (leaning, &[3.0]), 0.4, seed);
         assert_powers(&leaning, 0, &[("1", 0.3), ("h", -0.1), ("u\u{b7}h^", 0.8)], &[-1.6]);
     }
-    // Multiplied by v the equation has no such term, and a third one is told so.
-    for seed in 0..2 {
+}
+
+/// Velocity and mass of a rocket.
+fn burning(x: &[f64], u: f64) -> Vec<f64> {
+    vec![60.0 * (1.0 + u) / x[1] - 9.81, -0.1 - 0.1 * u]
+}
+
+/// Volume and temperature of a tank that is heated, and filled from 15 °C.
+fn filled(x: &[f64], u: f64) -> Vec<f64> {
+    let flow = 0.2 + 0.15 * u;
+    vec![flow - 0.1 * x[0], (flow * (15.0 - x[1]) + 5.0) / x[0]]
+}
+
+/// An epidemic among those who live, and are born.
+fn spreading(x: &[f64], u: f64) -> Vec<f64> {
+    let (born, infected) = (10.0 * (1.0 + u), 0.8 * x[0] * x[1] / x[2]);
+    vec![born - infected, infected - 0.3 * x[1], born - 0.1 * x[1]]
+}
+
+#[test]
+fn masses_and_volumes_stand_below() {
+    for seed in 0..3 {
         let loaded = found(&[("v", Kind::Plain)], (loaded, &[6.0]), 0.3, seed);
-        assert_powers(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("v^", -5.0)], &[-1.0]);
+        assert_equation(&loaded, 0, &[("1", 4.0), ("u", 3.0), ("v", -0.4), ("1/v", -5.0)], 0.05);
+        let rocket = found(&[("v", Kind::Plain), ("m", Kind::Plain)], (burning, &[0.0, 5.0]), 0.05, seed);
+        assert_equation(&rocket, 0, &[("1", -9.81), ("1/m", 60.0), ("u/m", 60.0)], 0.05);
+        let tank = found(&[("V", Kind::Plain), ("T", Kind::Plain)], (filled, &[2.0, 30.0]), 0.1, seed);
+        assert_equation(&tank, 1, &[("1/V", 8.0), ("u/V", 2.25), ("T/V", -0.2), ("T\u{b7}u/V", -0.15)], 0.05);
+        let states = [("S", Kind::Plain), ("I", Kind::Plain), ("N", Kind::Plain)];
+        let epidemic = found(&states, (spreading, &[950.0, 50.0, 1000.0]), 0.1, seed);
+        assert_equation(&epidemic, 1, &[("I", -0.3), ("S\u{b7}I/N", 0.8)], 0.05);
     }
 }
 

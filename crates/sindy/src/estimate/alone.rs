@@ -89,7 +89,7 @@ impl Problem<'_> {
         let inside = |t: &Term| {
             !others.iter().any(|&i| t.expr.has(i)) && t.rate.is_none_or(|l| states.contains(&l)) && t.shape.is_none()
         };
-        let chosen: Vec<usize> = (0..self.n_plain).filter(|&j| inside(&self.terms[j])).collect();
+        let chosen: Vec<usize> = (0..self.terms.len()).filter(|&j| inside(&self.terms[j])).collect();
         let placed = |&j: &usize| {
             let term = &self.terms[j];
             Term {
@@ -117,7 +117,7 @@ impl Problem<'_> {
         let spent = Cell::new(0);
         let part = Problem {
             terms: &terms,
-            n_plain: terms.len(),
+            n_plain: chosen.iter().filter(|&&j| j < self.n_plain).count(),
             of_parts: None,
             instead: None,
             mechanics: &[],

@@ -372,10 +372,17 @@ impl Problem<'_> {
     /// −2 ln of what is believed of the terms of one equation before there are data: how many others there are, and how simple they are.
     pub(super) fn prior(&self, support: &[usize]) -> f64 {
         let complexity: f64 = support.iter().map(|&j| f64::from(self.terms[j].complexity)).sum();
-        let n_shaped = self.terms.len() - self.n_plain;
-        let shaped = support.iter().filter(|&&j| j >= self.n_plain).count();
-        let ways = binomial(self.n_plain, support.len() - shaped) * binomial(n_shaped, shaped);
+        let quotients = self.quotients();
+        let kinds = [0..self.n_plain, self.n_plain..quotients.start, quotients];
+        let chosen = |kind: &Range<usize>| support.iter().filter(|&j| kind.contains(j)).count();
+        let ways: f64 = kinds.iter().map(|kind| binomial(kind.len(), chosen(kind))).product();
         2.0 * ways.ln() + complexity
+    }
+
+    /// The quotients by one variable: the last terms.
+    pub(super) fn quotients(&self) -> Range<usize> {
+        let shaped = self.terms[self.n_plain..].iter().take_while(|term| term.shape.is_some()).count();
+        self.n_plain + shaped..self.terms.len()
     }
 
     /// The terms with parameters inside, ascending.

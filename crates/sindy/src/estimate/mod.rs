@@ -24,6 +24,7 @@ mod posterior;
 mod problem;
 mod propose;
 mod prune;
+mod quotients;
 mod regression;
 mod rounds;
 mod scheme;

@@ -27,6 +27,7 @@ impl Problem<'_> {
     pub(super) fn regression_near(&self, along: &Hypothesis, i: usize, most: usize) -> Option<Regression> {
         let own = along.supports[i].iter().any(|&j| self.terms[j].rate == Some(i));
         let mut choice = if own { self.symmetric(i, &along.supports) } else { self.choice(i) };
+        choice.extend(self.quotients_like(&along.supports[i]));
         choice.extend(along.supports[i].iter().filter(|j| !choice.contains(j)).copied().collect::<Vec<_>>());
         let triangle = self.triangle_near(self.terms, along, i, &choice)?;
         Some(self.subsets(i, (triangle, self.least_near(along)), choice, None, (most, THOROUGHLY)))

@@ -12,9 +12,9 @@ use crate::{BestSubset, Watch};
 /// What is to be explained, and by what.
 #[derive(Clone, Copy)]
 pub(crate) struct Problem<'a> {
-    /// Terms without parameters inside, then those with.
+    /// Terms without parameters inside, then those with, then quotients by one variable.
     pub(crate) terms: &'a [Term],
-    /// How many have none.
+    /// How many come first.
     pub(crate) n_plain: usize,
     /// The complexity of those that regressions may choose, at most.
     pub(crate) most_complex: u32,

@@ -32,7 +32,7 @@ pub(super) struct Effort {
 }
 
 pub(super) const THOROUGHLY: Effort = Effort { budget: 100_000, starts: 8 };
-const ROUGHLY: Effort = Effort { budget: 10_000, starts: 2 };
+pub(super) const ROUGHLY: Effort = Effort { budget: 10_000, starts: 2 };
 
 /// Multiples of an own derivative that are looked at thoroughly, of those that score best, and of those that do when terms are dear.
 const PROMISING: usize = 2;
@@ -99,7 +99,7 @@ impl Problem<'_> {
         all
     }
 
-    fn regression(
+    pub(super) fn regression(
         &self,
         theta: &[Array2<f64>],
         i: usize,

@@ -17,7 +17,7 @@ use super::unmeasured::begun;
 use crate::coordinates::Coordinates;
 use crate::data::Segment;
 use crate::estimate::{Doubt, Estimate, Problem, Structure, budget, still};
-use crate::library::{Extent, Joints, Term, general, shaped};
+use crate::library::{Extent, Joints, Term, general, quotients, shaped};
 use crate::mechanics::Proposal;
 use crate::model::{Entry, Model};
 use crate::motion::{self, Found, Stepping};
@@ -55,6 +55,17 @@ impl Identifier {
         }
         let same = self.unchanging(segments);
         let mut terms = shaped(&self.inputs(), &self.extents(segments));
+        terms.retain(|t| !same.iter().any(|&i| t.expr.has(i)));
+        terms
+    }
+
+    /// Quotients by one variable, where the library is the identifier's own.
+    fn quotients(&self, segments: &[Segment]) -> Vec<Term> {
+        if self.library != LibraryChoice::Auto {
+            return Vec::new();
+        }
+        let same = self.unchanging(segments);
+        let mut terms = quotients(&self.inputs(), &self.rates(), &self.extents(segments));
         terms.retain(|t| !same.iter().any(|&i| t.expr.has(i)));
         terms
     }
@@ -271,6 +282,9 @@ impl Identifier {
             .map_or_else(Vec::new, |joints| self.structures(&joints, proposed, &mut terms));
         let n_plain = terms.len();
         terms.extend(self.terms_with_parameters(segments));
+        let quotients =
+            self.quotients(segments).into_iter().filter(|t| !terms[..n_plain].iter().any(|o| o.expr == t.expr));
+        terms.extend(quotients.collect::<Vec<_>>());
         let problem = Problem {
             terms: &terms,
             n_plain,
