@@ -168,7 +168,7 @@ fn pairs(of: &[usize]) -> Vec<(usize, usize)> {
     of.iter().enumerate().flat_map(|(at, &a)| of[at + 1..].iter().map(move |&b| (a, b))).collect()
 }
 
-fn squares_and_products(of: &[usize]) -> Vec<Expr> {
+pub(super) fn squares_and_products(of: &[usize]) -> Vec<Expr> {
     let squares = of.iter().map(|&a| variable(a).to_power(2));
     squares.chain(pairs(of).into_iter().map(|(a, b)| variable(a).times(variable(b)))).collect()
 }

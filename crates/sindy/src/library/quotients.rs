@@ -1,10 +1,11 @@
 //! Candidate terms with a variable below: forces over a mass, flows over a volume, speeds over a length.
 
+use super::general::squares_and_products;
 use super::{Extent, Input, Role, Term, complexity};
 use crate::expr::{Expr, Function};
 
-/// Quotients θ/d by every straight variable d (no angle) of `inputs` (n + k) whose values have one sign, as `extents` tells, and in which no d cancels, where `rates` has the state that is the rate of each
-/// state, if one is (n):
+/// Quotients θ/d by every straight variable d (no angle) of `inputs` (n + k) whose values have one sign, as `extents` tells, and in which no d cancels. `rates` has the
+/// state that is the rate of each state, if one is (n):
 ///
 /// - 1/d, a/d, a b/d of straight variables a, b other than d,
 /// - w/d of waves w, the sine and cosine of angles and of other states that have a rate,
@@ -26,12 +27,7 @@ pub(crate) fn quotients(inputs: &[Input], rates: &[Option<usize>], extents: &[Ex
         let others: Vec<usize> = straight.iter().copied().filter(|&a| a != d).collect();
         let single: Vec<Expr> =
             std::iter::once(Expr::Constant(1.0)).chain(others.iter().map(|&a| Expr::Variable(a))).collect();
-        let products = others.iter().enumerate().flat_map(|(at, &a)| {
-            others[at..].iter().map(move |&b| match a == b {
-                true => Expr::Variable(a).to_power(2),
-                false => Expr::Variable(a).times(Expr::Variable(b)),
-            })
-        });
+        let products = squares_and_products(&others);
         let over =
             |power: i32| move |above: Expr| of(Expr::Div(Box::new(above), Box::new(Expr::Variable(d).to_power(power))));
         terms.extend(single.iter().cloned().chain(products).chain(waves.iter().cloned()).map(over(1)));
@@ -60,7 +56,7 @@ mod tests {
         let names: Vec<String> = terms.iter().map(|t| t.name.replace(' ', "")).collect();
         assert_eq!(
             names,
-            ["1/m", "v/m", "F/m", "v^2/m", "v*F/m", "F^2/m", "1/m^2", "v/m^2", "F/m^2"].map(String::from)
+            ["1/m", "v/m", "F/m", "v^2/m", "F^2/m", "v*F/m", "1/m^2", "v/m^2", "F/m^2"].map(String::from)
         );
         assert!(terms.iter().all(|t| divisor(t) == Some(1)));
     }
